@@ -273,11 +273,8 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         ..
     } = &found;
     for placement in poses {
-        let mut rows = 0;
-        for range in &placement.rows {
-            check_range(recordings, placement.recording, range);
-            rows += range.len();
-        }
+        check_range(recordings, placement.recording, &placement.rows);
+        let rows = placement.rows.len();
         assert!(placement.count <= rows, "{placement:?}");
         let mut mean = placement.mean.iter();
         assert!(mean.all(|m| m.is_finite()), "{placement:?}");

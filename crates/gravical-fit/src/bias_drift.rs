@@ -49,7 +49,7 @@ fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undete
         direction: least_covered(poses),
         sd_mps2: f64::INFINITY,
     };
-    let mut search = prepare(poses, options).ok_or(open)?.search;
+    let mut search = prepare(poses, options).ok_or(open)?;
     if search.poses.len() < PARTS {
         return Err(open);
     }

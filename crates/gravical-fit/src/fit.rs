@@ -4,7 +4,7 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{BENDS, BIAS, Covariance, DRIFT, Parameters, matrix};
+use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
@@ -104,12 +104,6 @@ pub struct Fit {
     pub(crate) search: Search,
     pub(crate) found: Found,
     pub(crate) gravity_sd: f64,
-    /// Place of every pose among those of the search: repeats are merged.
-    pub(crate) place_of: Vec<usize>,
-    bad: Vec<Option<f64>>,
-    /// Input unit per working unit.
-    scale: f64,
-    reference_c: f64,
     /// How well the poses suit the model.
     pub quality: FitQuality,
 }
@@ -136,19 +130,12 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
         direction: least_covered(poses),
         sd_mps2: f64::INFINITY,
     };
-    let Prepared {
-        mut search,
-        place_of,
-        scale,
-        reference_c,
-    } = prepare(poses, options).ok_or_else(open)?;
+    let mut search = prepare(poses, options).ok_or_else(open)?;
     let mut found = search.settle().ok_or_else(open)?;
-    let mut bad = vec![None; search.poses.len()];
     let mut misfits = search.misfits();
     while misfits.iter().any(|(k, _)| search.is_outlier(*k, &found)) {
         for (k, chance) in misfits {
-            search.poses[k].out = true;
-            bad[k] = Some(chance);
+            search.poses[k].bad = Some(chance);
         }
         found = search.settle().ok_or_else(open)?;
         misfits = search.misfits();
@@ -160,17 +147,13 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
             sd_mps2,
         });
     }
-    let counts = |k: usize| !search.poses[k].out;
+    let counts = |k: usize| search.counts(k);
     let lengths = found.linear.lengths(&search.held, &found.solution, counts);
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, counts);
     Ok(Fit {
         gravity_sd: options.gravity_sd,
-        place_of,
-        bad,
-        scale,
-        reference_c,
         quality: FitQuality {
             chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
             freedom: lengths.freedom,
@@ -184,16 +167,8 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     })
 }
 
-/// The poses in working units, repeats merged, and how they were brought there.
-pub(crate) struct Prepared {
-    pub search: Search,
-    place_of: Vec<usize>,
-    scale: f64,
-    reference_c: f64,
-}
-
-/// The search with the first roles.
-pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Prepared> {
+/// The search with the poses in working units, repeats merged, and their first roles.
+pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     let is_finite = |pose: &Pose| {
         matrix3::norm(&pose.mean).is_finite()
             && pose.sd.iter().all(|s| s.is_finite() && *s > 0.0)
@@ -229,7 +204,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Prepared> {
             warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
             hint: pose.hint,
             face: None,
-            out: false,
+            bad: None,
             shortfall: 0.0,
             outlier_sd: 0.0,
         };
@@ -237,6 +212,9 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Prepared> {
     }
     let mut search = Search {
         poses: placed.into_iter().map(|(pose, _)| pose).collect(),
+        place_of,
+        scale,
+        reference_c,
         held: Held {
             gravity: options.gravity,
             // Exact faces; a tilt of zero would divide by it.
@@ -255,12 +233,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Prepared> {
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
     };
     search.first_roles();
-    Some(Prepared {
-        search,
-        place_of,
-        scale,
-        reference_c,
-    })
+    Some(search)
 }
 
 /// Merges a pose into one that it repeats, or adds it; its place.
@@ -305,7 +278,7 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
     for (row, pose) in found.linear.rows.iter().zip(&search.poses) {
         if let Some(whitener) = row
             .whitener(&search.held)
-            .filter(|_| row.is_face && !pose.out)
+            .filter(|_| row.is_face && pose.bad.is_none())
         {
             let jacobian = whitener * row.jacobian;
             let taken = jacobian * found.solution.covariance * jacobian.transpose();
@@ -318,22 +291,22 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
 impl Fit {
     /// M of u = M a + b, input unit per m/s², row-major.
     pub fn model(&self) -> [[f64; 3]; 3] {
-        let m = matrix(self.found.x()) * self.scale;
+        let m = matrix(self.found.x()) * self.search.scale;
         std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
     }
 
     /// b, input unit.
     pub fn bias(&self) -> [f64; 3] {
-        std::array::from_fn(|i| self.found.x()[BIAS + i] * self.scale)
+        std::array::from_fn(|i| self.found.x()[BIAS + i] * self.search.scale)
     }
 
     /// Drift of b, if it was fitted.
     pub fn drift(&self) -> Option<BiasDrift> {
         let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
-            reference_c: self.reference_c,
-            per_c: std::array::from_fn(|i| self.found.x()[DRIFT + i] * self.scale),
-            sd: std::array::from_fn(|i| sd(i) * self.scale),
+            reference_c: self.search.reference_c,
+            per_c: std::array::from_fn(|i| self.found.x()[DRIFT + i] * self.search.scale),
+            sd: std::array::from_fn(|i| sd(i) * self.search.scale),
         })
     }
 
@@ -346,15 +319,11 @@ impl Fit {
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
-        let unit = |i: usize| if i < DRIFT { self.scale } else { 1.0 };
-        let with_gravity = self.with_gravity();
+        let unit = |i: usize| if i < DRIFT { self.search.scale } else { 1.0 };
+        let with_gravity = self.sensor(self.search.scale).covariance_with_gravity();
         std::array::from_fn(|i| {
             std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
         })
-    }
-
-    pub(crate) fn with_gravity(&self) -> Covariance {
-        self.sensor(self.scale).covariance_with_gravity()
     }
 
     /// The calibration as numbers, for readings in units of `unit`.
@@ -369,7 +338,7 @@ impl Fit {
             model_error_mps2: self.search.held.model_error,
             tilt_freedom: self.quality.tilt_degrees_of_freedom,
         };
-        sensor.rescaled(unit / self.scale)
+        sensor.rescaled(unit / self.search.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.
@@ -379,7 +348,11 @@ impl Fit {
 
     /// What became of each pose.
     pub fn poses(&self) -> Vec<FittedPose> {
-        self.place_of.iter().map(|&k| self.fitted(k)).collect()
+        self.search
+            .place_of
+            .iter()
+            .map(|&k| self.fitted(k))
+            .collect()
     }
 
     fn fitted(&self, k: usize) -> FittedPose {
@@ -398,7 +371,7 @@ impl Fit {
             face,
             direction: force.try_normalize(0.0).unwrap_or_default().into(),
             tilt: face.map(|_| tilt()),
-            bad: self.bad[k],
+            bad: pose.bad,
         }
     }
 }

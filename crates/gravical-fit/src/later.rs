@@ -11,29 +11,20 @@ mod compare;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
-use crate::consistent::MAX_STEPS;
-use crate::model::{Covariance, Parameters};
-use crate::propagate::propagate;
+use crate::model::{Covariance, PARAMETERS, Parameters, jacobian};
 
 pub use check::{Cause, Check, Explanation, Length, StaticMean, check};
-pub use compare::{Compare, NormDifference, ParameterDifference, compare};
+pub use compare::{Compare, Difference, NormDifference, compare};
 
-/// Covariance of `f` by the errors of the parameters, from steps along the axes of their covariance.
+/// Covariance of `f` by the errors of the parameters, J C Jᵀ.
 fn propagated(
     x: &Parameters,
     covariance: &Covariance,
     f: impl Fn(&Parameters) -> Option<DVector<f64>>,
 ) -> Option<DMatrix<f64>> {
-    let eigen = SymmetricEigen::try_new(*covariance, f64::EPSILON, MAX_STEPS)?;
-    let axes = eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter());
-    let steps: Vec<Parameters> = axes
-        .filter(|(variance, _)| **variance > 0.0)
-        .map(|(variance, axis)| axis * variance.sqrt())
-        .collect();
-    propagate(&f(x)?, steps.len(), |k, sign| f(&(x + steps[k] * sign)))
+    let all: Vec<usize> = (0..PARAMETERS).collect();
+    let slopes = jacobian(x, &all, f)?;
+    Some(&slopes * covariance * slopes.transpose())
 }

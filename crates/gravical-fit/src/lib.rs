@@ -22,7 +22,6 @@ pub mod later;
 pub mod model;
 pub mod polynomial;
 mod pose;
-mod propagate;
 mod rows;
 mod search;
 mod sensor;
@@ -37,9 +36,10 @@ pub use gyro::{
     Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
-pub use propagate::propagate;
-pub use sensor::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
+pub use sensor::{
+    Claim, Deviations, Gravity, Sensor, WorstDirection, covariance_by_gravity, deviations,
+};
 pub use trust::{
     Budget, CONTRADICTION, FAIR_MPS2, GOOD_MPS2, Grade, LeftOut, NextPose, Trust, UNVERIFIED_MPS2,
-    Undetected, WorstDirection,
+    Undetected,
 };

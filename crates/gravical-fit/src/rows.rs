@@ -24,8 +24,8 @@ pub(crate) struct Placed {
     pub warmer_c: f64,
     pub hint: Hint,
     pub face: Option<Face>,
-    /// Left out, since it contradicts the others.
-    pub out: bool,
+    /// Left out since it contradicts the others: the probability that any good pose misses as much.
+    pub bad: Option<f64>,
     /// Shortfall of ‖a‖ by tilts that the fit takes for misalignment, m/s².
     pub shortfall: f64,
     /// Standard deviation of an error of its length if it is taken for an outlier, m/s².
@@ -364,7 +364,11 @@ impl Linear {
         let cost = || {
             let point = Point::new(x)?;
             let mut sum = 0.0;
-            for (pose, row) in poses.iter().zip(&self.rows).filter(|(p, _)| !p.out) {
+            for (pose, row) in poses
+                .iter()
+                .zip(&self.rows)
+                .filter(|(p, _)| p.bad.is_none())
+            {
                 let face = pose.face.filter(|_| row.is_face);
                 sum +=
                     (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();

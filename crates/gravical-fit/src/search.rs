@@ -23,6 +23,12 @@ const MAX_ROUNDS: usize = 8;
 #[derive(Debug, Clone)]
 pub(crate) struct Search {
     pub poses: Vec<Placed>,
+    /// Place among them of every pose that was given: repeats are merged.
+    pub place_of: Vec<usize>,
+    /// Input unit per working unit.
+    pub scale: f64,
+    /// Mean temperature of the poses, °C.
+    pub reference_c: f64,
     pub held: Held,
     /// Geometric mean of the likely spreads of bends; `held` has their root mean square.
     pub typical_bend: f64,
@@ -57,8 +63,14 @@ impl Search {
         }
     }
 
+    /// Pose `k` takes part in the fit.
+    pub fn counts(&self, k: usize) -> bool {
+        self.poses[k].bad.is_none()
+    }
+
     pub fn is_oriented(&self) -> bool {
-        let faces = self.poses.iter().filter(|p| !p.out).filter_map(|p| p.face);
+        let counted = self.poses.iter().filter(|p| p.bad.is_none());
+        let faces = counted.filter_map(|p| p.face);
         let mut axes = [false; 3];
         faces.for_each(|face| axes[face.axis] = true);
         axes.iter().filter(|on| **on).count() >= 2
@@ -78,7 +90,7 @@ impl Search {
         let mut found: Option<Found> = None;
         for _ in 0..MAX_STEPS {
             let linear = Linear::new(&self.poses, &x, (oriented, &free), held)?;
-            let solution = linear.solve_poses(held, |k| !self.poses[k].out)?;
+            let solution = linear.solve_poses(held, |k| self.counts(k))?;
             let now = linear.cost_at(&self.poses, &x, held);
             let shares = (0..14).map(|i| 0.5_f64.powi(i));
             let next = shares
@@ -109,7 +121,7 @@ impl Search {
         self.shortfalls(&found);
         let linear = self.fit(&self.estimating())?.linear;
         self.x = linear.x;
-        let solution = linear.solve_poses(&self.held, |k| !self.poses[k].out)?;
+        let solution = linear.solve_poses(&self.held, |k| self.counts(k))?;
         Some(Found { linear, solution })
     }
 

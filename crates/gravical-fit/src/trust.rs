@@ -12,6 +12,7 @@ use crate::model::{
 };
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
+use crate::sensor::{Sensor, WorstDirection};
 
 /// A pose and all within this angle of it are left out together, rad.
 const NEIGHBOUR: f64 = 25.0 * std::f64::consts::PI / 180.0;
@@ -84,20 +85,6 @@ pub struct LeftOut {
     pub sd_mps2: f64,
 }
 
-/// The direction in which the error claimed of ‖a‖ is largest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct WorstDirection {
-    /// Unit vector of specific force, axes of the case.
-    pub direction: [f64; 3],
-    /// Limit of the error, m/s². By the fit: it holds in every direction at once in 95 % of sessions, and is
-    /// the nonlinearity that the poses show and 2 to 3 standard uncertainties. By the closed form: 2 standard
-    /// uncertainties.
-    pub error_mps2: f64,
-    /// Standard uncertainty of ‖a‖ there, without the nonlinearity that the poses show, m/s².
-    pub sd_mps2: f64,
-}
-
 /// The error of one pose that has the largest effect without being detected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -156,7 +143,7 @@ impl Fit {
     /// All of it.
     pub fn trust(&self) -> Trust {
         Trust {
-            predicted_mps2: self.predicted_mps2(),
+            predicted_mps2: self.sensor(self.search.scale).predicted_mps2(),
             worst: self.weakest(),
             left_out: self.left_out(),
             undetected: self.undetected(),
@@ -172,94 +159,21 @@ impl Fit {
     }
 
     fn counts(&self, k: usize) -> bool {
-        !self.search.poses[k].out
+        self.search.counts(k)
     }
 
-    /// What is claimed of ‖a‖ along n, m/s²: the error by the bends that the poses show, and the
-    /// standard deviation of what they leave open. The model error is in it once and in full: poses do
-    /// not average it out.
-    pub fn error_along(&self, direction: [f64; 3]) -> (f64, f64) {
-        let n = Vector3::from(direction);
-        self.claim(&self.inverse(), &self.with_gravity(), &n)
-    }
-
-    fn claim(
-        &self,
-        inverse: &Matrix3<f64>,
-        covariance: &Covariance,
-        n: &Vector3<f64>,
-    ) -> (f64, f64) {
-        let gravity = self.search.held.gravity;
-        let h = sensitivity(inverse, n, gravity);
-        let open = (covariance * h).dot(&h).max(0.0).sqrt();
-        let bent = gravity * bend(self.found.x(), n);
-        (bent, open.hypot(self.search.held.model_error))
-    }
-
-    /// Directions over the sphere, and what is claimed along each.
-    fn claims(&self, covariance: &Covariance) -> impl Iterator<Item = (Vector3<f64>, f64, f64)> {
-        let inverse = self.inverse();
-        sphere(DIRECTIONS).map(move |n| {
-            let (bent, sd) = self.claim(&inverse, covariance, &n);
-            (n, bent, sd)
-        })
+    /// The sensor with another covariance, working units.
+    fn sensor_with(&self, covariance: Covariance) -> Sensor {
+        Sensor {
+            covariance,
+            ..self.sensor(self.search.scale)
+        }
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest.
     pub fn weakest(&self) -> WorstDirection {
-        self.weakest_by(&self.with_gravity())
-    }
-
-    fn weakest_by(&self, covariance: &Covariance) -> WorstDirection {
-        let factor = self.coverage_factor(covariance);
-        let each = self
-            .claims(covariance)
-            .map(|(n, bent, sd_mps2)| WorstDirection {
-                direction: n.into(),
-                error_mps2: bent.abs() + factor * sd_mps2,
-                sd_mps2,
-            });
-        let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
-        worst.unwrap_or(WorstDirection {
-            direction: [0.0, 0.0, 1.0],
-            error_mps2: f64::INFINITY,
-            sd_mps2: f64::INFINITY,
-        })
-    }
-
-    /// So many times its largest standard deviation is what ‖a‖ is off in any direction in 95 % of
-    /// sessions: 2 where one combination of parameters is open, up to 3 where several are. Errors are
-    /// drawn from the covariance, always the same ones.
-    fn coverage_factor(&self, covariance: &Covariance) -> f64 {
-        let (inverse, gravity) = (self.inverse(), self.search.held.gravity);
-        let eigen = covariance.symmetric_eigen();
-        let spread = Covariance::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
-        let root = eigen.eigenvectors * spread;
-        let rows: Vec<Parameters> = sphere(100)
-            .map(|n| root.tr_mul(&sensitivity(&inverse, &n, gravity)))
-            .collect();
-        let largest_sd = rows.iter().map(Parameters::norm).fold(0.0, f64::max);
-        let mut largest: Vec<f64> = normal_draws()
-            .map(|draw| rows.iter().map(|r| r.dot(&draw).abs()).fold(0.0, f64::max))
-            .collect();
-        largest.sort_by(f64::total_cmp);
-        let quantile = largest[largest.len() * 95 / 100] / largest_sd;
-        if quantile > 2.0 && quantile.is_finite() {
-            quantile
-        } else {
-            2.0
-        }
-    }
-
-    /// Predicted error of ‖a‖, root mean square over the sphere, m/s².
-    pub fn predicted_mps2(&self) -> f64 {
-        self.predicted_by(&self.with_gravity())
-    }
-
-    fn predicted_by(&self, covariance: &Covariance) -> f64 {
-        let claims = self.claims(covariance);
-        let squares = claims.map(|(_, bent, sd)| bent * bent + sd * sd);
-        (squares.sum::<f64>() / DIRECTIONS as f64).sqrt()
+        let sensor = self.sensor(self.search.scale);
+        sensor.weakest(sensor.coverage_factor())
     }
 
     /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
@@ -272,7 +186,7 @@ impl Fit {
         for k in (0..poses.len()).step_by(stride) {
             each[k] = self.leave_out(k, &directions);
         }
-        self.place_of.iter().map(|&k| each[k]).collect()
+        self.search.place_of.iter().map(|&k| each[k]).collect()
     }
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
@@ -289,8 +203,10 @@ impl Fit {
             ..*held
         };
         let bare = linear.solve(&normal, &without_sheet)?;
-        let claims = self.claims(&bare.covariance);
-        let sd_without_sheet = claims.map(|(_, _, sd)| sd).fold(0.0, f64::max);
+        let mut without_gravity = self.sensor_with(bare.covariance);
+        without_gravity.gravity.sd_mps2 = 0.0;
+        let claims = without_gravity.claims(sphere(DIRECTIONS));
+        let sd_without_sheet = claims.iter().map(|c| c.sd_mps2).fold(0.0, f64::max);
         if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
             return None;
         }
@@ -339,7 +255,11 @@ impl Fit {
     /// with the scale of the others and of what is usual.
     pub fn undetected(&self) -> Option<Undetected> {
         let hidden = self.undetected_by(&self.state()?)?;
-        let pose = self.place_of.iter().position(|k| *k == hidden.pose)?;
+        let pose = self
+            .search
+            .place_of
+            .iter()
+            .position(|k| *k == hidden.pose)?;
         Some(Undetected { pose, ..hidden })
     }
 
@@ -400,7 +320,8 @@ impl Fit {
         let sd = self.usual_sd_mps2();
         let mut proposed = Vec::new();
         for _ in 0..count {
-            let worst = self.weakest_by(&self.and_gravity(&state.covariance));
+            let sensor = self.sensor_with(state.covariance);
+            let worst = sensor.weakest(sensor.coverage_factor());
             let mut direction = Vector3::from(worst.direction);
             let hidden = |state: &State| {
                 self.undetected_by(state)
@@ -415,18 +336,14 @@ impl Fit {
             }
             state = self.with_pose(&state, &direction, sd);
             directions.push(direction);
-            let covariance = self.and_gravity(&state.covariance);
+            let predicted = self.sensor_with(state.covariance).predicted_mps2();
             proposed.push(NextPose {
                 direction: direction.into(),
-                predicted_norm_error_mps2: self.predicted_by(&covariance),
+                predicted_norm_error_mps2: predicted,
                 undetected_effect_mps2: Some(hidden(&state)).filter(|u| u.is_finite()),
             });
         }
         proposed
-    }
-
-    fn and_gravity(&self, covariance: &Covariance) -> Covariance {
-        covariance + self.with_gravity() - self.found.solution.covariance
     }
 
     fn directions(&self) -> Vec<Vector3<f64>> {
@@ -489,48 +406,21 @@ const APART: f64 = 33.0 * std::f64::consts::PI / 180.0;
 /// determine what that pose should read.
 const MAX_UNDETERMINED_MPS2: f64 = 0.5;
 
-/// Two hundred vectors of standard normal numbers: an additive recurrence (Roberts' generalised golden
-/// ratio), which covers the cube more evenly than chance.
-fn normal_draws() -> impl Iterator<Item = Parameters> {
-    let mut ratio = 2_f64;
-    for _ in 0..60 {
-        ratio = (1.0 + ratio).powf(1.0 / (PARAMETERS as f64 + 1.0));
-    }
-    let normal = statrs::distribution::Normal::standard();
-    (1..=200).map(move |k| {
-        Parameters::from_fn(|i, _| {
-            let step = ratio.powi(-(i as i32 + 1));
-            normal.inverse_cdf((0.5 + step * f64::from(k)).fract())
-        })
-    })
-}
-
 impl Trust {
-    /// Root mean square of the errors of poses left out, and their number; none if no pose can be.
-    pub fn left_out_rms(&self) -> Option<(f64, usize)> {
+    /// Root mean square of the errors of poses left out; none if no pose can be.
+    pub fn left_out_rms(&self) -> Option<f64> {
         let errors = self.left_out.iter().flatten();
         let count = errors.clone().count();
         let squares: f64 = errors.map(|e| e.error_mps2.powi(2)).sum();
-        (count > 0).then(|| ((squares / count as f64).sqrt(), count))
-    }
-
-    /// The pose that the others contradict most, when they do: its number and its error over its
-    /// standard deviation.
-    pub fn contradiction(&self) -> Option<(usize, f64)> {
-        let each = self.left_out.iter().enumerate();
-        each.filter_map(|(k, left_out)| {
-            let left_out = (*left_out)?;
-            Some((k, left_out.error_mps2.abs() / left_out.sd_mps2))
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, z)| *z > CONTRADICTION)
+        (count > 0).then(|| (squares / count as f64).sqrt())
     }
 
     /// The grade by these numbers; what is wrong with the session itself comes on top.
     pub fn grade(&self) -> Grade {
         let claimed = self.worst.error_mps2;
         let hidden = self.undetected.map_or(f64::INFINITY, |u| u.effect_mps2);
-        if self.contradiction().is_some() {
+        let contradicts = |l: &LeftOut| l.error_mps2.abs() > CONTRADICTION * l.sd_mps2;
+        if self.left_out.iter().flatten().any(contradicts) {
             return Grade::Poor;
         }
         if self.left_out_rms().is_some() && hidden <= FAIR_MPS2 {

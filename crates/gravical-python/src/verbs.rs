@@ -6,7 +6,7 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::apply::{ApplyOptions, apply_recording};
-use gravical::calibrate::{CalibrateOptions, RecordOptions};
+use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
 use gravical::check::CheckOptions;
 use gravical::denoise::{DenoiseOptions, denoise_file};
@@ -125,13 +125,11 @@ fn inspect(mut call: Call) -> Result<Outcome> {
 fn calibrate(mut call: Call) -> Result<Outcome> {
     let (k, reading) = (&mut call.keywords, call.reading);
     let gravity = k.gravity()?;
-    let record: RecordOptions = k.take()?;
     let mut options = CalibrateOptions {
         segment: k.take()?,
         gravity: gravity.unwrap_or_default(),
         estimate: k.take()?,
-        sensor: record.sensor(),
-        recorded: record.recorded,
+        record: k.take()?,
         ..CalibrateOptions::default()
     };
     options.validate()?;

@@ -248,15 +248,6 @@ impl Recording {
         (low <= high).then_some([low, high])
     }
 
-    /// Mean temperature over these rows, °C; `None` without any.
-    pub fn mean_temperature_c(&self, rows: &[Range<usize>]) -> Option<f64> {
-        let all = self.temperature_c.as_ref()?;
-        let known = rows.iter().flat_map(|rows| &all[rows.clone()]);
-        let known = known.filter(|t| t.is_finite());
-        let (count, sum) = known.fold((0, 0.0), |(n, sum), t| (n + 1, sum + t));
-        (count > 0).then(|| sum / f64::from(count))
-    }
-
     /// True if there are columns with the names that `gravical apply` writes, whether they are
     /// read or not: the file is a result, not a recording of a session.
     #[must_use]

@@ -24,30 +24,27 @@
 
 mod checks;
 mod estimate;
-#[doc(hidden)]
-pub mod ferraris;
-#[doc(hidden)]
-pub mod gyro;
+mod ferraris;
+mod gyro;
 mod section;
 mod session;
 mod verdict;
 
-use gravical_core::matrix3;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    AccelerometerSection, CalibrationFile, FORMAT, GyroMethod, InputFile, RecordingTime,
-    RecordingTimeSource, SensorInfo, TemperatureRange, creation_time,
+    CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource, SensorInfo,
+    TemperatureRange, creation_time,
 };
 use crate::finding::{after, after_losses};
 use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
-use crate::recording::{AccelUnit, Finding, FindingKind, Recording, Severity, common_serial};
+use crate::recording::{Finding, FindingKind, Recording, Severity, common_serial};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::accelerometer;
+use estimate::{Basis, accelerometer};
 use session::Session;
 
 pub use crate::calibration_file::Method;
@@ -63,10 +60,8 @@ pub struct CalibrateOptions {
     pub gravity: Gravity,
     /// How the accelerometer is estimated.
     pub estimate: EstimateOptions,
-    /// Which sensor it is.
-    pub sensor: SensorInfo,
-    /// When the session was recorded; default: the first time stamp, if it is a date.
-    pub recorded: Option<UtcTime>,
+    /// Which sensor it is, and when the session was recorded; default: what the recordings say.
+    pub record: RecordOptions,
     /// The command line, for the record.
     pub command: Option<String>,
     /// Files beside the recordings that these options come from, as a section list;
@@ -100,16 +95,6 @@ pub struct RecordOptions {
         arg(long, value_name = "DATE", hide_short_help = true)
     )]
     pub recorded: Option<UtcTime>,
-}
-
-impl RecordOptions {
-    /// The sensor.
-    pub fn sensor(&self) -> SensorInfo {
-        SensorInfo {
-            id: self.sensor_id.clone(),
-            model: self.sensor_model.clone(),
-        }
-    }
 }
 
 impl CalibrateOptions {
@@ -158,8 +143,7 @@ pub struct Calibrated {
 /// that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
-    let gravity = options.gravity.value_mps2;
-    let sensor_id = match &options.sensor.id {
+    let sensor_id = match &options.record.sensor_id {
         Some(id) => Some(id.clone()),
         None => common_serial(recordings)?,
     };
@@ -182,103 +166,50 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         let session = Session {
             recordings,
             segmentation,
-            axes: &options.segment.axes,
-            faces_by_name: options.segment.faces_from.are_names(),
-            gravity: &options.gravity,
-            drift,
+            options,
         };
-        accelerometer(&session, &options.estimate)
+        accelerometer(&session, drift)
             .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
             .map_err(lost)
     };
     let mut estimate = estimated(&segmentation, drift)?;
     if drift {
-        temperature_model = estimate.drift_test.and_then(|test| {
-            let drift = estimate.fit().and_then(gravical_fit::Fit::drift);
-            from_poses(recordings, test, drift, &mut segmentation)
-        });
+        if let Basis::Fit(_, Some(test)) = estimate.basis {
+            temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
+        }
         if temperature_model.is_none() {
             // The poses of one part of the session are all there are of some direction.
             temperature_model = for_calibration(recordings, &[], &mut segmentation)?;
             estimate = estimated(&segmentation, false)?;
         }
     }
-    let placements = &segmentation.poses;
-
-    // The gyroscope from the pauses and the known turns.
-    let turns = match &estimate.faces {
-        Some(faces) => gyro::turns::gyroscope(
-            recordings,
-            &segmentation,
-            faces,
-            &estimate.calibration,
-            gravity,
-            options.segment.turn_angle_deg.to_radians(),
-            &options.segment.axes,
-        )?,
-        None => gyro::Gyroscope::default(),
+    let session = Session {
+        recordings,
+        segmentation: &segmentation,
+        options,
     };
-    // … else from the motions between the stills. Missing turns are reported only if the motions did
-    // not calibrate the gyroscope.
-    let mut gyroscope = turns;
-    if gyroscope.section.is_none() {
-        let missing = gyroscope.findings;
-        gyroscope = gyro::of_session(recordings, &segmentation, &estimate.calibration);
-        let method = gyroscope.section.as_ref().map(|s| s.method);
-        if method != Some(GyroMethod::Motion) {
-            gyroscope.findings.splice(0..0, missing);
-        }
-    }
+    let gyroscope = gyro::gyroscope(&session, &estimate)?;
 
     // What do the placements say of the result, and what can they not say?
-    let offset = recordings.first().map_or(0.0, |r| r.zero_offset);
-    let poses = section::poses(placements, &estimate, gravity, offset);
-    let range = TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c));
-    let nominal = recordings.first().and_then(|r| r.accel_scale.nominal());
-    let scale = matrix3::row_norms(&estimate.model);
-    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
-    let mut accelerometer = AccelerometerSection {
-        method: options.estimate.method,
-        input_unit: recordings
-            .first()
-            .map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
-        output_unit: AccelUnit::MetrePerSecondSquared,
-        // A zero offset is only a way of reading; what is applied to the file's
-        // own numbers carries it in the bias.
-        bias: estimate.calibration.bias.map(|b| b + offset),
-        matrix: estimate.calibration.matrix,
-        scale,
-        orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        // The parameters of a magnitude are nine by a fit, six by the closed form.
-        degrees_of_freedom: fitted.saturating_sub(if estimate.fit.is_some() { 9 } else { 6 }),
-        poses,
-        scale_deviation_percent: nominal.map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
-        ..AccelerometerSection::default()
-    };
-    section::complete(&mut accelerometer, &estimate, &options.gravity, placements);
+    let accelerometer = section::accelerometer(&session, &estimate);
+    let placements = &segmentation.poses;
 
     // Everything odd, gathered; the verdict follows from it.
-    let mut findings: Vec<Finding> = recordings
-        .iter()
-        .flat_map(|r| r.findings.iter().cloned())
-        .collect();
-    findings.extend(segmentation.findings.iter().cloned());
-    findings.extend(gyroscope.findings);
-    findings.extend(options.gravity.finding());
+    let read = recordings.iter().flat_map(|r| &r.findings);
+    let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
+    if !options.segment.faces_from.are_names() {
+        findings.extend(checks::names(&options.segment.axes, placements));
+    }
     findings.extend(checks::accelerometer(
         &accelerometer,
         &estimate,
         placements,
-        offset,
+        session.zero_offset(),
     ));
-    if !options.segment.faces_from.are_names() {
-        findings.extend(checks::names(&options.segment.axes, placements));
-    }
-    if findings
-        .iter()
-        .any(|f| f.kind == FindingKind::GyroScaleFound)
-    {
+    findings.extend(options.gravity.finding());
+    findings.extend(gyroscope.findings);
+    if gyroscope.scale_by_motions {
         // The motions have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
@@ -295,11 +226,11 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         recorded: recorded(recordings, options),
         sensor: SensorInfo {
             id: sensor_id,
-            model: options.sensor.model.clone(),
+            model: options.record.sensor_model.clone(),
         },
-        gravity_mps2: gravity,
+        gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,
-        temperature_c: range,
+        temperature_c: TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c)),
         accelerometer,
         gyroscope: gyroscope.section,
         inputs,
@@ -317,7 +248,7 @@ pub(crate) fn recorded(
     recordings: &[Recording],
     options: &CalibrateOptions,
 ) -> Option<RecordingTime> {
-    if let Some(time) = options.recorded {
+    if let Some(time) = options.record.recorded {
         let source = RecordingTimeSource::Given;
         return Some(RecordingTime { time, source });
     }

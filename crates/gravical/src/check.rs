@@ -202,7 +202,7 @@ pub fn check(
     let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|e| after_losses(e, recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
-    keep_longest(&mut intervals, &mut findings);
+    keep_longest(&mut intervals);
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
@@ -378,18 +378,13 @@ fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
 }
 
 /// Keeps the longest [`MAX_INTERVALS`] in their order.
-fn keep_longest(intervals: &mut Vec<Pose>, findings: &mut Vec<Finding>) {
-    let all = intervals.len();
-    if all <= MAX_INTERVALS {
+fn keep_longest(intervals: &mut Vec<Pose>) {
+    if intervals.len() <= MAX_INTERVALS {
         return;
     }
     intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
     intervals.truncate(MAX_INTERVALS);
     intervals.sort_by_key(|p| (p.recording, p.lines));
-    findings.push(finding!(
-        IntervalsLeftOut,
-        "{all} static intervals; the longest {MAX_INTERVALS} are compared"
-    ));
 }
 
 /// Is every recording in the unit of the calibration?
@@ -487,7 +482,7 @@ fn describe(
     counts: bool,
 ) -> StillCheck {
     let (rate, is_assumed) = recording.working_rate_hz();
-    let first = interval.rows.first().map_or(0, |rows| rows.start);
+    let first = interval.rows.start;
     let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
     let start_s = match &recording.time_s {
         Some(t) => t.get(first).copied().filter(|t| t.is_finite()),

@@ -19,7 +19,7 @@ use crate::numfmt::{decimals_for, fixed, signed, unit};
 use crate::recording::{AccelUnit, Finding};
 use crate::{Error, Result};
 
-pub use crate::later::{Judgement, ParameterDifference, Verdict};
+pub use crate::later::{Judgement, Verdict};
 
 /// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
 /// below the next range.
@@ -56,6 +56,68 @@ pub struct Comparison {
     pub findings: Vec<Finding>,
     /// The judgement of both parts together.
     pub verdict: Verdict,
+}
+
+/// One parameter of two calibrations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterDifference {
+    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
+    pub name: &'static str,
+    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
+    pub unit: &'static str,
+    /// Value in A; null for the rotation, which is between the two.
+    pub a: Option<f64>,
+    /// Value in B.
+    pub b: Option<f64>,
+    /// B − A.
+    pub difference: f64,
+    /// Its standard deviation by both covariances; null without them.
+    pub sigma: Option<f64>,
+    /// difference / sigma.
+    pub z: Option<f64>,
+}
+
+/// Names of the nine invariants and of the turn; three of each have a unit and a factor to it.
+const NAMES: [&str; 12] = [
+    "bias_x",
+    "bias_y",
+    "bias_z",
+    "scale_x",
+    "scale_y",
+    "scale_z",
+    "angle_xy",
+    "angle_xz",
+    "angle_yz",
+    "rotation_x",
+    "rotation_y",
+    "rotation_z",
+];
+const DEGREES: (&str, f64) = ("deg", 180.0 / std::f64::consts::PI);
+const UNITS: [(&str, f64); 4] = [("m/s^2", 1.0), ("%", 100.0), DEGREES, DEGREES];
+
+/// The differences one by one; `with_sigma`: both have a covariance.
+fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
+    let turn = found.turn.as_ref();
+    let [a, b] = &found.invariants;
+    let one = |k: usize| {
+        let ((unit, factor), i, is_invariant) = (UNITS[k / 3], k % 9, k < 9);
+        let part = if is_invariant {
+            &found.magnitude
+        } else {
+            turn?
+        };
+        let (difference, sigma) = (factor * part.value[i], factor * part.sd[i]);
+        Some(ParameterDifference {
+            name: NAMES[k],
+            unit,
+            a: is_invariant.then(|| factor * a[i]),
+            b: is_invariant.then(|| factor * b[i]),
+            difference,
+            sigma: with_sigma.then_some(sigma),
+            z: (with_sigma && sigma > 0.0).then(|| difference / sigma),
+        })
+    };
+    (0..12).filter_map(one).collect()
 }
 
 /// The part that changes the length of what is measured.
@@ -140,13 +202,8 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
     circumstances(pair, names, &mut findings);
     let evidence = Evidence::new(pair, &mut findings);
-    let mut parameters = found.parameters;
-    if !evidence.has_covariances {
-        for parameter in &mut parameters {
-            (parameter.sigma, parameter.z) = (None, None);
-        }
-    }
-    let test = evidence.test(found.magnitude);
+    let parameters = parameters(&found, evidence.has_covariances);
+    let test = evidence.test(found.magnitude.test);
     let magnitude = MagnitudeDifference {
         test,
         judgement: evidence.judge(test),
@@ -156,14 +213,19 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         norm_largest_mps2: found.norm.largest_mps2,
         largest_at: found.norm.largest_at.into(),
     };
-    let orientation = found.turn.map(|(turn, test)| {
-        let (angle, test) = (turn.norm(), evidence.test(test));
+    let orientation = found.turn.map(|turn| {
+        let (angle, test) = (turn.value.norm(), evidence.test(turn.test));
         let test = test.filter(|_| evidence.is_oriented);
+        let axis = |i: usize| {
+            if angle > 0.0 {
+                turn.value[i] / angle
+            } else {
+                0.0
+            }
+        };
         OrientationDifference {
             angle_deg: angle.to_degrees(),
-            axis: turn
-                .map(|v| if angle > 0.0 { v / angle } else { 0.0 })
-                .into(),
+            axis: [0, 1, 2].map(axis),
             test,
             judgement: evidence.judge(test),
         }

@@ -128,7 +128,7 @@ pub fn convert_file(
         column.map(|c| (c, c)).into_iter().collect()
     };
     let mut reader = BatchReader::open(input, &name, read, true, label)?;
-    let stills = find_rests(&reader.recording).spans;
+    let stills = find_rests(&reader.recording);
     settle(&mut reader.recording, &stills);
     let start_unix_s = reader
         .recording

@@ -113,7 +113,7 @@ pub struct InspectOptions {
 #[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
-    let spans = find_rests(recording).spans;
+    let spans = find_rests(recording);
     if spans.is_empty() && !is_too_short(recording.rows(), 0.0) {
         let text = format!("never at rest: {}", why_never_static(recording));
         findings.push(Finding::new(FindingKind::NeverStatic, text).in_file(&recording.name));

@@ -5,7 +5,7 @@ use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
-pub use gravical_fit::later::{Cause, Explanation, ParameterDifference};
+pub use gravical_fit::later::{Cause, Explanation};
 
 use crate::calibration_file::CalibrationFile;
 use crate::numfmt::count;

@@ -29,9 +29,11 @@ use std::ops::Range;
 
 use serde::Deserialize;
 
-use crate::finding::after;
+use crate::finding::{after, finding};
+use crate::numfmt::count;
 use crate::recording::units::GyroScale;
-use crate::recording::{Finding, FindingKind, Recording, UnitDoubt};
+use crate::recording::{AccelUnit, Finding, FindingKind, Recording, UnitDoubt};
+use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
@@ -130,8 +132,8 @@ pub struct Pose {
     pub source: String,
     /// Index of the recording.
     pub recording: usize,
-    /// Its rows, in one or several stretches.
-    pub rows: Vec<Range<usize>>,
+    /// Its rows.
+    pub rows: Range<usize>,
     /// First and last line of the file that they stand in.
     pub lines: Option<[u64; 2]>,
     /// Given or found.
@@ -173,33 +175,18 @@ pub struct Segmentation {
 
 /// A pose before its mean is taken.
 pub(crate) struct Interval {
-    label: String,
-    recording: usize,
-    rows: Vec<Range<usize>>,
-    selection: Selection,
-    claim: Option<Claim>,
+    pub label: String,
+    pub recording: usize,
+    pub rows: Range<usize>,
+    pub selection: Selection,
+    pub claim: Option<Claim>,
 }
-
-impl From<Pose> for Interval {
-    fn from(pose: Pose) -> Self {
-        Interval {
-            label: pose.label,
-            recording: pose.recording,
-            rows: pose.rows,
-            selection: pose.selection,
-            claim: pose.claim,
-        }
-    }
-}
-
-/// The values of a sensor in a static interval, one or several stretches of rows.
-pub(crate) type Stretches = Vec<[Vec<f64>; 3]>;
 
 /// Static intervals with their means.
 pub(crate) struct Measured {
     pub poses: Vec<Pose>,
     /// The accelerometer in each, rows with a spike empty.
-    pub held: Vec<Stretches>,
+    pub held: Vec<[Vec<f64>; 3]>,
     pub noise: PoseNoise,
 }
 
@@ -222,50 +209,13 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             .try_for_each(|r| r.refuse_averaged(hint))?;
     }
     let mut findings = Vec::new();
-    let (mut intervals, mut turns) = (Vec::new(), Vec::new());
-    let mut named = false;
-    match (&options.sections, recordings) {
-        (Some(sections), [one]) => {
-            (intervals, turns) = named::by_sections(one, sections, options)?;
-            named = true;
-        }
-        (Some(_), _) => {
-            return Err(Error::usage(
-                "several-files",
-                format!(
-                    "a section list belongs to one recording; there are {}",
-                    recordings.len()
-                ),
-            )
-            .of_option("sections")
-            .with_hint("calibrate that recording alone, or name each file after its face"));
-        }
-        (None, _) => {
-            for (index, recording) in recordings.iter().enumerate() {
-                if let Some(cut) = named::by_labels(index, recording, options, &mut findings) {
-                    let (poses, about) = cut?;
-                    intervals.extend(poses);
-                    turns.extend(about);
-                    named = true;
-                } else {
-                    intervals.extend(found::in_recording(
-                        index,
-                        recordings,
-                        options,
-                        &mut findings,
-                    )?);
-                }
-            }
-        }
-    }
+    let (intervals, named) = cut_recordings(recordings, options, &mut findings)?;
     if intervals.is_empty() {
         let error = found::never_still(recordings);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
-    let (gyro_scale, found) = between_rests(recordings, &intervals, &turns, options, &mut findings);
-    if !named {
-        turns = found;
-    }
+    let known = named.as_deref().unwrap_or_default();
+    let (gyro_scale, found) = between_rests(recordings, &intervals, known, options, &mut findings);
     let Measured {
         mut poses,
         held,
@@ -277,11 +227,41 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     check_rows(&poses, options, &mut findings);
     Ok(Segmentation {
         poses,
-        turns,
+        turns: named.unwrap_or(found),
         noise,
         gyro_scale,
         findings,
     })
+}
+
+/// The poses of a session, and the turns that sections or labels name; none where nothing is named.
+pub(crate) fn cut_recordings(
+    recordings: &[Recording],
+    options: &SegmentOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<(Vec<Interval>, Option<Vec<Turn>>)> {
+    if let Some(sections) = &options.sections {
+        let [one] = recordings else {
+            let count = recordings.len();
+            let what = format!("a section list belongs to one recording; there are {count}");
+            return Err(Error::usage("several-files", what)
+                .of_option("sections")
+                .with_hint("calibrate that recording alone, or name each file after its face"));
+        };
+        let (intervals, turns) = named::by_sections(one, sections, options)?;
+        return Ok((intervals, Some(turns)));
+    }
+    let (mut intervals, mut named) = (Vec::new(), None);
+    for (index, recording) in recordings.iter().enumerate() {
+        if let Some(cut) = named::by_labels(index, recording, options, findings) {
+            let (poses, turns) = cut?;
+            intervals.extend(poses);
+            named.get_or_insert_with(Vec::new).extend(turns);
+        } else {
+            intervals.extend(found::in_recording(index, recordings, options, findings)?);
+        }
+    }
+    Ok((intervals, named))
 }
 
 /// What the moves between the rests of each recording say of the gyroscope: its
@@ -300,7 +280,7 @@ fn between_rests(
         let mut rests: Vec<_> = intervals
             .iter()
             .filter(|d| d.recording == index)
-            .flat_map(|d| d.rows.iter().cloned())
+            .map(|d| d.rows.clone())
             .collect();
         rests.sort_by_key(|rows| rows.start);
         let motions = turns::motions(recording, &rests);
@@ -330,55 +310,50 @@ fn between_rests(
 
 /// One known unit of the accelerometer in all recordings.
 pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
+    let reads = |r: &Recording| (r.accel_scale.unit, r.accel_scale.lsb_per_g, r.zero_offset);
     let mut first: Option<&Recording> = None;
     for recording in recordings {
         let first = *first.get_or_insert(recording);
-        if recording.accel_scale.unit == crate::recording::AccelUnit::Unknown {
-            let why = recording
-                .findings
-                .iter()
-                .find(|f| {
-                    matches!(
-                        f.kind,
-                        FindingKind::WrongFullScale
-                            | FindingKind::UnitUnknown
-                            | FindingKind::WithoutGravity
-                    )
-                })
-                .map_or_else(|| "the unit is not known".to_owned(), |f| f.message.clone());
-            let hint = match recording.unit_doubt {
-                Some(UnitDoubt::WithoutGravity) => {
-                    "calibrate with recordings of the raw acceleration"
-                }
-                Some(UnitDoubt::WrongFullScale) => {
-                    "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2"
-                }
-                _ => "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
-            };
-            return Err(Error::input("unit-unknown", why)
-                .at(recording.name.as_ref(), None)
-                .with_hint(hint));
+        if recording.accel_scale.unit == AccelUnit::Unknown {
+            return Err(unknown_unit(recording));
         }
-        let same = recording.accel_scale.unit == first.accel_scale.unit
-            && recording.accel_scale.lsb_per_g == first.accel_scale.lsb_per_g
-            && recording.zero_offset == first.zero_offset;
-        if !same {
-            return Err(Error::input(
-                "units-differ",
-                format!(
-                    "the recordings are not in the same unit: {} is in {}, this one in {}",
-                    first.name,
-                    describe(first),
-                    describe(recording)
-                ),
-            )
-            .at(recording.name.as_ref(), None)
-            .with_hint(
-                "record all poses with the same settings; where they are in one unit, --accel-unit says it for all",
-            ));
+        if reads(recording) != reads(first) {
+            let what = format!(
+                "the recordings are not in the same unit: {} is in {}, this one in {}",
+                first.name,
+                describe(first),
+                describe(recording)
+            );
+            return Err(Error::input("units-differ", what)
+                .at(recording.name.as_ref(), None)
+                .with_hint("record all poses with the same settings; where they are in one unit, --accel-unit says it for all"));
         }
     }
     Ok(())
+}
+
+fn unknown_unit(recording: &Recording) -> Error {
+    let (why, hint) = match recording.unit_doubt {
+        Some(UnitDoubt::WithoutGravity) => (
+            FindingKind::WithoutGravity,
+            "calibrate with recordings of the raw acceleration",
+        ),
+        Some(UnitDoubt::WrongFullScale) => (
+            FindingKind::WrongFullScale,
+            "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2",
+        ),
+        _ => (
+            FindingKind::UnitUnknown,
+            "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
+        ),
+    };
+    let why = recording.findings.iter().find(|f| f.kind == why);
+    Error::input(
+        "unit-unknown",
+        why.map_or("the unit is not known", |f| f.message.as_str()),
+    )
+    .at(recording.name.as_ref(), None)
+    .with_hint(hint)
 }
 
 fn describe(recording: &Recording) -> String {
@@ -412,7 +387,7 @@ pub(crate) fn measure_intervals(
 pub(crate) fn means_of(
     recordings: &[Recording],
     intervals: impl Iterator<Item = (usize, Selection)>,
-    held: &[Stretches],
+    held: &[[Vec<f64>; 3]],
     resolution: fn(&Recording) -> [f64; 3],
 ) -> (Vec<PoseMean>, PoseNoise) {
     let coarsest = recordings
@@ -421,28 +396,26 @@ pub(crate) fn means_of(
         .fold([0.0; 3], |most: [f64; 3], step| {
             std::array::from_fn(|i| step[i].max(most[i]))
         });
-    let stretches: Vec<[&[f64]; 3]> = held.iter().flatten().map(slices).collect();
-    let noise = pooled_noise(&stretches, coarsest, Recording::samples_per_row(recordings));
-    let mean = |((recording, selection), held): ((usize, Selection), &Stretches)| {
+    let channels: Vec<[&[f64]; 3]> = held.iter().map(slices).collect();
+    let noise = pooled_noise(&channels, coarsest, Recording::samples_per_row(recordings));
+    let mean = |((recording, selection), values): ((usize, Selection), &[&[f64]; 3])| {
         let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
-        let values: [Vec<f64>; 3] =
-            std::array::from_fn(|i| held.iter().flat_map(|s| s[i].iter().copied()).collect());
         match selection {
-            Selection::Given => plain_mean(&slices(&values), &noise, rate),
-            Selection::Found => robust_mean(&slices(&values), &noise, rate),
+            Selection::Given => plain_mean(values, &noise, rate),
+            Selection::Found => robust_mean(values, &noise, rate),
         }
     };
-    (intervals.zip(held).map(mean).collect(), noise)
+    (intervals.zip(&channels).map(mean).collect(), noise)
 }
 
-fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
+/// The channels of a sensor as slices.
+pub(crate) fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
     channels.each_ref().map(|c| &c[..])
 }
 
 /// The values of a sensor in some rows.
-pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &[Range<usize>]) -> Stretches {
-    let values = |rows: &Range<usize>| sensor.each_ref().map(|c| c[rows.clone()].to_vec());
-    rows.iter().map(values).collect()
+pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &Range<usize>) -> [Vec<f64>; 3] {
+    sensor.each_ref().map(|c| c[rows.clone()].to_vec())
 }
 
 /// The accelerometer in every static interval, rows with a spike empty.
@@ -450,38 +423,32 @@ fn without_spikes(
     recordings: &[Recording],
     intervals: &[Interval],
     findings: &mut Vec<Finding>,
-) -> Vec<Stretches> {
+) -> Vec<[Vec<f64>; 3]> {
     // Of every recording: spikes, static intervals that have any, and their rows.
     let mut counts = vec![[0_usize; 3]; recordings.len()];
-    let held = intervals
-        .iter()
-        .map(|interval| {
-            let recording = &recordings[interval.recording];
-            let mut taken_out = 0;
-            let mut stretches = cut(&recording.accel, &interval.rows);
-            for values in &mut stretches {
-                taken_out += spikes::take_out(values, recording.accel_resolution());
-            }
-            if taken_out > 0 {
-                let rows: usize = interval.rows.iter().map(ExactSizeIterator::len).sum();
-                let count = &mut counts[interval.recording];
-                *count = [count[0] + taken_out, count[1] + 1, count[2] + rows];
-            }
-            stretches
-        })
-        .collect();
+    let take_out = |interval: &Interval| {
+        let recording = &recordings[interval.recording];
+        let mut values = cut(&recording.accel, &interval.rows);
+        let spikes = spikes::take_out(&mut values, recording.accel_resolution());
+        if spikes > 0 {
+            let count = &mut counts[interval.recording];
+            *count = [
+                count[0] + spikes,
+                count[1] + 1,
+                count[2] + interval.rows.len(),
+            ];
+        }
+        values
+    };
+    let held = intervals.iter().map(take_out).collect();
     for (recording, [spikes, intervals, rows]) in recordings.iter().zip(counts) {
         if spikes > 0 {
-            findings.push(
-                Finding::new(
-                    FindingKind::SpikesLeftOut,
-                    format!(
-                        "{spikes} of the {rows} samples of {intervals} static interval{} stand out from their neighbours by more than 6 standard deviations: left out",
-                        if intervals == 1 { "" } else { "s" },
-                    ),
-                )
-                .in_file(&recording.name),
+            let intervals = count(intervals, "static interval");
+            let spikes = finding!(
+                SpikesLeftOut,
+                "{spikes} of the {rows} samples of {intervals} stand out from their neighbours by more than 6 standard deviations: left out"
             );
+            findings.push(spikes.in_file(&recording.name));
         }
     }
     held
@@ -489,45 +456,38 @@ fn without_spikes(
 
 fn pose(
     interval: Interval,
-    held: &Stretches,
+    held: &[Vec<f64>; 3],
     mean: PoseMean,
     recordings: &[Recording],
     axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
-    let channels = held.iter().flatten();
-    let clipped = channels
+    let clipped = held
+        .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
         .sum();
-    let gyro_sum = recording
-        .gyro
-        .as_ref()
-        .and_then(|gyro| sum_of_rows(gyro, interval.rows.iter().flat_map(Clone::clone)));
-    let temperature_c = recording.mean_temperature_c(&interval.rows);
-    let in_case = axes.to_case(mean.mean);
-    let (nearest, angle) = Face::nearest(in_case);
-    let lines = interval
-        .rows
-        .first()
-        .zip(interval.rows.last())
-        .filter(|(first, last)| !first.is_empty() && !last.is_empty())
-        .map(|(first, last)| [recording.line(first.start), recording.line(last.end - 1)]);
+    let rows = interval.rows;
+    let gyro = recording.gyro.as_ref();
+    let temperatures = recording.temperature_c.as_ref();
+    let temperature_c = temperatures.map(|t| mean_of_finite(&t[rows.clone()]));
+    let (nearest, angle_deg) = Face::nearest(axes.to_case(mean.mean));
     Pose {
-        lines,
         label: interval.label,
         source: recording.name.clone(),
         recording: interval.recording,
-        rows: interval.rows,
+        lines: (!rows.is_empty())
+            .then(|| [recording.line(rows.start), recording.line(rows.end - 1)]),
         selection: interval.selection,
         mean: mean.mean,
         standard_error: mean.standard_error,
         count: mean.rows,
-        gyro_sum,
-        temperature_c,
-        face: (angle <= MAX_FACE_ANGLE_DEG).then_some(nearest),
-        angle_deg: angle,
+        gyro_sum: gyro.and_then(|gyro| sum_of_rows(gyro, rows.clone())),
+        temperature_c: temperature_c.filter(|t| t.is_finite()),
+        face: (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest),
+        angle_deg,
         claim: interval.claim,
         clipped,
+        rows,
     }
 }
 
@@ -554,17 +514,13 @@ pub(crate) fn leave_out_empty(poses: &mut Vec<Pose>, findings: &mut Vec<Finding>
         let Some(axis) = pose.mean.iter().position(|m| !m.is_finite()) else {
             return true;
         };
-        findings.push(
-            Finding::new(
-                FindingKind::EmptyPose,
-                format!(
-                    "\"{}\" has no value of a{} in any of its rows; left out",
-                    pose.label,
-                    face::AXES[axis]
-                ),
-            )
-            .in_file(&pose.source),
+        let empty = finding!(
+            EmptyPose,
+            "\"{}\" has no value of a{} in any of its rows; left out",
+            pose.label,
+            face::AXES[axis]
         );
+        findings.push(empty.in_file(&pose.source));
         false
     });
 }

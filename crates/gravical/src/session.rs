@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 pub use gravical_recording::axes;
 use serde::Deserialize;
 
-use crate::calibrate::{CalibrateOptions, calibrate};
+use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::CalibrationFile;
 use crate::escape::path_word;
 use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
+use crate::numfmt::count;
 use crate::poses::Segmentation;
 use crate::poses::sections::read_sections;
 use crate::recording::{
@@ -90,6 +91,16 @@ pub struct SessionCalibration {
     pub recordings: Vec<Recording>,
 }
 
+impl SessionCalibration {
+    fn new(recordings: Vec<Recording>, done: Calibrated) -> Self {
+        SessionCalibration {
+            file: done.file,
+            segmentation: done.segmentation,
+            recordings,
+        }
+    }
+}
+
 impl Session<'_> {
     /// Reads the files and calibrates.
     ///
@@ -107,11 +118,7 @@ impl Session<'_> {
         if let Some(folder) = guided {
             let (recordings, done) =
                 calibrate_session(folder, self.read, self.options, self.gravity)?;
-            return Ok(SessionCalibration {
-                file: done.file,
-                segmentation: done.segmentation,
-                recordings,
-            });
+            return Ok(SessionCalibration::new(recordings, done));
         }
         let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read)?;
         let mut done = calibrate_recordings(recordings, self.options)?;
@@ -130,11 +137,7 @@ pub fn calibrate_recordings(
     options: &CalibrateOptions,
 ) -> Result<SessionCalibration> {
     let done = calibrate(&recordings, options)?;
-    Ok(SessionCalibration {
-        file: done.file,
-        segmentation: done.segmentation,
-        recordings,
-    })
+    Ok(SessionCalibration::new(recordings, done))
 }
 
 /// Endings of files in a folder that may be recordings.
@@ -150,7 +153,7 @@ pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths = entries(folder)?;
     paths.retain(|p| p.is_file() && may_be_recording(p));
     if paths.is_empty() {
-        return Err(no_recordings(folder));
+        return Err(no_recordings(folder, &folders_in(folder)?));
     }
     Ok(axes::group(&paths))
 }
@@ -192,54 +195,33 @@ pub fn is_summary(path: &Path) -> bool {
     matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
-fn no_recordings(folder: &Path) -> Error {
-    let inside = left_out_folders(folder).unwrap_or_default();
-    let hint = match inside.first().and_then(|f| f.file.as_deref()) {
-        Some(inside) => format!(
-            "folders inside are not read; name one: {}",
-            path_word(Path::new(inside))
-        ),
-        None => {
-            "recordings are files that end in .csv, .txt, .tsv, .log, .dat, .gz or .cwa".to_owned()
-        }
-    };
-    Error::input("no-recordings", "there is no recording in this folder")
-        .at(folder, None)
-        .with_hint(hint)
-}
-
-/// The same with what each file is instead.
-fn none_among(folder: &Path, left_out: &[Finding], gyroscopes: &[&PathBuf]) -> Error {
-    const MAX_LISTED: usize = 4;
-    let alone = gyroscopes
+/// The error of a folder without a recording, with what was left out.
+fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
+    let inside = left_out
         .iter()
-        .map(|p| format!("{}: a gyroscope alone", p.display()));
-    let others = left_out.iter().map(|f| {
-        let file = f.file.as_deref().unwrap_or("-");
-        format!("{file}: {}", f.message.trim_end_matches("; left out"))
-    });
-    let mut all: Vec<String> = alone.chain(others).collect();
-    if let more @ 1.. = all.len().saturating_sub(MAX_LISTED) {
-        all.truncate(MAX_LISTED);
-        all.push(format!("and {more} more"));
+        .find(|f| f.kind == FindingKind::FolderLeftOut);
+    let hint = match (inside.and_then(|f| f.file.as_deref()), left_out) {
+        (Some(inside), _) => {
+            let inside = path_word(Path::new(inside));
+            format!("folders inside are not read; name one: {inside}")
+        }
+        (None, []) => format!("recordings are files that end in .{}", ENDINGS.join(", .")),
+        (None, _) => "`gravical inspect` says of each file what helps".to_owned(),
+    };
+    let mut error = Error::input("no-recordings", "there is no recording in this folder");
+    if let [first, ..] = left_out {
+        let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
+        error = error.with_detail(&format!("; {file}: {why}"));
     }
-    let error = no_recordings(folder);
-    let hint = format!(
-        "{}; `gravical inspect` says of each file what helps",
-        error.hint().unwrap_or_default()
-    );
-    error
-        .with_detail(&format!(" ({})", all.join("; ")))
-        .with_hint(hint)
+    error.at(folder, None).with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
-fn left_out_folders(folder: &Path) -> Result<Vec<Finding>> {
+fn folders_in(folder: &Path) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
-        let inside = files_in(&path).map_or(0, |files| files.len());
-        if inside > 0 {
-            let files = crate::numfmt::count(inside, "file");
+        if let Ok(files) = files_in(&path) {
+            let files = count(files.len(), "file");
             let left = finding!(
                 FolderLeftOut,
                 "a folder with {files} that may be recordings; not read"
@@ -305,6 +287,54 @@ pub fn several_with_gyro(inputs: usize) -> Error {
     .with_hint("give one continuous recording, or files that hold both sensors")
 }
 
+/// What a file of a session is.
+enum Part {
+    Recording(Box<Recording>),
+    /// A gyroscope alone.
+    Gyroscope,
+    /// No recording: why.
+    Other(Finding),
+}
+
+/// Reads a file; `of_folder`: nobody said that it is a recording. With other files beside it, a gyroscope may
+/// be theirs.
+fn read_part(
+    path: &Path,
+    (of_folder, is_only): (bool, bool),
+    [of_recordings, of_gyroscopes]: [&ReadOptions; 2],
+) -> Result<Part> {
+    if of_folder && is_rescued(path) {
+        return Ok(Part::Other(finding!(
+            NoRecording,
+            "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
+        )));
+    }
+    let recording = if of_folder {
+        read_listed(path, of_recordings)
+    } else {
+        read(path, of_recordings)
+    };
+    let is_doubtful = recording
+        .as_ref()
+        .map_or(true, |r| r.gyro.is_none() && is_named_gyroscope(path));
+    if is_doubtful && !is_only && holds_gyroscope_alone(path, of_gyroscopes) {
+        return Ok(Part::Gyroscope);
+    }
+    match recording {
+        // A result beside its sources is no placement.
+        Ok(recording) if of_folder && recording.is_result() => Ok(Part::Other(finding!(
+            AlreadyCalibrated,
+            "a result of this program, by its column names, not a recording; left out"
+        ))),
+        Err(error) if of_folder && is_something_else(&error) => Ok(Part::Other(finding!(
+            NoRecording,
+            "{}; left out",
+            error.message()
+        ))),
+        recording => recording.map(|recording| Part::Recording(Box::new(recording))),
+    }
+}
+
 /// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
 /// joined to the one recording that there is. A file with a gyroscope alone is
 /// no placement: it is joined where it can belong to one recording only. What is
@@ -323,76 +353,34 @@ pub fn read_session(
         [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
         _ => None,
     };
-    let (paths, mut left_out) = match folder {
-        Some(folder) => (files_in(folder)?, left_out_folders(folder)?),
+    let (mut paths, mut left_out) = match folder {
+        Some(folder) => (files_in(folder)?, folders_in(folder)?),
         None => (axes::group(inputs), Vec::new()),
     };
+    let is_only = paths.len() == 1;
+    paths.retain(|path| is_only || !gyro.is_some_and(|gyro| is_same(gyro, path)));
     let of_recordings = match gyro {
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
     };
     let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
     for path in &paths {
-        if gyro.is_some_and(|gyro| paths.len() > 1 && is_same(gyro, path)) {
-            continue;
-        }
-        let named = |finding: Finding| finding.in_file(&path.display().to_string());
-        if folder.is_some() && is_rescued(path) {
-            left_out.push(named(finding!(
-                NoRecording,
-                "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
-            )));
-            continue;
-        }
-        let recording = match folder {
-            Some(_) => read_listed(path, &of_recordings),
-            None => read(path, &of_recordings),
-        };
-        let doubtful = match &recording {
-            Ok(recording) => recording.gyro.is_none() && is_named_gyroscope(path),
-            Err(_) => true,
-        };
-        // With other files beside it, it may be theirs.
-        if doubtful && paths.len() > 1 && holds_gyroscope_alone(path, options) {
-            gyroscopes.push(path);
-            continue;
-        }
-        match recording {
-            // A result beside its sources is no placement.
-            Ok(recording) if folder.is_some() && recording.is_result() => {
-                let result = finding!(
-                    AlreadyCalibrated,
-                    "a result of this program, by its column names, not a recording; left out"
-                );
-                left_out.push(result.in_file(&recording.name));
-            }
-            Ok(recording) => recordings.push(recording),
-            Err(error) if folder.is_some() && is_something_else(&error) => {
-                left_out.push(named(finding!(
-                    NoRecording,
-                    "{}; left out",
-                    error.message()
-                )));
-            }
-            Err(error) => return Err(error),
+        match read_part(path, (folder.is_some(), is_only), [&of_recordings, options])? {
+            Part::Recording(recording) => recordings.push(*recording),
+            Part::Gyroscope => gyroscopes.push(path),
+            Part::Other(why) => left_out.push(why.in_file(&path.display().to_string())),
         }
     }
     if folder.is_some() {
         leave_out_linear(&mut recordings, &mut left_out);
     }
+    if let (true, None, Some(path)) = (recordings.is_empty(), folder, gyroscopes.first()) {
+        // Of files that were named, each is a recording or an error.
+        return Ok((vec![read(path, options)?], left_out));
+    }
     match (&mut recordings[..], gyro, &gyroscopes[..]) {
-        ([], ..) => {
-            // Of files that were named, each is a recording or an error.
-            let first = folder
-                .or(paths.first())
-                .map_or(Path::new("-"), PathBuf::as_path);
-            return match (folder, gyroscopes.first()) {
-                (None, Some(path)) => read(path, options).map(|r| (vec![r], left_out)),
-                _ => Err(none_among(first, &left_out, &gyroscopes)),
-            };
-        }
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
-        (several, Some(_), _) => return Err(several_with_gyro(several.len())),
+        (several @ [_, ..], Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
             let finding = match join_gyroscope(one, gyro, options) {
                 Ok(()) => finding!(
@@ -400,28 +388,29 @@ pub fn read_session(
                     "a gyroscope alone, beside one recording: joined to {} on time, as --gyro does",
                     one.name
                 ),
-                Err(why) => Finding::warning(
-                    FindingKind::GyroLeftOut,
-                    format!(
-                        "a gyroscope alone, which does not belong to {}: {}; left out",
-                        one.name,
-                        why.message()
-                    ),
+                Err(why) => finding!(
+                    GyroLeftOut,
+                    "a gyroscope alone, which does not belong to {}: {}; left out",
+                    one.name,
+                    why.message()
                 ),
             };
             left_out.push(finding.in_file(&gyro.display().to_string()));
         }
-        (several, None, gyroscopes) => {
-            let belongs = match several.len() {
-                1 => "--gyro says which file belongs to the recording",
-                _ => "With one recording, --gyro joins the gyroscope's file to it",
+        (_, _, gyroscopes) => {
+            let note = "a gyroscope alone, and no pose; left out. With one recording, --gyro joins a gyroscope's file to it";
+            let one = |path: &&PathBuf| {
+                let finding = Finding::note(FindingKind::GyroLeftOut, note);
+                finding.in_file(&path.display().to_string())
             };
-            for path in gyroscopes {
-                let what = format!("a gyroscope alone, and no pose; left out. {belongs}");
-                let finding = Finding::note(FindingKind::GyroLeftOut, what);
-                left_out.push(finding.in_file(&path.display().to_string()));
-            }
+            left_out.extend(gyroscopes.iter().map(one));
         }
+    }
+    if recordings.is_empty() {
+        let first = folder
+            .or(paths.first())
+            .map_or(Path::new("-"), PathBuf::as_path);
+        return Err(no_recordings(first, &left_out));
     }
     Ok((recordings, left_out))
 }

@@ -45,8 +45,7 @@ use gravical_fit::temperature::{Block, Direction, MIN_R2, detect_directions, fit
 use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
-    CHANNELS, ChannelDrift, DriftVerdict, InputFile, ReferenceSource, TemperatureModel,
-    TemperatureRange,
+    CHANNELS, ChannelDrift, DriftVerdict, InputFile, TemperatureModel, TemperatureRange,
 };
 use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
@@ -210,7 +209,6 @@ fn fit_model(
     let count = if means.any(f64::is_finite) { 6 } else { 3 };
     TemperatureModel {
         reference_c,
-        reference_source: ReferenceSource::Soak,
         range_c,
         channels: (0..count).map(channel).collect(),
         inputs: InputFile::of(recordings),
@@ -273,42 +271,38 @@ fn test_channel(
 ///
 /// # Errors
 ///
-/// With soak recordings: those of [`study`], and `unit-unknown` and `units-differ` if they are
-/// not in the unit of the session.
+/// With soak recordings: those of [`study`], `missing-temperature` for poses without, and `unit-unknown` and
+/// `units-differ` if they are not in the unit of the session.
 pub fn for_calibration(
     recordings: &[Recording],
     thermal: &[Recording],
     segmentation: &mut Segmentation,
 ) -> Result<Option<TemperatureModel>> {
     let findings = &mut segmentation.findings;
+    let session = temperatures(&segmentation.poses);
     let model = if thermal.is_empty() {
         study(recordings).ok()
     } else {
+        if session.is_none() {
+            let what = "the poses have no temperature at which a drift could be zero";
+            return Err(Error::input("missing-temperature", what)
+                .with_hint("record the temperature with the session, or leave out --thermal"));
+        }
         findings.extend(check_soak_units(recordings, thermal)?);
         Some(TemperatureModel {
             inputs: InputFile::of_soak(thermal),
             ..study(thermal)?
         })
     };
-    let Some(mut model) = model else {
+    let (Some(model), Some(session)) = (model, session) else {
         return Ok(None);
     };
-    findings.push(summary_finding(&model, !segmentation.turns.is_empty()));
+    findings.extend(refused(&model));
     if !model.any_corrected() {
         // No drift is subtracted: the reference does not matter.
         return Ok(Some(model));
     }
-    let [low, high] = model.range_c;
-    let Some(session) = temperatures(&segmentation.poses) else {
-        findings.push(finding!(
-            TemperatureReference,
-            "the poses have no temperature: bias and matrix are assumed to be valid at {:.1} °C, the middle of the soak; {}",
-            model.reference_c,
-            cost_text(&model),
-        ));
-        return Ok(Some(model));
-    };
-    let session_c = session.mean;
+    let ([low, high], session_c) = (model.range_c, session.mean);
     let reference_c = session_c.clamp(low, high);
     if reference_c != session_c {
         findings.push(finding!(
@@ -316,8 +310,7 @@ pub fn for_calibration(
             "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
         ));
     }
-    model = model.about(reference_c);
-    model.reference_source = ReferenceSource::Session;
+    let model = model.about(reference_c);
     bring_to_reference(&mut segmentation.poses, &model);
     Ok(Some(model))
 }
@@ -384,7 +377,6 @@ pub(crate) fn from_poses(
     };
     let mut model = TemperatureModel {
         reference_c,
-        reference_source: ReferenceSource::Session,
         range_c: [range.min, range.max],
         channels: (0..3).map(channel).collect(),
         inputs: InputFile::of(recordings),
@@ -397,41 +389,20 @@ pub(crate) fn from_poses(
         }
         model.channels.extend(gyro);
     }
-    let finding = summary_finding(&model, !segmentation.turns.is_empty());
-    segmentation.findings.push(finding);
+    segmentation.findings.extend(refused(&model));
     bring_to_reference(&mut segmentation.poses, &model);
     Some(model)
 }
 
-/// The finding that lists the channels that are corrected, and the others.
-fn summary_finding(model: &TemperatureModel, with_gyro: bool) -> Finding {
-    let list = |corrected: bool| {
-        let channels = model.channels.iter();
-        let channels = channels.filter(|c| c.is_corrected() == corrected);
-        channels.map(|c| &*c.channel).collect::<Vec<_>>().join(", ")
-    };
+/// A finding where the drift of no channel is predictable.
+fn refused(model: &TemperatureModel) -> Option<Finding> {
     let [low, high] = model.range_c;
-    let (corrected, others) = (list(true), list(false));
-    if corrected.is_empty() {
-        return finding!(
+    (!model.any_corrected()).then(|| {
+        finding!(
             TemperatureRefused,
-            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable ({others}): none is subtracted"
-        );
-    }
-    let idle = if !with_gyro && corrected.contains('g') {
-        " (for the gyroscope only after it is calibrated)"
-    } else {
-        ""
-    };
-    let rest = if others.is_empty() {
-        String::new()
-    } else {
-        format!("; that of {others} is not predictable or not significant")
-    };
-    finding!(
-        TemperatureModel,
-        "the temperature drift of {corrected} is subtracted{idle} between {low:.1} and {high:.1} °C{rest}"
-    )
+            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable: none is subtracted"
+        )
+    })
 }
 
 /// Text: largest error of a reading without the model, over its range.

@@ -281,8 +281,7 @@ impl Args {
             segment: m.segment.clone(),
             gravity: self.gravity.given()?.unwrap_or_default(),
             estimate: m.estimate.clone(),
-            sensor: m.record.sensor(),
-            recorded: m.record.recorded,
+            record: m.record.clone(),
             command: Some(command_line()),
             ..CalibrateOptions::default()
         };

@@ -158,8 +158,8 @@ impl Problem {
         At { x, linear, typical }
     }
 
-    /// Normal equations with a weight for each motion; β is held to the rests.
-    fn normal(&self, at: &At, weights: &[f64]) -> (Square, Parameters) {
+    /// Least squares with a weight for each motion; β is held to the rests.
+    fn solve(&self, at: &At, weights: Vec<f64>) -> Option<Solved> {
         // Directions that nothing shows stay where they are.
         let mut normal = Square::from_diagonal_element(1e-4);
         let mut gradient = Parameters::zeros();
@@ -168,11 +168,25 @@ impl Problem {
             normal[(9 + i, 9 + i)] += weight;
             gradient[9 + i] += weight * at.x[9 + i];
         }
-        for (linear, weight) in at.linear.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
+        for (linear, weight) in at.linear.iter().zip(&weights).filter(|(_, w)| **w > 0.0) {
             normal += *weight * linear.jacobian.tr_mul(&linear.jacobian);
             gradient += *weight * linear.jacobian.tr_mul(&linear.residual);
         }
-        (normal, gradient)
+        let covariance = inverse(&normal)?;
+        Some(Solved {
+            step: -(covariance * gradient),
+            covariance,
+            weights,
+        })
+    }
+
+    /// The same of the motions that are `used`, with a variance beside that of noise.
+    fn least_squares(&self, at: &At, used: &[bool], more: f64) -> Option<Solved> {
+        let weight = |(motion, used): (&Path, &bool)| {
+            f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
+        };
+        let weights = self.motions.iter().zip(used).map(weight).collect();
+        self.solve(at, weights)
     }
 
     /// Median of the residuals in their standard deviations over that of noise, at least 1.
@@ -216,9 +230,8 @@ impl Problem {
                 let whitened = length / motion.sd;
                 motion.sd.powi(-2) / (1.0 + (whitened / width).powi(2))
             };
-            let weights: Vec<f64> = lengths.iter().zip(&self.motions).map(weight).collect();
-            let (normal, gradient) = self.normal(at, &weights);
-            step = -(inverse(&normal)? * gradient);
+            let weights = lengths.iter().zip(&self.motions).map(weight).collect();
+            step = self.solve(at, weights)?.step;
         }
         Some(step)
     }
@@ -293,20 +306,6 @@ impl Problem {
         let residual = linear.after(&solved.step);
         let root = (known + Matrix3::from_diagonal_element(own)).cholesky();
         root.map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
-    }
-
-    fn least_squares(&self, at: &At, used: &[bool], more: f64) -> Option<Solved> {
-        let weight = |(motion, used): (&Path, &bool)| {
-            f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
-        };
-        let weights: Vec<f64> = self.motions.iter().zip(used).map(weight).collect();
-        let (normal, gradient) = self.normal(at, &weights);
-        let covariance = inverse(&normal)?;
-        Some(Solved {
-            step: -(covariance * gradient),
-            covariance,
-            weights,
-        })
     }
 }
 

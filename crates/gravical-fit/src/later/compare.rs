@@ -1,14 +1,12 @@
 //! Do two calibrations of one sensor differ?
 
-use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
-use serde::Serialize;
-
 use super::propagated;
 use crate::consistent::{MAX_STEPS, Test, consistent};
 use crate::model::{
     BENDS, Covariance, DIRECTIONS, Parameters, bias, invariants, matrix, sensitivity, sphere,
 };
 use crate::sensor::{Sensor, derivative_by_gravity};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 
 /// Rotation vector (rad) of Q in M_A⁻¹ M_B = Q P: what a_A = Q a_B turns by. None where one frame
 /// is the mirror image of the other, or a matrix is singular.
@@ -21,54 +19,37 @@ fn turn(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Option<Vector3<f64>> {
     Some(UnitQuaternion::from_rotation_matrix(&q).scaled_axis())
 }
 
-/// One parameter of two calibrations.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ParameterDifference {
-    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
-    pub name: &'static str,
-    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
-    pub unit: &'static str,
-    /// Value in A; null for the rotation, which is between the two.
-    pub a: Option<f64>,
-    /// Value in B.
-    pub b: Option<f64>,
-    /// B − A.
-    pub difference: f64,
-    /// Its standard deviation by both covariances; null without them.
-    pub sigma: Option<f64>,
-    /// difference / sigma.
-    pub z: Option<f64>,
+/// A difference of two calibrations, the second less the first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Its components.
+    pub value: DVector<f64>,
+    /// Their standard deviations by both covariances.
+    pub sd: DVector<f64>,
+    /// All together.
+    pub test: Test,
 }
 
-/// Name, unit, and factor to it: of the nine invariants, and of the turn.
-const PARAMETERS: [(&str, &str, f64); 12] = {
-    const DEGREES: f64 = 180.0 / std::f64::consts::PI;
-    [
-        ("bias_x", "m/s^2", 1.0),
-        ("bias_y", "m/s^2", 1.0),
-        ("bias_z", "m/s^2", 1.0),
-        ("scale_x", "%", 100.0),
-        ("scale_y", "%", 100.0),
-        ("scale_z", "%", 100.0),
-        ("angle_xy", "deg", DEGREES),
-        ("angle_xz", "deg", DEGREES),
-        ("angle_yz", "deg", DEGREES),
-        ("rotation_x", "deg", DEGREES),
-        ("rotation_y", "deg", DEGREES),
-        ("rotation_z", "deg", DEGREES),
-    ]
-};
+impl Difference {
+    /// `freedom`: residuals that the size of the covariance is known by.
+    fn new(value: DVector<f64>, covariance: &DMatrix<f64>, freedom: f64) -> Difference {
+        Difference {
+            sd: covariance.diagonal().map(|v| v.max(0.0).sqrt()),
+            test: consistent(&value, covariance).with_freedom(freedom),
+            value,
+        }
+    }
+}
 
 /// Two calibrations of one sensor, the second less the first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compare {
-    /// Bias, scale, angles, and the rotation where there is one.
-    pub parameters: Vec<ParameterDifference>,
-    /// The first nine together: what no turn of the board changes.
-    pub magnitude: Test,
-    /// Rotation vector of the frame (rad), and its three components together; none where one
-    /// frame is the mirror image of the other.
-    pub turn: Option<(Vector3<f64>, Test)>,
+    /// The nine [`invariants`] of each, with the same bends.
+    pub invariants: [DVector<f64>; 2],
+    /// Their difference: what changes ‖a‖.
+    pub magnitude: Difference,
+    /// Rotation vector of the frame (rad); none where one frame is the mirror image of the other.
+    pub turn: Option<Difference>,
     /// ‖a‖ by the second of what the first calls rest, less gravity, over the sphere.
     pub norm: NormDifference,
 }
@@ -101,23 +82,7 @@ pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
     let pair = Pair::new(a, b);
     let nine = |x: &Parameters, y: &Parameters| Some(invariants(y) - invariants(x));
     let (change, [by_a, by_b, common]) = pair.difference(nine)?;
-    let covariance = by_a + by_b + common;
-    let values = pair.parameters.map(|x| invariants(&x));
-    let mut parameters = Vec::new();
-    let mut add = |values: Option<&[DVector<f64>; 2]>, change: f64, variance: f64, i: usize| {
-        let (name, unit, factor) = PARAMETERS[parameters.len()];
-        let (difference, sigma) = (factor * change, factor * variance.max(0.0).sqrt());
-        parameters.push(ParameterDifference {
-            name,
-            unit,
-            a: values.map(|[a, _]| factor * a[i]),
-            b: values.map(|[_, b]| factor * b[i]),
-            difference,
-            sigma: Some(sigma),
-            z: (sigma > 0.0).then_some(difference / sigma),
-        });
-    };
-    (0..9).for_each(|i| add(Some(&values), change[i], covariance[(i, i)], i));
+    let magnitude = Difference::new(change, &(by_a + by_b + common), f64::INFINITY);
     let three = |x: &Parameters, y: &Parameters| {
         turn(&matrix(x), &matrix(y)).map(|t| DVector::from_column_slice(t.as_slice()))
     };
@@ -126,14 +91,11 @@ pub fn compare(a: &Sensor, b: &Sensor) -> Option<Compare> {
         let parts = [(by_a.trace(), a), (by_b.trace(), b)];
         let weighed = parts.map(|(variance, s)| variance * variance / s.tilt_freedom);
         let freedom = (by_a.trace() + by_b.trace()).powi(2) / (weighed[0] + weighed[1]);
-        let covariance = by_a + by_b + common;
-        (0..3).for_each(|i| add(None, turn[i], covariance[(i, i)], i));
-        let test = consistent(&turn, &covariance).with_freedom(freedom);
-        (Vector3::new(turn[0], turn[1], turn[2]), test)
+        Difference::new(turn, &(by_a + by_b + common), freedom)
     });
     Some(Compare {
-        parameters,
-        magnitude: consistent(&change, &covariance),
+        invariants: pair.parameters.map(|x| invariants(&x)),
+        magnitude,
         turn,
         norm: pair.norm(a.gravity.value_mps2)?,
     })

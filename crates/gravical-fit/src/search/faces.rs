@@ -53,7 +53,7 @@ impl Search {
             (0..self.poses.len()).map(|k| self.candidate(k)).collect();
         let is_named = |k: usize| matches!(self.poses[k].hint, Hint::Named(_));
         let angles: Vec<(f64, bool)> = (0..self.poses.len())
-            .filter(|&k| !self.poses[k].out)
+            .filter(|&k| self.counts(k))
             .filter_map(|k| Some((candidates[k]?.1, is_named(k))))
             .collect();
         let likeliest = FaceMixture::likeliest(&angles);

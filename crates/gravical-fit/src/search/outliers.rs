@@ -39,13 +39,13 @@ impl Search {
     /// session by hand has, all that are rarer than chance.
     pub fn misfits(&self) -> Vec<(usize, f64)> {
         let held = self.held.bare();
-        let count = self.poses.iter().filter(|p| !p.out).count();
+        let count = (0..self.poses.len()).filter(|k| self.counts(*k)).count();
         let most = MAX_SHARE_OUT * self.poses.len() as f64;
         let spare = most - (self.poses.len() - count) as f64;
         let Some(found) = self.fit(&held).filter(|_| spare >= 1.0) else {
             return Vec::new();
         };
-        let counts = |k: usize| !self.poses[k].out;
+        let counts = |k: usize| self.counts(k);
         let whole = found.linear.lengths(&held, &found.solution, counts);
         let mut trials: Vec<Deletion> = (0..self.poses.len())
             .filter(|&k| counts(k))
@@ -66,7 +66,7 @@ impl Search {
     /// The fit without pose `k`. Of many poses, by the residual and its share of the redundancy, which
     /// is exact for a free pose.
     fn delete(&self, k: usize, found: &Found, held: &Held, whole: Lengths) -> Deletion {
-        let counts = |i: usize| !self.poses[i].out && i != k;
+        let counts = |i: usize| self.counts(i) && i != k;
         let rest = if self.poses.len() <= MAX_SESSION {
             let solution = found.linear.solve_poses(held, counts);
             solution.map(|solution| found.linear.lengths(held, &solution, counts))
@@ -117,7 +117,7 @@ impl Search {
     /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
     /// (MacKay, Neural Computation 4, 1992).
     fn evidence(&self, found: &Found) -> f64 {
-        let counts = |k: usize| !self.poses[k].out;
+        let counts = |k: usize| self.counts(k);
         let Some(normal) = found.linear.normal(&self.held, counts) else {
             return f64::NEG_INFINITY;
         };

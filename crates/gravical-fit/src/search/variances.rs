@@ -11,7 +11,7 @@ impl Search {
             let before = self.held;
             let found = self.fit(&self.held)?;
             self.x = *found.x();
-            let counts: Vec<bool> = self.poses.iter().map(|p| !p.out).collect();
+            let counts: Vec<bool> = (0..self.poses.len()).map(|k| self.counts(k)).collect();
             let likelihood = |held: &Held| {
                 let solution = found.linear.solve_poses(held, |k| counts[k]);
                 solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)

@@ -56,15 +56,19 @@ fn over_poses(poses: &[PoseResult], y: Axis) -> Panel {
 fn norm(file: &CalibrationFile) -> Figure {
     let (poses, g) = (&file.accelerometer.poses, file.gravity_mps2);
     let off = |p: &PoseResult| length(&p.calibrated) - g;
-    let directions = poses.iter().map(|p| unit(&p.calibrated));
-    let deviations = file.sensor().map(|sensor| sensor.sd_along(directions));
+    let directions = poses.iter().map(|p| unit(&p.calibrated).into());
+    let deviations = file.sensor().map(|mut sensor| {
+        sensor.model_error_mps2 = 0.0;
+        let claims = sensor.claims(directions).into_iter();
+        claims.map(|c| milli_g(c.sd_mps2)).collect::<Vec<f64>>()
+    });
     let left = Series::categorical(
         "calibrated",
         Role::Result,
         poses.iter().map(|p| milli_g(off(p))),
     );
     let left = match &deviations {
-        Some(sd) => left.plus_minus(&sd.iter().map(|v| milli_g(*v)).collect::<Vec<_>>()),
+        Some(sd) => left.plus_minus(sd),
         None => left,
     };
     let left_out = poses
@@ -250,13 +254,16 @@ fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Op
     let (mut windows, mut names) = (Vec::new(), Vec::new());
     for pose in &cut.poses {
         let start = *track.starts.get(pose.recording)?;
-        for rows in pose.rows.iter().filter(|r| !r.is_empty()) {
-            let ends = [start + rows.start, start + rows.end - 1];
-            let window = ends.map(|row| track.t_s.get(row).copied().unwrap_or(f64::NAN));
-            if window.iter().all(|t| t.is_finite()) {
-                windows.push(window);
-                names.push(pose.face.map_or_else(|| pose.label.clone(), |f| f.name()));
-            }
+        if pose.rows.is_empty() {
+            continue;
+        }
+        let window = [
+            *track.t_s.get(start + pose.rows.start)?,
+            *track.t_s.get(start + pose.rows.end - 1)?,
+        ];
+        if window.iter().all(|t| t.is_finite()) {
+            windows.push(window);
+            names.push(pose.face.map_or_else(|| pose.label.clone(), |f| f.name()));
         }
     }
     let caption = "Raw recording. Shaded: the poses whose means were used.";
@@ -286,9 +293,8 @@ fn noise(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
     let noise = poses.iter().enumerate().filter_map(|(i, pose)| {
         let recording = session.recordings.get(pose.recording)?;
         let sigma = [0, 1, 2].map(|axis| {
-            let rows = pose.rows.iter();
-            let rows = rows.filter_map(|r| recording.accel[axis].get(r.clone()));
-            deviation(rows.flatten().copied())
+            let values = recording.accel[axis].get(pose.rows.clone());
+            deviation(values.into_iter().flatten().copied())
         });
         let name = results.map_or(&pose.label, |results| &results[i].label);
         sigma.iter().any(|s| s.is_finite()).then_some((name, sigma))

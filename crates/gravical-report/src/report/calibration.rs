@@ -325,7 +325,7 @@ fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<
         return section;
     }
     section.with(Block::paragraph(format!(
-        "The drift is relative to {:.1} °C. Outside the measured range the value at its limit is used.",
+        "The drift is relative to {:.1} °C, the mean of the poses. Outside the measured range the value at its limit is used.",
         model.reference_c
     )))
 }

@@ -66,7 +66,7 @@ pub(super) fn judge_gyroscope(
         return Ok(None);
     };
     let evidence = if recording.gyro_file.is_some() {
-        let rests = find_rests(recording).spans;
+        let rests = find_rests(recording);
         gyro_unit::Evidence::of(recording, &rests, &motions(recording, &rests))
     } else {
         let mut evidence = gyro_unit::Evidence::default();

@@ -1,6 +1,8 @@
 //! Checks that can show a calibration wrong.
 
-use crate::calibration_file::{AccelerometerSection, Method, TiltSource};
+use gravical_core::matrix3::unit;
+
+use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
 use crate::poses::face::{AXES, AxisMap, Claim, Face};
@@ -12,23 +14,14 @@ use super::estimate::{Estimate, UNUSUAL_TILT};
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
 const SCALE_GATE_PERCENT: f64 = 10.0;
-/// Scale further from nominal than this is worth a word, %.
-const SCALE_NOTE_PERCENT: f64 = 5.0;
 /// A bias above this is no MPU6050's, m/s² (0.35 g).
 const BIAS_GATE_MPS2: f64 = 0.35 * 9.80665;
-/// A bias above this is worth a word, m/s²: twice the ±60 mg of a data sheet.
-const BIAS_NOTE_MPS2: f64 = 1.2;
-/// Above this a face is accepted with a note, degrees.
-const FACE_NOTE_DEG: f64 = 10.0;
 /// Of many free poses some have to be beyond this on both sides of each axis, g: the limit of van
 /// Hees et al. (2014) and GGIR.
 const MIN_COVERED_G: f64 = 0.3;
 /// Oblique placements further off than so many times the predicted error
 /// contradict the result.
 const OBLIQUE_GATE: f64 = 3.0;
-/// Two axes further from a right angle than this are no MPU6050's, cosine:
-/// two and a half times the ±2 % of the data sheet.
-const CROSS_AXIS_GATE: f64 = 0.05;
 /// A sensor that misses the model by more than this, m/s², does something that
 /// the model has no word for.
 const MODEL_ERROR_NOTE: f64 = 0.02;
@@ -42,9 +35,6 @@ pub(super) fn accelerometer(
     offset: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    findings.extend(scale(section));
-    // The zero of unsigned counts is a way of reading, which no data sheet limits.
-    findings.extend(bias(section).filter(|_| offset == 0.0));
     for (used, placement) in estimate.uses.iter().zip(placements) {
         if used.fitted && placement.clipped > 0 {
             let clipped = finding!(
@@ -56,14 +46,15 @@ pub(super) fn accelerometer(
             findings.push(clipped.in_file(&placement.source));
         }
     }
+    // What is wrong with the session comes before what is wrong with the result.
+    findings.extend(orientations(section));
+    findings.extend(of_fit(section, estimate, placements));
+    findings.extend(scale(section));
+    // The zero of unsigned counts is a way of reading, which no data sheet limits.
+    findings.extend(bias(section).filter(|_| offset == 0.0));
     findings.extend(oblique(section));
-    findings.extend(tilts(section, estimate, placements));
-    findings.extend(orientations(estimate));
-    findings.extend(cross_axis(section));
+    findings.extend(tilts(section));
     findings.extend(roles(section, estimate, placements));
-    if estimate.fit.is_some() {
-        findings.extend(of_fit(section, estimate, placements));
-    }
     findings
 }
 
@@ -78,42 +69,19 @@ fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option
 
 fn scale(section: &AccelerometerSection) -> Option<Finding> {
     let deviation = section.scale_deviation_percent?;
-    let off = |limit| beyond(deviation, limit, |v| format!("{v:+.1} %"));
-    if let Some(off) = off(SCALE_GATE_PERCENT) {
-        return Some(finding!(
-            ScaleOff,
-            "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
-        ));
-    }
-    off(SCALE_NOTE_PERCENT).map(|off| {
-        finding!(
-            ScaleHigh,
-            "the scale is further from nominal than usual ({off})"
-        )
-    })
+    let off = beyond(deviation, SCALE_GATE_PERCENT, |v| format!("{v:+.1} %"))?;
+    Some(finding!(
+        ScaleOff,
+        "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
+    ))
 }
 
 fn bias(section: &AccelerometerSection) -> Option<Finding> {
     let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
-    let above = |limit| beyond(bias_mps2, limit, |v| format!("{v:+.2} m/s²"));
-    if let Some(large) = above(BIAS_GATE_MPS2) {
-        return Some(finding!(
-            LargeBias,
-            "a bias above 0.35 g ({large}): no sensor of this kind has that"
-        ));
-    }
-    let high = above(BIAS_NOTE_MPS2)?;
-    let largest = bias_mps2.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
-    let prior = match section.fit {
-        Some(fit) if fit.prior => {
-            " If the part is like that, --prior off leaves the data sheet out"
-        }
-        _ => "",
-    };
+    let large = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))?;
     Some(finding!(
-        BiasHigh,
-        "the bias is {:.1} times what a data sheet allows, ±0.6 m/s² ({high}): was every side that is named really up, and is the unit right?{prior}",
-        largest / (0.5 * BIAS_NOTE_MPS2)
+        LargeBias,
+        "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
     ))
 }
 
@@ -131,59 +99,38 @@ fn oblique(section: &AccelerometerSection) -> Option<Finding> {
     })
 }
 
-/// Tilts: of single faces that lie far off, and of all when they are larger
-/// than the closed form's uncertainty assumes.
-fn tilts(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let mut list = Vec::new();
-    let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
-    for (used, placement) in estimate.uses.iter().zip(placements) {
-        let Some(face) = used.face.map(Face::name) else {
-            continue;
-        };
-        let tilt = used.tilt_deg.map_or(placement.angle_deg, |(t, _)| t);
-        list.push(format!("{face} {tilt:.1}°"));
-        (low, high) = (low.min(tilt), high.max(tilt));
-        if tilt > FACE_NOTE_DEG {
-            let off = finding!(
-                FaceTilt,
-                "{face} lies {tilt:.1}° off its face (raw, bias included): more than {FACE_NOTE_DEG}° costs accuracy"
-            );
-            findings.push(off.in_file(&placement.source));
-        }
-    }
-    if let Some(rms_deg) = estimate.face_angle_rms_deg
-        && let Some(tilt) = section.pose_tilt_deg
-        && tilt.source == TiltSource::Estimated
-    {
-        let computed = match section.covariance {
-            Some(_) => format!(
-                "; the uncertainty is computed with a tilt of {:.1}°",
-                tilt.value
-            ),
-            None => String::new(),
-        };
-        findings.push(finding!(
+/// Tilts that are larger than a box on a table leaves.
+fn tilts(section: &AccelerometerSection) -> Option<Finding> {
+    let tilt = section.pose_tilt_deg?;
+    let is_unusual = tilt.source == TiltSource::Estimated && tilt.value > UNUSUAL_TILT;
+    let list = section.poses.iter().filter_map(|p| {
+        let sd = p
+            .tilt_sd_deg
+            .map_or(String::new(), |sd| format!(" ± {sd:.1}"));
+        Some(format!("{} {:.1}{sd}°", p.label, p.tilt_deg?))
+    });
+    is_unusual.then(|| {
+        finding!(
             PoseTilt,
-            "the poses lie {low:.1}–{high:.1}° off their faces ({}), {rms_deg:.1}° rms without the bias. Six faces cannot tell pose from misalignment, R shows both{computed}. A box or a jig would help",
-            list.join(", ")
-        ));
-    }
-    findings
+            "the poses lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
+            tilt.value,
+            list.take(12).collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
 /// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
 /// no plan: where it never points, nothing tests the result, and what bends the readings of a
 /// restless wrist is not the noise that the covariance knows.
-fn orientations(estimate: &Estimate) -> Option<Finding> {
-    let fitted = estimate.uses.iter().filter(|u| u.fitted);
-    if fitted.clone().filter(|u| u.face.is_none()).count() < MANY_POSES {
+fn orientations(section: &AccelerometerSection) -> Option<Finding> {
+    let fitted = section.poses.iter().filter(|p| p.fitted);
+    if fitted.clone().filter(|p| p.kind == PoseKind::Free).count() < MANY_POSES {
         return None;
     }
     let ranges = [0, 1, 2].map(|axis: usize| {
-        let of = fitted.clone().filter_map(|u| Some(u.direction?[axis]));
+        let each = fitted.clone().map(|p| unit(&p.calibrated)[axis]);
         let none = [f64::INFINITY, f64::NEG_INFINITY];
-        of.fold(none, |[low, high], v| [low.min(v), high.max(v)])
+        each.fold(none, |[low, high], v| [low.min(v), high.max(v)])
     });
     let covered = |[low, high]: &[f64; 2]| *low < -MIN_COVERED_G && *high > MIN_COVERED_G;
     let list = AXES.iter().zip(&ranges);
@@ -193,25 +140,6 @@ fn orientations(estimate: &Estimate) -> Option<Finding> {
             FewOrientations,
             "not enough orientations: only {} are covered; each axis has to be beyond ±{MIN_COVERED_G} g on both sides",
             list.collect::<Vec<_>>().join(", ")
-        )
-    })
-}
-
-fn cross_axis(section: &AccelerometerSection) -> Option<Finding> {
-    let r = &section.orientation;
-    let cosine = |(i, j): (usize, usize)| {
-        let cosine = gravical_core::matrix3::dot(&r[i], &r[j]);
-        (i, j, cosine)
-    };
-    let pairs = [(0, 1), (1, 2), (2, 0)].map(cosine).into_iter();
-    let (i, j, cosine) = pairs.max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
-    (cosine.abs() > CROSS_AXIS_GATE).then(|| {
-        finding!(
-            CrossAxisHigh,
-            "the axes {} and {} are {:.1}° from a right angle; a data sheet allows about 1.6°: too few or too similar poses for so many parameters",
-            AXES[i],
-            AXES[j],
-            cosine.asin().to_degrees().abs()
         )
     })
 }
@@ -250,6 +178,9 @@ fn of_fit(
     estimate: &Estimate,
     placements: &[Pose],
 ) -> Vec<Finding> {
+    let Some(fit) = section.fit else {
+        return Vec::new();
+    };
     let mut findings = Vec::new();
     if estimate.noise_assumed {
         findings.push(finding!(
@@ -258,34 +189,17 @@ fn of_fit(
         ));
     }
     findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate)));
-    if let Some(fit) = section.fit {
-        if fit.model_error_mps2 > MODEL_ERROR_NOTE {
-            findings.push(finding!(
-                ModelError,
-                "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
-                1000.0 * fit.model_error_mps2
-            ));
-        }
-        if !fit.oriented {
-            findings.push(finding!(
-                OrientationOpen,
-                "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
-            ));
-        }
-    }
-    if let Some(tilt) = section.pose_tilt_deg
-        && tilt.source == TiltSource::Estimated
-        && tilt.value > UNUSUAL_TILT
-    {
-        let tilted = section.poses.iter().filter_map(|p| {
-            let (tilt_deg, sd_deg) = (p.tilt_deg?, p.tilt_sd_deg?);
-            Some(format!("{} {tilt_deg:.1} ± {sd_deg:.1}°", p.label))
-        });
+    if fit.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
-            PoseTilt,
-            "the poses lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
-            tilt.value,
-            tilted.take(12).collect::<Vec<_>>().join(", ")
+            ModelError,
+            "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
+            1000.0 * fit.model_error_mps2
+        ));
+    }
+    if !fit.oriented {
+        findings.push(finding!(
+            OrientationOpen,
+            "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
         ));
     }
     findings
@@ -304,58 +218,51 @@ fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
     let all = || 0..placements.len();
     let missing = missing(all().map(up));
     let named = |k: usize| match placements[k].claim {
-        Some(Claim::Face(f)) => Some(f).filter(|f| missing.contains(f)),
+        Some(Claim::Face(face)) => Some(face).filter(|f| missing.contains(f)),
         _ => None,
     };
-    let first = |k: usize| all().find(|&j| j != k && up(j) == up(k));
-    let by_name = all()
-        .filter(|&k| named(k).is_some() && up(k).is_some())
-        .find_map(|k| Some((first(k)?, k)));
-    let by_count = || {
-        let six = placements.len() == 6 && all().all(|k| up(k).is_some());
-        let mut later = all().filter_map(|k| Some((first(k).filter(|&j| j < k)?, k)));
-        later.find(|_| six && !missing.is_empty())
+    let are_six = placements.len() == 6 && !missing.is_empty() && all().all(|k| up(k).is_some());
+    let twin = |k: usize| all().find(|&j| j != k && up(k).is_some() && up(j) == up(k));
+    let pair = |is_meant: &dyn Fn(usize) -> bool| {
+        let mut later = all().rev().filter(|&k| is_meant(k));
+        later.find_map(|k| Some((twin(k)?, k)))
     };
-    let (one, other) = by_name.or_else(by_count)?;
-    let (p, q) = (&placements[one], &placements[other]);
+    let (one, other) = pair(&|k| named(k).is_some()).or_else(|| pair(&|_| are_six))?;
+    let (first, again) = (&placements[one].label, &placements[other].label);
     let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let copied = if p.mean == q.mean && p.count == q.count {
-        ", which hold the same readings"
-    } else {
-        ""
-    };
     let record = match named(other) {
-        Some(face) => format!("\"{}\" with {} up", q.label, face.name()),
+        Some(face) => format!("\"{again}\" with {} up", face.name()),
         None => format!("one of them with {} up", absent.join(" and ")),
     };
     let twice = finding!(
         SameFaceTwice,
-        "{} points up in \"{}\" and in \"{}\"{copied}, and no pose has {} up: record {record}",
+        "{} points up in \"{first}\" and in \"{again}\", and no pose has {} up: record {record}",
         up(other)?.name(),
-        p.label,
-        q.label,
         absent.join(" or ")
     );
-    Some(twice.in_file(&q.source))
+    Some(twice.in_file(&placements[other].source))
 }
 
 /// Faces only, and one of them missing: what that costs.
 fn missing_face(estimate: &Estimate) -> Option<Finding> {
-    let fit = estimate.fit()?;
+    let (fit, _) = estimate.fit()?;
     let uses = estimate.uses.iter().filter(|u| u.fitted);
     let missing = missing(uses.clone().map(|u| u.face));
     if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {
         return None;
     }
-    let cost = |face: &Face| {
-        let (_, sd) = fit.error_along(face.direction());
-        format!("{} up: ±{:.0} mg", face.name(), milli_g(sd))
-    };
+    let directions = missing.iter().map(|face| face.direction().into());
+    let claims = fit.sensor(1.0).claims(directions).into_iter();
+    let costs = missing.iter().zip(claims);
+    let costs = costs.map(|(face, claim)| {
+        let sd = milli_g(claim.sd_mps2);
+        format!("{} up: ±{sd:.0} mg", face.name())
+    });
     Some(finding!(
         MissingFace,
         "{} of six faces are there; the magnitude is known badly with {} (1σ). Record what is missing, or oblique poses",
         6 - missing.len(),
-        missing.iter().map(cost).collect::<Vec<_>>().join(", ")
+        costs.collect::<Vec<_>>().join(", ")
     ))
 }
 
@@ -407,16 +314,9 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
             "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign"
         )
     } else if let Some(map) = axes.renamed(&all) {
-        let what = if axes.is_identity() {
-            "a board that sits turned in its case; the calibration is in axes of the board. If the case is meant,".to_owned()
-        } else {
-            format!(
-                "another way of sitting in the case than --axes {axes} does, which is believed;"
-            )
-        };
         finding!(
             NamesTurned,
-            "the names describe {what} --axes {map} explains all names"
+            "the names describe another way of sitting in the case than --axes {axes}, which is believed; --axes {map} explains all names"
         )
     } else {
         finding!(

@@ -3,7 +3,7 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::Covariance;
-use gravical_fit::{DriftTest, Fit, Options, Trust, fit};
+use gravical_fit::{BiasDrift, DriftTest, Fit, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
@@ -89,7 +89,7 @@ pub enum Prior {
 }
 
 /// What a placement was used for.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Use {
     /// The face it was fitted as, axes of the case.
     pub face: Option<Face>,
@@ -97,8 +97,6 @@ pub(crate) struct Use {
     pub fitted: bool,
     /// Tilt off the face in degrees (raw angle by Ferraris' method), and its standard deviation.
     pub tilt_deg: Option<(f64, Option<f64>)>,
-    /// Direction of specific force, unit vector in axes of the case.
-    pub direction: Option<[f64; 3]>,
     /// Left out because it does not fit: chance of that.
     pub bad: Option<f64>,
 }
@@ -116,59 +114,79 @@ pub(crate) struct Estimate {
     pub tilt: Option<PoseTilt>,
     /// The six faces in Ferraris' terms, where all are there.
     pub faces: Option<ferraris::Faces>,
-    /// The joint fit, and how far it can be trusted; none by the closed form.
-    pub fit: Option<Box<(Fit, Trust)>>,
-    /// Whether a drift of the bias with temperature helps, where many poses tell.
-    pub drift_test: Option<DriftTest>,
-    /// Of M and b by the closed form; none by a fit, or without standard errors.
-    pub covariance: Option<Box<Covariance>>,
-    /// Angle between faces and means that bias and scale of the closed form leave, rms, degrees.
-    pub face_angle_rms_deg: Option<f64>,
+    /// How it was estimated, and how well it is known.
+    pub basis: Basis,
     pub noise_assumed: bool,
     /// Share of the standard errors that rounding makes.
     pub rounding: f64,
 }
 
+/// What the uncertainty of an estimate rests on.
+#[derive(Debug, Clone)]
+pub(crate) enum Basis {
+    /// The joint fit, how far it can be trusted, and where many poses tell, whether a drift of the bias
+    /// with temperature helps.
+    Fit(Box<(Fit, Trust)>, Option<DriftTest>),
+    /// The covariance of M and b by the closed form; none without standard errors.
+    ClosedForm(Option<Box<Covariance>>),
+}
+
 impl Estimate {
-    pub fn fit(&self) -> Option<&Fit> {
-        self.fit.as_deref().map(|(fit, _)| fit)
+    /// The joint fit, and how far it can be trusted; none by the closed form.
+    pub fn fit(&self) -> Option<&(Fit, Trust)> {
+        match &self.basis {
+            Basis::Fit(fit, _) => Some(fit),
+            Basis::ClosedForm(_) => None,
+        }
     }
 
-    pub fn trust(&self) -> Option<&Trust> {
-        self.fit.as_deref().map(|(_, trust)| trust)
+    /// Drift of the bias with temperature, where the joint fit has one.
+    pub fn drift(&self) -> Option<BiasDrift> {
+        self.fit().and_then(|(fit, _)| fit.drift())
     }
 }
 
-/// Estimates the accelerometer.
+/// Estimates the accelerometer, with a drift of its bias with temperature where `drift` asks for a test of
+/// that and it helps.
 ///
 /// # Errors
 ///
 /// `missing-face`, `same-face-twice`, `singular` (Ferraris); `underdetermined`; `left-handed` where
 /// names contradict each other; `sensors-differ` where recordings that can be fitted alone contradict
 /// each other; `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
-pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) -> Result<Estimate> {
+pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estimate> {
+    let options = &session.options.estimate;
     let scale = session.scale();
     let names = Names {
         free: &options.free,
         face: &options.face,
     };
     let found = poses(session.segmentation, names, scale)?;
-    let gravity = session.gravity.value_mps2;
-    let (axes, by_name) = (session.axes, session.faces_by_name);
+    let gravity = session.gravity_mps2();
     let fit_options = Options {
         gravity,
-        gravity_sd: session.gravity.uncertainty_mps2(),
+        gravity_sd: session.options.gravity.uncertainty_mps2(),
         nominal: session.nominal(),
         prior: options.prior == Prior::DataSheet,
         tilt: options.pose_tilt_deg.map(f64::to_radians),
-        start: Some(start(session.segmentation, axes, scale, gravity, by_name)),
-        ..Options::default()
+        start: Some(start(
+            session.segmentation,
+            session.axes(),
+            scale,
+            gravity,
+            session.faces_by_name(),
+        )),
+        drift,
     };
     if session.recordings.len() > 1 {
-        one_sensor(session, &found.poses, &fit_options)?;
+        let without_drift = Options {
+            drift: false,
+            ..fit_options
+        };
+        one_sensor(session, &found.poses, &without_drift)?;
     }
     match options.method {
-        Method::Ferraris => by_ferraris(session, options, &found),
+        Method::Ferraris => by_ferraris(session, &found),
         _ => by_fit(session, fit_options, &found),
     }
 }
@@ -176,13 +194,13 @@ pub(crate) fn accelerometer(session: &Session<'_>, options: &EstimateOptions) ->
 fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
     let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
-    if session.faces_by_name
+    if session.faces_by_name()
         && let Some(faces) = &faces
     {
         // Names that contradict each other, or --axes, are refused in the words of the closed form.
-        ferraris::accelerometer(faces, options.gravity, Some(session.axes))?;
+        ferraris::accelerometer(faces, options.gravity, Some(session.axes()))?;
     }
-    let drift_test = if session.drift {
+    let drift_test = if options.drift {
         gravical_fit::test_drift(&found.poses, &options).ok()
     } else {
         None
@@ -191,7 +209,7 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
     // Axes of the case may be those of a mirror image, as the signs of phones are.
-    let mounting = matrix3::identity().map(|row| session.axes.to_case(row));
+    let mounting = matrix3::identity().map(|row| session.axes().to_case(row));
     let hand = matrix3::det(&model) * matrix3::det(&mounting)
         / matrix3::row_norms(&model).iter().product::<f64>();
     if hand <= 0.0 {
@@ -208,7 +226,6 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
         tilt_deg: pose
             .tilt
             .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
-        direction: Some(pose.direction),
         bad: pose.bad,
     });
     let source = match options.tilt {
@@ -217,6 +234,7 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
         None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
+    let trust = fit.trust();
     Ok(Estimate {
         model,
         calibration: Calibration { matrix, bias },
@@ -226,15 +244,9 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
             source,
         }),
         faces,
-        drift_test,
-        covariance: None,
-        face_angle_rms_deg: None,
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
-        fit: Some(Box::new({
-            let trust = fit.trust();
-            (fit, trust)
-        })),
+        basis: Basis::Fit(Box::new((fit, trust)), drift_test),
     })
 }
 
@@ -243,21 +255,16 @@ const USUAL_TILT_DEG: f64 = 1.0;
 /// So many times the usual tilt is more than chance and a good board explain.
 pub(crate) const UNUSUAL_TILT: f64 = 1.6;
 
-fn by_ferraris(
-    session: &Session<'_>,
-    options: &EstimateOptions,
-    found: &Poses,
-) -> Result<Estimate> {
+fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
-    let gravity = session.gravity.value_mps2;
+    let gravity = session.gravity_mps2();
     let faces = ferraris::sort_into_faces(placements, session.recordings)?;
-    let names = session.faces_by_name.then_some(session.axes);
+    let names = session.faces_by_name().then(|| session.axes());
     let fit = ferraris::accelerometer(&faces, gravity, names)?;
-    let face_angle_rms_deg = fit.face_angle_rms_deg(&faces);
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
-    let seen = face_angle_rms_deg / std::f64::consts::SQRT_2;
-    let (value, source) = match options.pose_tilt_deg {
+    let seen = fit.face_angle_rms_deg(&faces) / std::f64::consts::SQRT_2;
+    let (value, source) = match session.options.estimate.pose_tilt_deg {
         Some(value) => (value, TiltSource::Given),
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
         None => (USUAL_TILT_DEG, TiltSource::Assumed),
@@ -268,7 +275,7 @@ fn by_ferraris(
             face,
             fitted: face.is_some(),
             tilt_deg: face.map(|_| (placement.angle_deg, None)),
-            ..Use::default()
+            bad: None,
         }
     };
     let covariance = fit.covariance(&faces, gravity, value.to_radians());
@@ -277,10 +284,7 @@ fn by_ferraris(
         calibration: fit.calibration,
         uses: placements.iter().enumerate().map(on_face).collect(),
         tilt: Some(PoseTilt { value, source }),
-        fit: None,
-        drift_test: None,
-        covariance: covariance.map(Box::new),
-        face_angle_rms_deg: Some(face_angle_rms_deg),
+        basis: Basis::ClosedForm(covariance.map(Box::new)),
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
         faces: Some(faces),

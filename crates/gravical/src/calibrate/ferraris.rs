@@ -6,14 +6,15 @@ use gravical_core::matrix3;
 use gravical_core::six_position::{
     AccelerometerParameters, SixPositionError, SixPositionMeans, ferraris_accelerometer,
 };
-use gravical_fit::model::{Covariance, DRIFT};
-use gravical_fit::propagate;
-use nalgebra::DVector;
+use gravical_fit::covariance_by_gravity;
+use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
-use crate::poses::face::{AXES, AxisMap, Face, angle_deg};
+use crate::poses::face::{AXES, AxisMap, Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
 use crate::{Error, Result};
+
+use super::session::at_only;
 
 /// A repeat of a face that points this far from the best one is an oblique
 /// pose, degrees.
@@ -96,56 +97,49 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
 }
 
 fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
-    let missing = Face::all()
-        .into_iter()
-        .filter(|f| of_face[f.index()].is_empty());
-    let names: Vec<String> = missing.clone().map(Face::name).collect();
-    let next: Vec<String> = missing
-        .map(|f| format!("{} {}", AXES[f.axis], if f.up { "up" } else { "down" }))
+    let faces = Face::all().into_iter();
+    let missing: Vec<Face> = faces
+        .clone()
+        .filter(|f| of_face[f.index()].is_empty())
         .collect();
-    let oblique = placements.iter().filter(|p| p.face.is_none());
-    let count = oblique.clone().count();
-    let twice = Face::all()
-        .into_iter()
-        .find(|f| of_face[f.index()].len() > 1)
-        .filter(|_| placements.len() == 6 && count == 0);
+    let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
+    let oblique: Vec<&Pose> = placements.iter().filter(|p| p.face.is_none()).collect();
+    let twice = faces
+        .filter(|_| placements.len() == 6 && oblique.is_empty())
+        .find(|f| of_face[f.index()].len() > 1);
     let error = if let Some(face) = twice {
-        let there = &of_face[face.index()];
         let source = |&i: &usize| match recordings {
             [_] => placements[i].label.as_str(),
             _ => placements[i].source.as_str(),
         };
+        let there: Vec<&str> = of_face[face.index()].iter().map(source).collect();
         let what = format!(
             "{} points up in {} poses ({}), and no pose has {} up",
             face.name(),
             there.len(),
-            there.iter().map(source).collect::<Vec<_>>().join(" and "),
+            there.join(" and "),
             names.join(", ")
         );
         Error::input("same-face-twice", what)
     } else {
-        let mut what = format!(
-            "{} of six faces found; missing: {}",
-            6 - names.len(),
-            names.join(" ")
-        );
-        if count > 0 {
-            let list = oblique.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
+        let (found, names) = (6 - missing.len(), names.join(" "));
+        let mut what = format!("{found} of six faces found; missing: {names}");
+        if !oblique.is_empty() {
+            let list = oblique.iter().take(6);
+            let list = list.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
             what += &format!(
-                "; {count} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+                "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+                oblique.len(),
                 placements.len(),
-                list.take(6).collect::<Vec<_>>().join(", ")
+                list.collect::<Vec<_>>().join(", ")
             );
         }
         Error::input("missing-face", what)
     };
-    let error = match recordings {
-        [one] => error.at(one.name.as_ref(), None),
-        _ => error,
-    };
-    error.with_hint(format!(
+    let next = missing.iter().map(|f| in_words(f.direction()));
+    at_only(recordings, error).with_hint(format!(
         "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
-        next.join(", ")
+        next.collect::<Vec<_>>().join(", ")
     ))
 }
 
@@ -174,8 +168,9 @@ impl AccelerometerFit {
     /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard
     /// deviation of each of its two components); none without standard errors.
     ///
-    /// The closed form is computed again with each of its 30 errors: a tilt costs the matrix about σ_tilt,
-    /// and the bias g√(σ_tilt⁴/2 + c²σ_tilt²), c the cross-axis terms.
+    /// The closed form is computed again with each of these errors. A tilt of σ turns a reading by σ and shortens
+    /// it by σ²/2 for each component, σ² on average and σ² of scatter: the first is an error of all faces alike,
+    /// as one of gravity.
     pub(super) fn covariance(
         &self,
         faces: &Faces,
@@ -190,29 +185,30 @@ impl AccelerometerFit {
             *mean = matrix3::add(mean, &change);
             let moved = ferraris_accelerometer(&six_positions(&means), gravity).ok()?;
             let matrix = moved.model();
-            Some(DVector::from_iterator(
-                DRIFT,
-                matrix.as_flattened().iter().chain(&moved.bias).copied(),
-            ))
+            Some(Parameters::from_fn(|i, _| match i {
+                0..BIAS => matrix[i / 3][i % 3],
+                BIAS..DRIFT => moved.bias[i - BIAS],
+                _ => 0.0,
+            }))
         };
-        let here = parameters(Face::all()[0], [0.0; 3])?;
-        // Three components of six means, then two of six tilts.
-        let covariance = propagate(&here, 18 + 12, |k, step| {
-            let mut change = [0.0; 3];
-            if k < 18 {
-                let face = Face::all()[k / 3];
-                change[k % 3] = step * errors[k / 3][k % 3];
-                return parameters(face, change);
+        let (turned, shorter) = (tilt_rad.sin(), 2.0 * (1.0 - tilt_rad.cos()));
+        let mut covariance = Covariance::zeros();
+        let mut add = |face: Face, change: [f64; 3]| {
+            let back = change.map(|c| -c);
+            let slope = (parameters(face, change)? - parameters(face, back)?) / 2.0;
+            covariance += slope * slope.transpose();
+            Some(())
+        };
+        for face in Face::all() {
+            for axis in 0..3 {
+                let along = |size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
+                add(face, along(errors[face.index()][axis]))?;
+                let tilt = if axis == face.axis { shorter } else { turned };
+                add(face, matrix3::mul_vec(&model, &along(gravity * tilt)))?;
             }
-            let face = Face::all()[(k - 18) / 2];
-            let (sine, cosine) = (step * tilt_rad).sin_cos();
-            change = face.direction().map(|d| gravity * d * (cosine - 1.0));
-            change[(face.axis + 1 + k % 2) % 3] = gravity * sine;
-            parameters(face, matrix3::mul_vec(&model, &change))
-        })?;
-        Some(Covariance::from_fn(|i, k| {
-            covariance.get((i, k)).copied().unwrap_or(0.0)
-        }))
+        }
+        let here = parameters(Face::all()[0], [0.0; 3])?;
+        Some(covariance + covariance_by_gravity(&here, shorter))
     }
 }
 

@@ -4,7 +4,7 @@
 mod readings;
 #[cfg(test)]
 mod tests;
-pub(super) mod turns;
+mod turns;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
@@ -13,10 +13,13 @@ use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MO
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::finding::{Finding, finding};
 use crate::poses::Segmentation;
-use crate::poses::face::AXES;
+use crate::poses::face::axes_where;
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
+use super::estimate::Estimate;
+use super::session::Session;
+use crate::Result;
 use readings::Readings;
 
 /// A scale that is further from nominal is not the one of the data sheet.
@@ -24,11 +27,36 @@ const SCALE_OFF: f64 = 0.1;
 
 /// A gyroscope, or why there is none.
 #[derive(Debug, Clone, Default)]
-pub struct Gyroscope {
+pub(super) struct Gyroscope {
     /// The parameters; none where not even a nominal scale is known.
     pub section: Option<GyroscopeSection>,
+    /// The motions showed a scale that nothing states.
+    pub scale_by_motions: bool,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+/// The gyroscope from the pauses and the known turns, else from the motions between the static intervals.
+///
+/// # Errors
+///
+/// Those of the known turns.
+pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gyroscope> {
+    let turns = turns::gyroscope(session, estimate)?;
+    if turns.section.is_some() {
+        return Ok(turns);
+    }
+    let mut gyroscope = of_session(
+        session.recordings,
+        session.segmentation,
+        &estimate.calibration,
+    );
+    let method = gyroscope.section.as_ref().map(|s| s.method);
+    // Missing turns are reported only if the motions did not calibrate the gyroscope.
+    if method != Some(GyroMethod::Motion) {
+        gyroscope.findings.splice(0..0, turns.findings);
+    }
+    Ok(gyroscope)
 }
 
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone
@@ -37,7 +65,7 @@ pub struct Gyroscope {
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-pub fn of_session(
+fn of_session(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,
@@ -86,7 +114,11 @@ pub fn of_session(
         g_sensitivity: fit.rest.g_sensitivity,
         ..section
     });
-    Gyroscope { section, findings }
+    Gyroscope {
+        section,
+        scale_by_motions: nominal.is_none() && matches!(fit.by_motions, Some(Ok(_))),
+        findings,
+    }
 }
 
 fn by_motions(fit: &MotionFit, left_out: usize) -> Option<GyroscopeSection> {
@@ -135,11 +167,7 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 /// What has to be turned more.
 fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
     let motions = open.motions;
-    let names = |weak: bool| {
-        let axes = (0..3).filter(|i| open.axes[*i] == weak);
-        let names: Vec<String> = axes.map(|i| AXES[i].to_string()).collect();
-        names.join(" and ")
-    };
+    let names = |weak: bool| axes_where(|axis| open.axes[axis] == weak).join(" and ");
     let (strong, weak) = (names(false), names(true));
     let how_well = match open.sd {
         sd if sd < 10.0 => format!("known to {:.0} %", 100.0 * sd),
@@ -149,23 +177,24 @@ fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
         Some(_) => "it gets its bias only, with the nominal scale",
         None => "it is not calibrated",
     };
-    if motions < MIN_MOTIONS {
-        finding!(
-            GyroUndetermined,
-            "{motions} usable motions between static intervals are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
+    let why = if motions < MIN_MOTIONS {
+        format!(
+            "are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
         )
     } else if strong.is_empty() {
-        finding!(
-            GyroUndetermined,
-            "the {motions} usable motions between static intervals do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
+        format!(
+            "do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
         )
     } else {
-        finding!(
-            GyroUndetermined,
-            "the {motions} usable motions between static intervals turn about {} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level",
-            open.axes.iter().filter(|weak| !**weak).count()
+        let count = open.axes.iter().filter(|weak| !**weak).count();
+        format!(
+            "turn about {count} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level"
         )
-    }
+    };
+    finding!(
+        GyroUndetermined,
+        "{motions} usable motions between static intervals {why}"
+    )
 }
 
 /// Names the motions that contradict the others, recording by recording.
@@ -212,17 +241,10 @@ fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
         ));
     }
     let diagonal = [0, 1, 2].map(|i| fit.matrix[i][i]);
-    let Some(nominal) = nominal else {
-        let per_deg_s = diagonal.map(|d| format!("{:.4}", 1.0 / d.to_degrees()));
-        findings.push(finding!(
-            GyroScaleFound,
-            "the scale of the gyroscope is not stated; according to the motions it is {} per °/s about x, y, z",
-            per_deg_s.join(", ")
-        ));
-        return findings;
-    };
-    let relative = diagonal.map(|d| d * nominal);
-    if relative.iter().any(|d| (d - 1.0).abs() > SCALE_OFF) {
+    let relative = nominal.map(|nominal| diagonal.map(|d| d * nominal));
+    if let Some(relative) = relative
+        && relative.iter().any(|d| (d - 1.0).abs() > SCALE_OFF)
+    {
         findings.push(finding!(
             GyroScaleOff,
             "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",

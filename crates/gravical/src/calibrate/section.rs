@@ -2,18 +2,19 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_fit::deviations;
-use gravical_fit::model::DRIFT;
+use gravical_fit::model::{Covariance as ParameterCovariance, DRIFT};
+use gravical_fit::{Fit, Trust, deviations};
 
 use crate::calibration_file::{
-    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult,
-    Source, WorstDirection,
+    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult, Source,
 };
 use crate::gravity::Gravity;
 use crate::poses::Pose;
+use crate::recording::AccelUnit;
 use crate::stats::standard_deviation;
 
-use super::estimate::Estimate;
+use super::estimate::{Basis, Estimate, Use};
+use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
 /// its data sheet, 0.4 mg/°C in the middle.
@@ -21,29 +22,44 @@ pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 /// k of the expanded uncertainty.
 const COVERAGE: f64 = 2.0;
 
-/// Adds to the parameters in `section` what follows from covariance, residuals and poses.
-pub(super) fn complete(
-    section: &mut AccelerometerSection,
-    estimate: &Estimate,
-    gravity: &Gravity,
-    placements: &[Pose],
-) {
-    section.gravity_sd_mps2 = gravity.uncertainty_mps2();
-    section.pose_tilt_deg = estimate.tilt;
-    if estimate.fit.is_some() {
-        by_fit(section, estimate);
-    } else {
-        by_ferraris(section, estimate, gravity);
+/// The section of an estimate.
+pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> AccelerometerSection {
+    let (first, gravity) = (session.recordings.first(), &session.options.gravity);
+    // A zero offset is only a way of reading; what is applied to the file's own numbers carries it in
+    // the bias.
+    let offset = session.zero_offset();
+    let scale = matrix3::row_norms(&estimate.model);
+    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
+    // The parameters of a magnitude are nine by a fit, six by the closed form.
+    let parameters = if estimate.fit().is_some() { 9 } else { 6 };
+    let mut section = AccelerometerSection {
+        method: session.options.estimate.method,
+        input_unit: first.map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
+        output_unit: AccelUnit::MetrePerSecondSquared,
+        bias: estimate.calibration.bias.map(|b| b + offset),
+        matrix: estimate.calibration.matrix,
+        scale,
+        orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
+        degrees_of_freedom: fitted.saturating_sub(parameters),
+        poses: poses(session, estimate),
+        scale_deviation_percent: session
+            .nominal()
+            .map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
+        gravity_sd_mps2: gravity.uncertainty_mps2(),
+        pose_tilt_deg: estimate.tilt,
+        ..AccelerometerSection::default()
+    };
+    match &estimate.basis {
+        Basis::Fit(fit, _) => by_fit(&mut section, &fit.0, &fit.1),
+        Basis::ClosedForm(covariance) => by_ferraris(&mut section, covariance.as_deref(), gravity),
     }
     let parameters = section.parameters().zip(section.covariance_of_parameters());
     section.deviations = parameters.map(|(x, covariance)| deviations(&x, &covariance));
-    section.budget = budget(section, estimate, placements);
+    section.budget = budget(&section, estimate, &session.segmentation.poses);
+    section
 }
 
-fn by_fit(section: &mut AccelerometerSection, estimate: &Estimate) {
-    let Some((fit, trust)) = estimate.fit.as_deref() else {
-        return;
-    };
+fn by_fit(section: &mut AccelerometerSection, fit: &Fit, trust: &Trust) {
     for (pose, left_out) in section.poses.iter_mut().zip(&trust.left_out) {
         pose.left_out_error_mps2 = left_out.map(|l| l.error_mps2);
         pose.left_out_sd_mps2 = left_out.map(|l| l.sd_mps2);
@@ -55,7 +71,7 @@ fn by_fit(section: &mut AccelerometerSection, estimate: &Estimate) {
     section.bends = Some(fit.bends());
     section.predicted_norm_error_mps2 = Some(trust.predicted_mps2);
     section.worst_direction = Some(trust.worst).filter(|w| w.error_mps2.is_finite());
-    section.leave_one_out_rms_mps2 = trust.left_out_rms().map(|(rms, _)| rms);
+    section.leave_one_out_rms_mps2 = trust.left_out_rms();
     // Without a pose that can be left out the data sheet alone would show an error.
     let is_tested = section.leave_one_out_rms_mps2.is_some();
     let undetected = trust.undetected.filter(|u| u.effect_mps2.is_finite());
@@ -65,21 +81,19 @@ fn by_fit(section: &mut AccelerometerSection, estimate: &Estimate) {
 }
 
 /// The closed form leaves no pose out and tests none.
-fn by_ferraris(section: &mut AccelerometerSection, estimate: &Estimate, gravity: &Gravity) {
+fn by_ferraris(
+    section: &mut AccelerometerSection,
+    covariance: Option<&ParameterCovariance>,
+    gravity: &Gravity,
+) {
     let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
     section.errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
-    let covariance = estimate.covariance.as_deref();
     let sensor = covariance.and_then(|c| section.sensor(gravity.value_mps2, *c, 0.0));
     let Some(sensor) = sensor else {
         return;
     };
-    let (direction, sd_mps2) = sensor.weakest();
     section.predicted_norm_error_mps2 = Some(sensor.predicted_mps2()).filter(|p| p.is_finite());
-    section.worst_direction = sd_mps2.is_finite().then_some(WorstDirection {
-        direction,
-        sd_mps2,
-        error_mps2: COVERAGE * sd_mps2,
-    });
+    section.worst_direction = Some(sensor.weakest(COVERAGE)).filter(|w| w.error_mps2.is_finite());
     let all = sensor.covariance_with_gravity();
     let row = |i: usize| (0..DRIFT).map(|k| all[(i, k)]).collect();
     section.covariance = Some(Covariance {
@@ -100,7 +114,7 @@ fn budget(
         [_] => Some(0.0),
         several => Some(standard_deviation(several) * drift_sd(estimate)),
     };
-    let mut contributions = if let Some(trust) = estimate.trust() {
+    let mut contributions = if let Some((_, trust)) = estimate.fit() {
         let (budget, rounding) = (trust.budget?, estimate.rounding);
         let noise = budget.noise * (1.0 - rounding * rounding).sqrt();
         vec![
@@ -131,7 +145,7 @@ fn budget(
 
 /// What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
 fn drift_sd(estimate: &Estimate) -> f64 {
-    let Some(drift) = estimate.fit().and_then(gravical_fit::Fit::drift) else {
+    let Some(drift) = estimate.drift() else {
         return DRIFT_MPS2_PER_C;
     };
     let scale = matrix3::row_norms(&estimate.model);
@@ -140,14 +154,10 @@ fn drift_sd(estimate: &Estimate) -> f64 {
 }
 
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along
-/// their own direction. `offset` is added back to the raw means, so that they are the file's numbers.
-pub(super) fn poses(
-    placements: &[Pose],
-    estimate: &Estimate,
-    gravity: f64,
-    offset: f64,
-) -> Vec<PoseResult> {
-    let one = |(placement, used): (&Pose, &super::estimate::Use)| {
+/// their own direction. The zero offset is added back to the raw means, so that they are the file's numbers.
+fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
+    let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
+    let one = |(placement, used): (&Pose, &Use)| {
         let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
         let (label, kind, expected) = match used.face {
@@ -180,5 +190,6 @@ pub(super) fn poses(
             fitted: used.fitted,
         }
     };
-    placements.iter().zip(&estimate.uses).map(one).collect()
+    let placements = session.segmentation.poses.iter();
+    placements.zip(&estimate.uses).map(one).collect()
 }

@@ -2,14 +2,14 @@
 //! sensors, and poses that leave parameters open.
 
 use gravical_core::matrix3;
-use gravical_fit::later::{Compare, ParameterDifference, compare};
+use gravical_fit::later::{Difference, compare};
 use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
 
-use crate::gravity::Gravity;
+use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
 use crate::poses::Segmentation;
-use crate::poses::face::{AXES, AxisMap, Face, in_words};
+use crate::poses::face::{AxisMap, Face, axes_where, in_words};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -18,16 +18,28 @@ use crate::{Error, Result};
 pub(crate) struct Session<'a> {
     pub recordings: &'a [Recording],
     pub segmentation: &'a Segmentation,
-    /// How the board sits in its case.
-    pub axes: &'a AxisMap,
-    /// Names of placements are believed, not data.
-    pub faces_by_name: bool,
-    pub gravity: &'a Gravity,
-    /// The drift with temperature is tested, and fitted where it helps.
-    pub drift: bool,
+    pub options: &'a CalibrateOptions,
 }
 
 impl Session<'_> {
+    pub fn axes(&self) -> &AxisMap {
+        &self.options.segment.axes
+    }
+
+    /// Names of placements are believed, not data.
+    pub fn faces_by_name(&self) -> bool {
+        self.options.segment.faces_from.are_names()
+    }
+
+    pub fn gravity_mps2(&self) -> f64 {
+        self.options.gravity.value_mps2
+    }
+
+    /// What is taken off the readings of the accelerometer, input unit.
+    pub fn zero_offset(&self) -> f64 {
+        self.recordings.first().map_or(0.0, |r| r.zero_offset)
+    }
+
     pub fn nominal(&self) -> Option<f64> {
         self.recordings.first()?.accel_scale.nominal()
     }
@@ -36,7 +48,7 @@ impl Session<'_> {
     pub fn scale(&self) -> f64 {
         let placements = self.segmentation.poses.iter();
         let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
-        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity.value_mps2;
+        let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
         self.nominal().unwrap_or_else(usual)
     }
 }
@@ -73,8 +85,9 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         };
         let sensor = sensor(&fit, session.scale());
         for (other, before) in &alone {
-            let differ = compare(before, &sensor).filter(|c| c.magnitude.p_value < CHANCE);
-            let Some([scale, bias]) = differ.map(|c| apart(&c)) else {
+            let differ = compare(before, &sensor).map(|c| c.magnitude);
+            let differ = differ.filter(|d| d.test.p_value < CHANCE);
+            let Some([scale, bias]) = differ.map(|d| apart(&d)) else {
                 continue;
             };
             let name = &recording.name;
@@ -101,13 +114,9 @@ fn sensor(fit: &Fit, unit: f64) -> Sensor {
 }
 
 /// Largest differences of scales in % and of biases in mg.
-fn apart(compared: &Compare) -> [f64; 2] {
-    let largest = |range: &[ParameterDifference]| {
-        let sizes = range.iter().map(|d| d.difference.abs());
-        sizes.fold(0.0, f64::max)
-    };
-    let [bias, scale] = [&compared.parameters[..3], &compared.parameters[3..6]].map(largest);
-    [scale, milli_g(bias)]
+fn apart(magnitude: &Difference) -> [f64; 2] {
+    let largest = |first: usize| magnitude.value.rows(first, 3).amax();
+    [100.0 * largest(3), milli_g(largest(0))]
 }
 
 /// The error for poses that leave the parameters open.
@@ -115,46 +124,47 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let means = session.segmentation.poses.iter().map(|p| p.mean);
     let directions: Vec<[f64; 3]> = means
         .filter(|mean| mean.iter().all(|v| v.is_finite()))
-        .map(|mean| matrix3::unit(&session.axes.to_case(mean)))
+        .map(|mean| matrix3::unit(&session.axes().to_case(mean)))
         .collect();
-    let error = if directions.is_empty() {
-        Error::input("no-poses", "no pose has a mean reading")
-            .with_hint("`gravical inspect` shows what is in the recording")
-    } else {
-        let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
-        let (covered, missing): (Vec<usize>, Vec<usize>) = (0..3).partition(|axis| is_up(*axis));
-        let [covered, missing] = [covered, missing].map(|axes| {
-            let names = axes.into_iter().map(|i| AXES[i].to_string());
-            names.collect::<Vec<_>>()
-        });
-        let coverage = match &missing[..] {
-            [a, b] => format!(
-                "only the {} axis is covered; {a} and {b} are missing",
-                covered.join("")
-            ),
-            [axis] => format!(
-                "only {} are covered; {axis} is missing",
-                covered.join(" and ")
-            ),
-            _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
-        };
-        let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
-        let direction = in_words(open.direction);
-        if open.sd_mps2.is_finite() {
-            let sd = milli_g(open.sd_mps2);
-            message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
-        }
-        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-        let pose = if missing.is_empty() {
-            direction
-        } else {
-            both.collect::<Vec<_>>().join(", ")
-        };
-        Error::input("underdetermined", message).with_hint(format!(
-            "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
-        ))
+    if directions.is_empty() {
+        let none = Error::input("no-poses", "no pose has a mean reading")
+            .with_hint("`gravical inspect` shows what is in the recording");
+        return at_only(session.recordings, none);
+    }
+    let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
+    let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
+    let coverage = match &missing[..] {
+        [a, b] => format!(
+            "only the {} axis is covered; {a} and {b} are missing",
+            covered.join("")
+        ),
+        [axis] => format!(
+            "only {} are covered; {axis} is missing",
+            covered.join(" and ")
+        ),
+        _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
     };
-    match session.recordings {
+    let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
+    let direction = in_words(open.direction);
+    if open.sd_mps2.is_finite() {
+        let sd = milli_g(open.sd_mps2);
+        message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
+    }
+    let both = missing.iter().map(|a| format!("{a} up and {a} down"));
+    let pose = if missing.is_empty() {
+        direction
+    } else {
+        both.collect::<Vec<_>>().join(", ")
+    };
+    let error = Error::input("underdetermined", message).with_hint(format!(
+        "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
+    ));
+    at_only(session.recordings, error)
+}
+
+/// The error at the only recording; of several none is meant.
+pub(super) fn at_only(recordings: &[Recording], error: Error) -> Error {
+    match recordings {
         [one] => error.at(one.name.as_ref(), None),
         _ => error,
     }

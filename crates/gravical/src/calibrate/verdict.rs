@@ -1,26 +1,14 @@
 //! The grade of a calibration and its reasons.
 
-use gravical_fit::GOOD_MPS2;
-
 use crate::calibration_file::{
     AccelerometerSection, Grade, GravitySource, Method, PoseKind, Verdict,
 };
 use crate::numfmt::{count, mg, words};
 use crate::poses::face::in_words;
-use crate::recording::{Finding, FindingKind};
+use crate::recording::Finding;
 
 use super::estimate::Estimate;
 
-/// What is wrong with the session comes before what is wrong with the fit.
-const SESSION: [FindingKind; 7] = [
-    FindingKind::SameFileTwice,
-    FindingKind::SameFaceTwice,
-    FindingKind::MissingFace,
-    FindingKind::FewOrientations,
-    FindingKind::NamesMirrored,
-    FindingKind::UnitChanged,
-    FindingKind::ClippedPose,
-];
 /// Angles between the axes that are less well known than this are worth a word, degrees.
 const OPEN_ANGLE_DEG: f64 = 0.3;
 
@@ -33,17 +21,14 @@ pub(super) fn verdict(
     findings: &[Finding],
 ) -> Verdict {
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
-    let grade = match (estimate.trust(), section.predicted_norm_error_mps2) {
+    let grade = match (estimate.fit(), section.predicted_norm_error_mps2) {
         _ if gates().next().is_some() => Grade::Poor,
-        (Some(trust), _) => trust.grade(),
+        (Some((_, trust)), _) => trust.grade(),
         // The closed form tests no single pose: it is never verified.
         (None, Some(error)) if 2.0 * error > gravical_fit::UNVERIFIED_MPS2 => Grade::Poor,
         (None, _) => Grade::NotVerifiable,
     };
-    let in_session = |f: &&Finding| SESSION.contains(&f.kind);
-    let session = findings.iter().filter(in_session);
-    let session = session.chain(gates().filter(|f| !in_session(f)));
-    let mut reasons: Vec<String> = session.map(|f| f.message.clone()).collect();
+    let mut reasons: Vec<String> = gates().map(|f| f.message.clone()).collect();
     reasons.extend(section.worst_direction.map(|worst| {
         let (error, direction) = (mg(worst.error_mps2), in_words(worst.direction));
         format!("error of ‖a‖ at most {error} mg (95 %) in the worst direction ({direction})")
@@ -82,81 +67,33 @@ pub(super) fn verdict(
         ));
     }
     reasons.extend(open_angles(section));
-    reasons.extend(improvement(section, source, grade));
+    reasons.extend(section.error_with_known_gravity(source).map(|known| {
+        let known = mg(known);
+        format!("most of the predicted error is that of gravity, which was assumed: --latitude or --gravity leaves {known} mg")
+    }));
+    if section.next_poses.is_empty() && grade == Grade::NotVerifiable {
+        let verify =
+            "to verify it, calibrate a recording at rest in any free pose: ‖a‖ must equal gravity";
+        reasons.push(verify.to_owned());
+    }
     Verdict { grade, reasons }
 }
 
-/// Which error of one pose would have been detected, what a smaller one does, and the poses that would
-/// test it.
+/// Which error of one pose is not detected with 90 %, and what it does. The poses that would test it are
+/// proposed.
 fn detectable(section: &AccelerometerSection) -> Option<String> {
     section.fit?;
     section.leave_one_out_rms_mps2?;
     let Some(hidden) = section.undetected else {
         let text = "there are too few poses to detect an error of one of them, however large";
-        return Some(text.to_owned() + &with_poses(section, f64::INFINITY));
+        return Some(text.to_owned());
     };
-    let (reading, effect) = (mg(hidden.reading_mps2), mg(hidden.effect_mps2));
-    let pose = section.poses[hidden.pose].called();
-    if hidden.effect_mps2 <= GOOD_MPS2 {
-        return Some(format!(
-            "an error of one pose that changes ‖a‖ by more than {effect} mg would have been detected with 90 % ({reading} mg in {pose})"
-        ));
-    }
     Some(format!(
-        "an error of {reading} mg in {pose} would not be detected and would change ‖a‖ by {effect} mg ({}){}",
-        in_words(hidden.direction),
-        with_poses(section, hidden.effect_mps2)
+        "an error of one pose that changes ‖a‖ by less than {} mg ({} mg in {}) may remain undetected",
+        mg(hidden.effect_mps2),
+        mg(hidden.reading_mps2),
+        section.poses[hidden.pose].called()
     ))
-}
-
-/// What the poses that are proposed leave of an undetected effect, where that is less.
-fn with_poses(section: &AccelerometerSection, now_mps2: f64) -> String {
-    let least = (1..)
-        .zip(&section.next_poses)
-        .filter_map(|(count, next)| Some((count, next.undetected_effect_mps2?)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .filter(|(_, least)| *least < now_mps2);
-    let Some((count, left)) = least else {
-        return String::new();
-    };
-    let (first, left) = (in_words(section.next_poses[0].direction), mg(left));
-    if count == 1 {
-        return format!("; one more pose, {first}, leaves {left} mg");
-    }
-    format!("; {count} more poses, the first {first}, leave {left} mg")
-}
-
-/// What improves the result most: to know gravity, or to record poses.
-fn improvement(section: &AccelerometerSection, source: GravitySource, grade: Grade) -> Vec<String> {
-    let mut reasons = Vec::new();
-    let Some(now) = section.predicted_norm_error_mps2 else {
-        return reasons;
-    };
-    reasons.extend(section.error_with_known_gravity(source).map(|known| {
-        let (now, known) = (mg(now), mg(known));
-        format!("most of the predicted error is that of gravity, which was assumed: give --latitude or --gravity: {now} mg → {known} mg")
-    }));
-    match &section.next_poses[..] {
-        [first, rest @ ..] if section.next_poses_lower_error() => {
-            let all = rest.last().map_or_else(String::new, |last| {
-                let (count, last) = (1 + rest.len(), mg(last.predicted_norm_error_mps2));
-                format!(", all {count} proposed poses to {last} mg")
-            });
-            let (pose, error) = (
-                in_words(first.direction),
-                mg(first.predicted_norm_error_mps2),
-            );
-            reasons.push(format!(
-                "best next pose: {pose}; it lowers the predicted error to {error} mg{all}"
-            ));
-        }
-        [] if grade == Grade::NotVerifiable => reasons.push(
-            "to verify it, calibrate a recording at rest in any free pose: ‖a‖ must equal gravity"
-                .to_owned(),
-        ),
-        _ => {}
-    }
-    reasons
 }
 
 fn unverified(section: &AccelerometerSection) -> &'static str {

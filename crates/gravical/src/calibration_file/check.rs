@@ -22,19 +22,12 @@ impl CalibrationFile {
     /// Refuses parameters that cannot be applied; the message gives the field.
     pub(super) fn check(&self) -> Result<()> {
         if !GRAVITY_MPS2.contains(&self.gravity_mps2) {
-            return Err(wrong(
-                "gravity_mps2",
-                format!("{} m/s² is not a possible gravity", self.gravity_mps2),
-            ));
+            let what = format!("{} m/s² is not a possible gravity", self.gravity_mps2);
+            return Err(wrong("gravity_mps2", &what));
         }
         let a = &self.accelerometer;
-        sensor(
-            "accelerometer",
-            &a.bias,
-            &a.matrix,
-            &a.scale,
-            &a.orientation,
-        )?;
+        let vectors = [&a.bias, &a.scale];
+        sensor("accelerometer", vectors, [&a.matrix, &a.orientation])?;
         let all = Covariance::names_with_bends();
         if let Some(c) = &a.covariance {
             c.check("accelerometer.covariance", &[&all[..12], &all])?;
@@ -47,78 +40,62 @@ impl CalibrationFile {
         ] {
             if value.is_some_and(|v| !(0.0..MAX_PARAMETER).contains(&v)) {
                 let field = format!("accelerometer.{field}");
-                return Err(wrong(
-                    &field,
-                    "it has to be 0 or more and below 1e9".to_owned(),
-                ));
+                return Err(wrong(&field, "it has to be 0 or more and below 1e9"));
             }
         }
         if let Some(g) = &self.gyroscope {
-            sensor("gyroscope", &g.bias, &g.matrix, &g.scale, &g.orientation)?;
+            let vectors = [&g.bias, &g.scale];
+            sensor("gyroscope", vectors, [&g.matrix, &g.orientation])?;
             sizes("gyroscope.g_sensitivity", g.g_sensitivity.as_flattened())?;
             if let Some(c) = &g.covariance {
                 c.check("gyroscope.covariance", &[&all[..12], &all[9..12]])?;
             }
         }
         if self.noise.as_ref().is_some_and(|noise| !noise.is_sound()) {
-            return Err(wrong("noise", "not a positive number".to_owned()));
+            return Err(wrong("noise", "not a positive number"));
         }
         let model = self.temperature_model.as_ref();
         if let Some(why) = model.and_then(super::TemperatureModel::fault) {
             let why = format!("it cannot be applied: {why}");
-            return Err(wrong("temperature_model", why));
+            return Err(wrong("temperature_model", &why));
         }
         Ok(())
     }
 }
 
-fn wrong(field: &str, why: String) -> Error {
+fn wrong(field: &str, why: &str) -> Error {
     Error::input("calibration-values", format!("{field}: {why}"))
         .with_hint("use the file written by `gravical calibrate … -o cal.json`, or calibrate again")
 }
 
 fn sensor(
     name: &str,
-    bias: &[f64; 3],
-    matrix: &[[f64; 3]; 3],
-    scale: &[f64; 3],
-    orientation: &[[f64; 3]; 3],
+    [bias, scale]: [&[f64; 3]; 2],
+    [matrix, orientation]: [&[[f64; 3]; 3]; 2],
 ) -> Result<()> {
     let field = |part: &str| format!("{name}.{part}");
     sizes(&field("bias"), bias)?;
     sizes(&field("scale"), scale)?;
     if scale.iter().any(|v| v.abs() < MIN_FACTOR) {
-        return Err(wrong(&field("scale"), "a scale is zero".to_owned()));
+        return Err(wrong(&field("scale"), "a scale is zero"));
     }
     for (part, m) in [("matrix", matrix), ("orientation", orientation)] {
         sizes(&field(part), m.as_flattened())?;
-        let lengths: [f64; 3] = m.map(|r| r.iter().map(|v| v * v).sum::<f64>().sqrt());
-        if lengths.iter().any(|l| *l < MIN_FACTOR) {
-            return Err(wrong(
-                &field(part),
-                "a row of the matrix is zero".to_owned(),
-            ));
-        }
-        let unit = [0, 1, 2].map(|i| m[i].map(|v| v / lengths[i]));
-        // NaN was refused above.
-        if matrix3::det(&unit).abs() < MIN_VOLUME {
-            return Err(wrong(&field(part), "the matrix is singular".to_owned()));
+        let lengths = matrix3::row_norms(m);
+        let is_zero = lengths.iter().any(|l| *l < MIN_FACTOR);
+        let unit = matrix3::scale_rows(m, &lengths.map(f64::recip));
+        if is_zero || matrix3::det(&unit).abs() < MIN_VOLUME {
+            return Err(wrong(&field(part), "the matrix is singular"));
         }
     }
     Ok(())
 }
 
 fn sizes(field: &str, values: &[f64]) -> Result<()> {
-    match values
-        .iter()
-        .find(|v| !(-MAX_PARAMETER..MAX_PARAMETER).contains(*v))
-    {
+    let is_beyond = |v: &&f64| !(-MAX_PARAMETER..MAX_PARAMETER).contains(*v);
+    match values.iter().find(is_beyond) {
         None => Ok(()),
-        Some(v) if v.is_finite() => Err(wrong(field, format!("{v:e} is beyond any sensor"))),
-        Some(_) => Err(wrong(
-            field,
-            "a parameter is not a finite number".to_owned(),
-        )),
+        Some(v) => Err(wrong(field, &format!("{v:e} is beyond any sensor"))),
     }
 }
 
@@ -128,40 +105,32 @@ impl Covariance {
         let n = self.parameters.len();
         if !named.contains(&&self.parameters[..]) {
             let names: Vec<String> = named.iter().map(|n| n.join(", ")).collect();
-            return Err(wrong(
-                &format!("{field}.parameters"),
-                format!("they have to be {}, in this order", names.join("; or ")),
-            ));
+            let why = format!("they have to be {}, in this order", names.join("; or "));
+            return Err(wrong(&format!("{field}.parameters"), &why));
         }
         let field = format!("{field}.values");
         if self.values.len() != n || self.values.iter().any(|row| row.len() != n) {
-            return Err(wrong(&field, format!("there have to be {n} rows of {n}")));
+            return Err(wrong(&field, &format!("there have to be {n} rows of {n}")));
         }
-        let value = |i: usize, j: usize| self.values.get(i).and_then(|r| r.get(j)).copied();
-        let c = DMatrix::from_fn(n, n, |i, j| value(i, j).unwrap_or(f64::NAN));
+        let c = DMatrix::from_fn(n, n, |i, j| self.values[i][j]);
         let sd: Vec<f64> = c.diagonal().iter().map(|v| v.sqrt()).collect();
         if c.iter().any(|v| !v.is_finite()) || sd.iter().any(|s| !(0.0..MAX_PARAMETER).contains(s))
         {
-            return Err(wrong(
-                &field,
-                "a variance is negative, beyond any sensor, or not a number".to_owned(),
-            ));
+            let why = "a variance is negative, beyond any sensor, or not a number";
+            return Err(wrong(&field, why));
         }
         // Normalised to correlations, since the parameters have different units.
         let correlations = DMatrix::from_fn(n, n, |i, j| match (sd[i] * sd[j], c[(i, j)]) {
             (0.0, 0.0) => 0.0,
             (size, v) => v / size,
         });
-        let transposed = correlations.transpose();
-        let symmetric = (&correlations - &transposed)
-            .iter()
-            .all(|d| d.abs() <= ROUNDING);
+        let asymmetry = &correlations - correlations.transpose();
+        // An infinity less another is no number.
+        let is_symmetric = asymmetry.iter().all(|d| d.abs() <= ROUNDING);
         let lowest = || correlations.symmetric_eigenvalues().min();
-        if !symmetric || lowest() < -(n as f64) * ROUNDING {
-            return Err(wrong(
-                &field,
-                "not a covariance: it is not symmetric, or not positive semidefinite".to_owned(),
-            ));
+        if !is_symmetric || lowest() < -(n as f64) * ROUNDING {
+            let why = "not a covariance: it is not symmetric, or not positive semidefinite";
+            return Err(wrong(&field, why));
         }
         Ok(())
     }

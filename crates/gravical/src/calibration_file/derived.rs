@@ -119,6 +119,22 @@ impl CalibrationFile {
         let mut sensor = section.sensor(self.gravity_mps2, all, section.model_error_mps2())?;
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
+        // Faces alone do not tell their tilt from misalignment, whose square changes lengths.
+        let mut fitted = section.poses.iter().filter(|p| p.fitted);
+        let tilt = section.pose_tilt_deg.map_or(0.0, |t| t.value.to_radians());
+        if fitted.all(|p| p.kind == PoseKind::Face) {
+            for row in 0..3 {
+                let along = |i: usize| {
+                    if i / 3 == row {
+                        sensor.parameters[i]
+                    } else {
+                        0.0
+                    }
+                };
+                let longer = Parameters::from_fn(|i, _| along(i)) * tilt.powi(2);
+                sensor.covariance += longer * longer.transpose();
+            }
+        }
         Some(sensor)
     }
 }
@@ -207,24 +223,21 @@ impl GyroscopeSection {
 const MATTERS: f64 = 0.8;
 
 impl AccelerometerSection {
-    /// True if the proposed poses lower the predicted error of ‖a‖ by more than a fifth.
-    pub fn next_poses_lower_error(&self) -> bool {
-        let now = self.predicted_norm_error_mps2;
-        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
-        then.zip(now)
-            .is_some_and(|(then, now)| then < MATTERS * now)
-    }
-
     /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
     /// where that is above 5 mg, the error that one pose can cause undetected.
     pub fn proposed_poses(&self) -> &[NextPose] {
+        let now = self.predicted_norm_error_mps2;
+        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
+        let lower_error = then
+            .zip(now)
+            .is_some_and(|(then, now)| then < MATTERS * now);
         let now = self.undetected.as_ref().map(|u| u.effect_mps2);
         let then = self.next_poses.iter();
         let then = then.filter_map(|p| p.undetected_effect_mps2);
         let test_more = then.min_by(f64::total_cmp).is_some_and(|least| {
             now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
         });
-        if self.next_poses_lower_error() || test_more {
+        if lower_error || test_more {
             &self.next_poses
         } else {
             &[]

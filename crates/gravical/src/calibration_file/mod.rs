@@ -20,8 +20,9 @@ use std::path::Path;
 use serde_json::error::Category;
 
 use crate::escape::shown_json;
+use crate::finding::finding;
 use crate::output::write_atomic;
-use crate::recording::{Finding, FindingKind};
+use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
@@ -36,8 +37,6 @@ pub(crate) use unit::{Applied, judge_unit};
 
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/2";
-/// That of files from before the first release.
-const OLD_FORMAT: &str = "gravical-calibration/1";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
@@ -109,9 +108,13 @@ impl CalibrationFile {
     /// That its verdict is poor, for what it is used for.
     pub(crate) fn poor_finding(&self) -> Option<Finding> {
         let why = self.verdict.reasons.join("; ");
-        let text = format!("the calibration's own verdict is poor: {why}");
         let is_poor = self.verdict.grade == Grade::Poor;
-        is_poor.then(|| Finding::new(FindingKind::PoorCalibration, text))
+        is_poor.then(|| {
+            finding!(
+                PoorCalibration,
+                "the calibration's own verdict is poor: {why}"
+            )
+        })
     }
 
     /// The recordings among the input files.
@@ -134,11 +137,6 @@ impl CalibrationFile {
         let refuse = |what: &str| Error::input("calibration-format", what);
         match format {
             Some(FORMAT) => {}
-            Some(OLD_FORMAT) => {
-                let what =
-                    "this calibration was made before 0.1.0, in a format that is no longer read";
-                return Err(refuse(what).with_hint("calibrate again from the recordings"));
-            }
             Some(other) => {
                 let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
                 return Err(refuse(&what));

@@ -17,27 +17,14 @@ use super::{CalibrationFile, InputFile};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TemperatureModel {
-    /// Temperature at which bias and matrix are valid, °C.
+    /// Temperature at which bias and matrix are valid, °C: the mean of the poses; of a soak alone its middle.
     pub reference_c: f64,
-    /// Source of the reference temperature.
-    pub reference_source: ReferenceSource,
     /// Lowest and highest temperature at which the model was fitted and tested, °C.
     pub range_c: [f64; 2],
     /// Every channel; refused ones have no coefficients.
     pub channels: Vec<ChannelDrift>,
     /// The recordings the model was computed from.
     pub inputs: Vec<InputFile>,
-}
-
-/// Source of the reference temperature of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum ReferenceSource {
-    /// The mean temperature of the poses that bias and matrix were computed from.
-    Session,
-    /// The middle of the soak: the poses had no temperature.
-    Soak,
 }
 
 /// Whether the drift of a channel is subtracted.
@@ -124,27 +111,19 @@ impl TemperatureModel {
     /// Why it cannot be applied; `None` if it can.
     pub(super) fn fault(&self) -> Option<String> {
         let [low, high] = self.range_c;
-        if ![self.reference_c, low, high].iter().all(|v| v.is_finite()) {
-            return Some("its reference or its range is not finite".to_owned());
+        // Not where one is no number, either.
+        if !(low <= high && self.reference_c.is_finite()) {
+            return Some(format!("its range is {low} to {high} °C"));
         }
-        if low > high {
-            return Some(format!("its range is reversed: {low} to {high} °C"));
-        }
-        self.channels.iter().enumerate().find_map(|(i, c)| {
-            let name = &c.channel;
-            if !CHANNELS.contains(&name.as_str()) {
-                Some(format!("there is no channel {name}"))
-            } else if self.channels[..i]
-                .iter()
-                .any(|before| before.channel == *name)
-            {
-                Some(format!("the channel {name} is there twice"))
-            } else if !c.coefficients.iter().all(|v| v.is_finite()) {
-                Some(format!("a coefficient of {name} is not finite"))
-            } else {
-                None
-            }
-        })
+        let is_faulty = |c: &&ChannelDrift| {
+            let is_finite = c.coefficients.iter().all(|v| v.is_finite());
+            !is_finite || !CHANNELS.contains(&c.channel.as_str())
+        };
+        let faulty = self.channels.iter().find(is_faulty)?;
+        let name = &faulty.channel;
+        Some(format!(
+            "{name} is no channel, or a coefficient of it no number"
+        ))
     }
 }
 

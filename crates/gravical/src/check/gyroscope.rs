@@ -10,7 +10,7 @@ use crate::finding::finding;
 use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::poses::mean::PoseMean;
 use crate::poses::turns::motions;
-use crate::poses::{Pose, Stretches, cut, means_of};
+use crate::poses::{Pose, cut, means_of};
 use crate::recording::{Finding, Recording};
 
 /// A calibrated rate at rest above this is worth a new bias, °/s: what an
@@ -54,7 +54,7 @@ pub(super) fn gyroscope(
         let rows: Vec<_> = intervals
             .iter()
             .filter(|p| p.recording == index)
-            .flat_map(|p| p.rows.iter().cloned())
+            .map(|p| p.rows.clone())
             .collect();
         let evidence = Evidence::of(recording, &rows, &motions(recording, &rows));
         let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
@@ -128,9 +128,9 @@ fn mean_rates(
 ) -> Vec<PoseMean> {
     let held = |interval: &Pose| match &recordings[interval.recording].gyro {
         Some(gyro) => cut(gyro, &interval.rows),
-        None => Vec::new(),
+        None => Default::default(),
     };
-    let held: Vec<Stretches> = intervals.iter().map(held).collect();
+    let held: Vec<[Vec<f64>; 3]> = intervals.iter().map(held).collect();
     let selected = intervals.iter().map(|p| (p.recording, p.selection));
     let (mut means, _) = means_of(recordings, selected, &held, Recording::gyro_resolution);
     let errors = intervals.iter().zip(&mut means);

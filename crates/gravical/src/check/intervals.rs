@@ -5,10 +5,10 @@ use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
-    Interval, Measured, Pose, SegmentOptions, Selection, Stretches, intervals_of, leave_out_empty,
-    measure_intervals, segment,
+    Interval, Measured, Pose, SegmentOptions, Selection, check_units, cut_recordings, intervals_of,
+    leave_out_empty, measure_intervals, slices,
 };
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 use crate::stats::mean_of_finite;
 use crate::temperature::{bring_to_reference, cost_text};
 use crate::{Error, Result};
@@ -75,30 +75,29 @@ pub(super) fn static_intervals(
 }
 
 fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
-    let found = find_rests(recording).spans;
+    let found = find_rests(recording);
     if !found.is_empty() {
         return intervals_of(index, found, None, Selection::Found);
     }
     // A table of means, or poses that somebody named: the intervals are given.
-    if recording.labels.is_some() || recording.rows() < 40 {
-        let given = segment(std::slice::from_ref(recording), &SegmentOptions::default());
-        if let Ok(given) = given {
-            let of_this = |pose| Pose {
-                recording: index,
-                ..pose
-            };
-            let poses = given.poses.into_iter().map(of_this);
-            return poses.map(Interval::from).collect();
-        }
+    let one = std::slice::from_ref(recording);
+    if check_units(one).is_err() || recording.labels.is_none() && recording.rows() >= 40 {
+        return Vec::new();
     }
-    Vec::new()
+    let given = cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
+    let (intervals, _) = given.unwrap_or_default();
+    let of_this = |interval| Interval {
+        recording: index,
+        ..interval
+    };
+    intervals.into_iter().map(of_this).collect()
 }
 
 /// Raises standard errors of means to what averages of samples say of them. `errors` are in the
 /// order of `held`, each with its recording and the rows of its mean.
 pub(super) fn include_slow_noise<'a>(
     recordings: &[Recording],
-    held: &[Stretches],
+    held: &[[Vec<f64>; 3]],
     errors: impl Iterator<Item = (usize, usize, &'a mut Option<[f64; 3]>)>,
 ) {
     let errors = errors.map(|(recording, rows, error)| {
@@ -109,17 +108,14 @@ pub(super) fn include_slow_noise<'a>(
     let averages: Vec<[Vec<f64>; 3]> = held
         .iter()
         .zip(&errors)
-        .flat_map(|(held, (group, ..))| {
+        .map(|(held, (group, ..))| {
             let average = |values: &Vec<f64>| -> Vec<f64> {
                 values.chunks_exact(*group).map(mean_of_finite).collect()
             };
-            held.iter().map(move |s| s.each_ref().map(average))
+            held.each_ref().map(average)
         })
         .collect();
-    let slices: Vec<[&[f64]; 3]> = averages
-        .iter()
-        .map(|a| a.each_ref().map(|v| &v[..]))
-        .collect();
+    let slices: Vec<[&[f64]; 3]> = averages.iter().map(slices).collect();
     // Averages come in no steps.
     let slow = pooled_noise(&slices, [0.0; 3], 1.0);
     for (group, rows, error) in errors {
@@ -145,10 +141,10 @@ pub(super) fn at_reference(
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
         let (all, cost) = (intervals.len(), cost_text(model));
-        let text = format!(
+        findings.push(finding!(
+            TemperatureNotApplied,
             "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
-        );
-        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+        ));
     }
     bring_to_reference(intervals, model);
 }

@@ -251,7 +251,7 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
                 .with_hint("omit --channels, or name its columns with --columns"),
         );
     }
-    let rests = find_rests(recording).spans;
+    let rests = find_rests(recording);
     settle(recording, &rests);
     let filters = design(recording, &options.filters)?;
     let mut at_rest = vec![rests.clone()];

@@ -3,7 +3,7 @@
 //! A guided session decides while the sensor still lies there, so it knows its noise from what came
 //! before: a block of 0.2 s is quiet up to three times the scatter of the quietest blocks (gyroscope:
 //! 18 times, which shows more of the unsteadiness of a hand), and a hold is a run of quiet blocks whose
-//! means agree. A recording is judged by [`crate::poses::find_rests`], which knows what follows.
+//! means agree. A recording is judged by [`crate::poses::rests::find_rests`], which knows what follows.
 
 use std::collections::VecDeque;
 use std::ops::Range;

@@ -251,7 +251,7 @@ pub(super) fn scales(
     options: &MotionOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Scales> {
-    let coarse = find_rests(recording).spans;
+    let coarse = find_rests(recording);
 
     // The accelerometer by its nominal scale.
     let nominal = recording.accel_scale.nominal();

@@ -224,7 +224,7 @@ fn quiet_variance(recording: &Recording, rests: &[Range<usize>], width: usize) -
 /// its unit is unknown, which is a finding then.
 fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64> {
     let claims = Claims::of(recording, None)?;
-    let stills = find_rests(recording).spans;
+    let stills = find_rests(recording);
     let moves = motions(recording, &stills);
     let evidence = Evidence::of(recording, &stills, &moves);
     let nominal = decide(claims, &evidence, findings).nominal();

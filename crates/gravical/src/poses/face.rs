@@ -15,6 +15,12 @@ pub use names::{Claim, claim};
 #[doc(hidden)]
 pub const AXES: [char; 3] = ['x', 'y', 'z'];
 
+/// Names of the axes that are meant.
+pub(crate) fn axes_where(is_meant: impl Fn(usize) -> bool) -> Vec<String> {
+    let axes = (0..3).filter(|axis| is_meant(*axis));
+    axes.map(|axis| AXES[axis].to_string()).collect()
+}
+
 /// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
 #[must_use]
 #[doc(hidden)]
@@ -192,12 +198,6 @@ impl AxisMap {
             rows: self.rows.map(|(axis, same)| (axis, same != flip)),
         }
     }
-
-    /// True when nothing is turned.
-    #[must_use]
-    pub fn is_identity(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 impl std::fmt::Display for AxisMap {
@@ -257,7 +257,7 @@ mod tests {
     fn mounting_keeps_the_hand() {
         let map: AxisMap = "x,-z,y".parse().unwrap();
         assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
-        assert!("x,y,z".parse::<AxisMap>().unwrap().is_identity());
+        assert_eq!("x,y,z".parse::<AxisMap>().unwrap(), AxisMap::default());
         assert!("y,z,x".parse::<AxisMap>().is_ok());
         assert_eq!(map.to_string(), "x,-z,y");
         assert_eq!(map.of_rates(), map);
@@ -265,6 +265,6 @@ mod tests {
             assert!(wrong.parse::<AxisMap>().is_err(), "{wrong}");
         }
         let signs: AxisMap = "-x,-y,-z".parse().unwrap();
-        assert!(signs.of_rates().is_identity());
+        assert_eq!(signs.of_rates(), AxisMap::default());
     }
 }

@@ -6,7 +6,9 @@ use std::path::Path;
 
 use gravical_core::matrix3;
 
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::finding::finding;
+use crate::numfmt::count;
+use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
@@ -14,6 +16,17 @@ use super::named::first_rows;
 use super::rests::{find_quiet, find_rests, why_never_static};
 use super::{Interval, SegmentOptions, Selection};
 use crate::stats::moments;
+
+/// Fewer rows than these are too few to look for rests in.
+const FEW_ROWS: usize = 40;
+/// Directions further apart than this are two poses, degrees: a pose
+/// that is taken up and put down again comes back within a few.
+const APART_DEG: f64 = 10.0;
+/// Means of a table point in directions that are further apart, degrees.
+const FAR_APART_DEG: f64 = 25.0;
+/// Beside the pose that the name of a file speaks of, a rest shorter than
+/// this share of it is handling.
+const HANDLING: f64 = 0.25;
 
 /// Poses of one recording of a session. What is in the file decides how
 /// many: a recording that stands alone, or whose rests point in more directions
@@ -32,139 +45,145 @@ pub(super) fn in_recording(
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
-    let alone = recordings.len() == 1;
-    let found = find_rests(recording);
-    if found.is_worn {
-        findings.push(
-            Finding::new(
-                FindingKind::WornSensor,
-                "half a day with many static intervals: the sensor is worn, and rests of less than 10 s are not used",
-            )
-            .in_file(&recording.name),
-        );
-    }
-    let rests = longest_per_pose(recording, found.spans);
-    let rows_at_rest: usize = rests.iter().map(|r| r.len()).sum();
-    let hardly_static = rows_at_rest * 10 < recording.rows();
-    if alone && is_table_of_means(recording, hardly_static) {
+    let (alone, rows) = (recordings.len() == 1, recording.rows());
+    let rests = longest_per_pose(recording, find_rests(recording));
+    let rows_at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
+    let hardly_static = rows_at_rest * 10 < rows;
+    let few = rests.is_empty() && rows < FEW_ROWS;
+    if (alone || few) && is_table_of_means(recording, few, hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
-    if rests.is_empty() && recording.rows() < FEW_ROWS {
-        if let Some(means) = means_of_rows(index, recording, findings)
-            && (alone || means.is_ok())
-        {
-            return means;
-        }
-        if alone {
-            // Too short to look for rests in: a handful of rows of one pose.
-            return Ok(intervals_of(
-                index,
-                recording.segments(),
-                None,
-                Selection::Given,
-            ));
-        }
+    let segments = recording.segments();
+    if alone && few {
+        refuse_scattered(recording)?;
+        // A handful of rows of one pose.
+        return Ok(intervals_of(index, segments, None, Selection::Given));
     }
     if alone && rests.is_empty() {
         return Err(never_still(recordings));
     }
     // Without a rate a rest may be a pause of a motion.
-    let (rows, assumed) = (recording.rows(), recording.working_rate_hz().1);
-    if alone && (rows_at_rest * 50 < rows && rests.len() < 6 || assumed && hardly_static) {
-        return Err(hardly_still(
-            recording,
-            rows_at_rest,
-            directions(recording, &rests, None).len(),
-        ));
+    let is_assumed = recording.working_rate_hz().1;
+    if alone && (rows_at_rest * 50 < rows && rests.len() < 6 || is_assumed && hardly_static) {
+        let poses = directions(recording, &rests, None).len();
+        return Err(hardly_still(recording, rows_at_rest, poses));
     }
     let stem = gravical_recording::source::stem(&recording.name);
-    let segments = recording.segments();
     // A name with a sign speaks of one pose; with two stretches in the
     // file it can speak of neither.
-    let claimed = claim(&stem).filter(|c| {
-        matches!(c, Claim::Axis(_)) || (matches!(c, Claim::Face(_)) && segments.len() == 1)
+    let claimed = claim(&stem).filter(|c| match c {
+        Claim::Axis(_) => true,
+        Claim::Face(_) => segments.len() == 1,
+        Claim::Turn(_) => false,
     });
-    let expected = if matches!(claimed, Some(Claim::Axis(_))) {
+    let poses_of_name = if matches!(claimed, Some(Claim::Axis(_))) {
         2
     } else {
         1
     };
-    if alone || directions(recording, &rests, claimed).len() > expected * segments.len() {
-        let parts = match options.rows {
-            None => {
-                return Ok(intervals_of(
-                    index,
-                    rests,
-                    (!alone).then_some(&stem),
-                    Selection::Found,
-                ));
-            }
-            Some(_) if alone && segments.len() > 1 => segments,
-            Some(_) => rests,
+    let is_continuous =
+        directions(recording, &rests, claimed).len() > poses_of_name * segments.len();
+    if alone || is_continuous {
+        let file = (!alone).then_some(&stem);
+        if options.rows.is_none() {
+            return Ok(intervals_of(index, rests, file, Selection::Found));
+        }
+        let parts = if alone && segments.len() > 1 {
+            segments
+        } else {
+            rests
         };
-        let spans = parts
-            .into_iter()
-            .flat_map(|p| first_rows(vec![p], options.rows))
-            .collect();
-        return Ok(intervals_of(
-            index,
-            spans,
-            (!alone).then_some(&stem),
-            Selection::Given,
-        ));
+        let first = parts.into_iter().map(|rows| first_rows(rows, options.rows));
+        return Ok(intervals_of(index, first.collect(), file, Selection::Given));
     }
-    let mut intervals = Vec::new();
-    let mut quiet: Option<Vec<Range<usize>>> = None;
+    let (mut intervals, mut quiet) = (Vec::new(), None);
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {
             format!("{stem} part {}", at + 1)
         } else {
             stem.clone()
         };
-        let mut interval = |rows, selection, claim| {
-            intervals.push(Interval {
-                label: label.clone(),
-                recording: index,
-                rows: vec![rows],
-                selection,
-                claim,
-            });
+        let (spans, selection) = if options.rows.is_some() {
+            (
+                vec![first_rows(segment.clone(), options.rows)],
+                Selection::Given,
+            )
+        } else {
+            rests_of_segment(
+                recording,
+                segment,
+                (&rests, &mut quiet),
+                claimed,
+                &label,
+                findings,
+            )
         };
-        if options.rows.is_some() {
-            for rows in first_rows(vec![segment.clone()], options.rows) {
-                interval(rows, Selection::Given, claimed);
-            }
-            continue;
-        }
-        let inside: Vec<_> = rests
-            .iter()
-            .filter(|s| s.start >= segment.start && s.end <= segment.end)
-            .cloned()
-            .collect();
-        let mut spans = directions(recording, &inside, claimed);
-        if !spans.is_empty() {
-            tell_motion(recording, segment, &spans, &inside, findings);
-        } else if let Some(held) =
-            longest_within(quiet.get_or_insert_with(|| find_quiet(recording)), segment)
-        {
-            findings.push(held_by_hand(recording, &label, &held));
-            spans.push(held);
-        }
-        if spans.is_empty() {
-            if let Some(rows) = without_rest(recording, segment, &label, findings) {
-                interval(rows, Selection::Given, claimed);
-            }
-            continue;
-        }
-        for span in spans {
-            interval(span, Selection::Found, claimed);
-        }
+        intervals.extend(spans.into_iter().map(|rows| Interval {
+            label: label.clone(),
+            recording: index,
+            rows,
+            selection,
+            claim: claimed,
+        }));
     }
     Ok(intervals)
 }
 
-/// Fewer rows than these are too few to look for rests in.
-const FEW_ROWS: usize = 40;
+/// The longest rest of every direction in a stretch between blank rows; without one its longest quiet part, or
+/// all of its rows where they are too few to judge. Else none, and a warning. `quiet` is found once for all
+/// stretches.
+fn rests_of_segment(
+    recording: &Recording,
+    segment: &Range<usize>,
+    (rests, quiet): (&[Range<usize>], &mut Option<Vec<Range<usize>>>),
+    claimed: Option<Claim>,
+    label: &str,
+    findings: &mut Vec<Finding>,
+) -> (Vec<Range<usize>>, Selection) {
+    let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
+    let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
+    let spans = directions(recording, &inside, claimed);
+    if !spans.is_empty() {
+        return (spans, Selection::Found);
+    }
+    let lines = |rows: &Range<usize>| {
+        let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
+        format!("lines {first} to {last}")
+    };
+    let quiet = quiet.get_or_insert_with(|| find_quiet(recording));
+    let quiet = quiet.iter().filter(is_inside).max_by_key(|s| s.len());
+    let (spans, selection, finding) = if let Some(rows) = quiet {
+        let (mean, variance) = moments(&recording.accel, rows.clone());
+        let unsteady = finding!(
+            UnsteadyPose,
+            "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
+            lines(rows),
+            1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
+        );
+        (vec![rows.clone()], Selection::Found, unsteady)
+    } else if is_too_short(segment.len(), recording.working_rate_hz().0) {
+        let short = finding!(
+            ShortPose,
+            "{label}: {} rows only; all are used",
+            segment.len()
+        );
+        (vec![segment.clone()], Selection::Given, short)
+    } else {
+        let never = finding!(
+            NoStaticInterval,
+            "{label} is never at rest in {}: left out",
+            lines(segment)
+        );
+        (Vec::new(), Selection::Found, never)
+    };
+    findings.push(finding.in_file(&recording.name));
+    (spans, selection)
+}
+
+/// So few rows at a rate, Hz, are too few to judge.
+pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
+    rows < (rate as usize).max(FEW_ROWS)
+}
 
 /// Poses one after the other, `pose 1` …, with the name of their file where
 /// there are several.
@@ -178,20 +197,12 @@ pub(crate) fn intervals_of(
     let interval = |(i, rows)| Interval {
         label: format!("pose {}{file}", i + 1),
         recording: index,
-        rows: vec![rows],
+        rows,
         selection,
         claim: None,
     };
     spans.into_iter().enumerate().map(interval).collect()
 }
-
-/// Directions further apart than this are two poses, degrees: a pose
-/// that is taken up and put down again comes back within a few.
-const APART_DEG: f64 = 10.0;
-
-/// Beside the pose that the name of a file speaks of, a rest shorter than
-/// this share of it is handling.
-const HANDLING: f64 = 0.25;
 
 /// The longest rest of every direction, in order.
 fn directions(
@@ -206,9 +217,7 @@ fn directions(
             .iter_mut()
             .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
         {
-            Some((_, kept)) if kept.len() < span.len() => {
-                *kept = span.clone();
-            }
+            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
             Some(_) => {}
             None => found.push((mean, span.clone())),
         }
@@ -221,108 +230,81 @@ fn directions(
     found.into_iter().map(|(_, s)| s).collect()
 }
 
-/// A table of means: every row a pose of its own, where the rows lie far
-/// apart and are alike in magnitude. None where the rows point one way.
-///
-/// # Errors
-///
-/// `never-static` for rows that point in several directions and are no such table.
-fn means_of_rows(
-    index: usize,
-    recording: &Recording,
-    findings: &mut Vec<Finding>,
-) -> Option<Result<Vec<Interval>>> {
-    const MIN_DIRECTIONS: usize = 6;
-    const FAR_APART_DEG: f64 = 25.0;
-    /// What scale and bias of a sensor may make of gravity.
-    const ALIKE: f64 = 0.25;
-    let rows: Vec<[f64; 3]> = (0..recording.rows())
-        .map(|i| recording.accel_at(i))
-        .collect();
-    let mut apart: Vec<[f64; 3]> = Vec::new();
-    for row in &rows {
-        if apart
-            .iter()
-            .all(|other| angle_deg(*other, *row) > FAR_APART_DEG)
-        {
-            apart.push(*row);
-        }
-    }
-    // Rows of one pose, however shaken, are many in few directions.
-    if apart.len() < 2 || rows.len() > 4 * apart.len() {
-        return None;
-    }
-    let norms: Vec<f64> = rows.iter().map(matrix3::norm).collect();
-    let usual = crate::stats::median(&mut norms.clone())?;
-    let alike = norms.iter().all(|n| (n / usual - 1.0).abs() < ALIKE);
-    if alike && apart.len() >= MIN_DIRECTIONS {
-        return Some(Ok(rows_as_poses(index, recording, findings)));
-    }
-    Some(Err(Error::input(
-        "never-static",
-        format!(
-            "{} rows that point in {} directions more than {FAR_APART_DEG}° apart{}: no recording of a pose, and no table of means",
-            rows.len(),
-            apart.len(),
-            if alike { "" } else { ", and differ in magnitude" }
-        ),
-    )
-    .at(Path::new(&recording.name), None)
-    .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")))
-}
-
 /// Every row a pose of its own.
 fn rows_as_poses(
     index: usize,
     recording: &Recording,
     findings: &mut Vec<Finding>,
 ) -> Vec<Interval> {
-    findings.push(
-        Finding::new(
-            FindingKind::RowsAsPoses,
-            format!(
-                "{} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose",
-                recording.rows()
-            ),
-        )
-        .in_file(&recording.name),
+    let rows = recording.rows();
+    let means = finding!(
+        RowsAsPoses,
+        "{rows} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose"
     );
+    findings.push(means.in_file(&recording.name));
     let interval = |row: usize| Interval {
         label: format!("line {}", recording.line(row)),
         recording: index,
-        rows: std::iter::once(row..row + 1).collect(),
+        rows: row..row + 1,
         selection: Selection::Given,
         claim: None,
     };
-    (0..recording.rows()).map(interval).collect()
+    (0..rows).map(interval).collect()
+}
+
+/// The readings of all rows that have one.
+fn readings(recording: &Recording) -> Vec<[f64; 3]> {
+    (0..recording.rows())
+        .map(|row| recording.accel_at(row))
+        .filter(|reading| reading.iter().all(|v| v.is_finite()))
+        .collect()
+}
+
+/// How many directions far apart some readings point in, `most` at most.
+fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
+    let mut directions: Vec<[f64; 3]> = Vec::new();
+    for reading in readings {
+        let is_apart = |d: &[f64; 3]| angle_deg(*d, *reading) > FAR_APART_DEG;
+        if directions.len() < most && directions.iter().all(is_apart) {
+            directions.push(*reading);
+        }
+    }
+    directions.len()
 }
 
 /// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
 /// no order, of which one follows another far off, or of rests of days, which have no time stamps.
-fn is_table_of_means(recording: &Recording, hardly_static: bool) -> bool {
-    const MIN_DIRECTIONS: usize = 12;
-    const FAR_APART_DEG: f64 = 25.0;
+fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
     /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
     const ON_SPHERE: f64 = 0.05;
-    let rows: Vec<[f64; 3]> = (0..recording.rows())
-        .map(|i| recording.accel_at(i))
-        .filter(|row| row.iter().all(|v| v.is_finite()))
-        .collect();
+    let rows = readings(recording);
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
     if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
         return false;
     }
-    let mut directions: Vec<[f64; 3]> = Vec::new();
-    for row in &rows {
-        let is_new = |d: &[f64; 3]| angle_deg(*d, *row) > FAR_APART_DEG;
-        if directions.len() < MIN_DIRECTIONS && directions.iter().all(is_new) {
-            directions.push(*row);
-        }
+    let wanted = if few { 6 } else { 12 };
+    count_directions(&rows, wanted) == wanted
+        && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
+}
+
+/// Refuses a few rows that point in several directions and are no table of means. Rows of one pose, however
+/// shaken, are many in few directions.
+fn refuse_scattered(recording: &Recording) -> Result<()> {
+    let rows = readings(recording);
+    let directions = count_directions(&rows, usize::MAX);
+    if directions < 2 || rows.len() > 4 * directions {
+        return Ok(());
     }
-    directions.len() == MIN_DIRECTIONS && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
+    let what = format!(
+        "{} rows that point in {directions} directions more than {FAR_APART_DEG}° apart: no recording of a pose, and no table of means",
+        rows.len()
+    );
+    Err(Error::input("never-static", what)
+        .at(Path::new(&recording.name), None)
+        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"))
 }
 
 /// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
@@ -374,16 +356,10 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
 
 pub(super) fn never_still(recordings: &[Recording]) -> Error {
     let first = &recordings[0];
+    let why = why_never_static(first);
     let what = match recordings {
-        [_] => format!(
-            "the recording is never at rest: {}",
-            why_never_static(first)
-        ),
-        _ => format!(
-            "the recordings are never at rest; {}: {}",
-            first.name,
-            why_never_static(first)
-        ),
+        [_] => format!("the recording is never at rest: {why}"),
+        _ => format!("the recordings are never at rest; {}: {why}", first.name),
     };
     Error::input("never-static", what)
         .at(Path::new(&first.name), None)
@@ -400,112 +376,15 @@ fn hardly_still(recording: &Recording, rows_at_rest: usize, poses: usize) -> Err
         short if short < 10.0 => format!("{short:.1} s"),
         long => format!("{long:.0} s"),
     };
-    Error::input(
-        "never-static",
-        format!(
-            "at rest for {} of {}, in {}: too little for a calibration",
-            time(rows_at_rest),
-            time(recording.rows()),
-            match poses {
-                1 => "1 pose".to_owned(),
-                n => format!("{n} poses"),
-            },
-        ),
-    )
-    .at(Path::new(&recording.name), None)
-    .with_hint(
-        "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals",
-    )
-}
-
-fn longest_within(spans: &[Range<usize>], segment: &Range<usize>) -> Option<Range<usize>> {
-    let inside = spans
-        .iter()
-        .filter(|s| segment.start <= s.start && s.end <= segment.end);
-    inside.max_by_key(|s| s.len()).cloned()
-}
-
-/// A stretch without a rest: its rows when it is too short to judge, else none
-/// and a warning.
-fn without_rest(
-    recording: &Recording,
-    segment: &Range<usize>,
-    label: &str,
-    findings: &mut Vec<Finding>,
-) -> Option<Range<usize>> {
-    let (rate, _) = recording.working_rate_hz();
-    let rows = segment.len();
-    let short = is_too_short(rows, rate);
-    let finding = if short {
-        Finding::new(
-            FindingKind::ShortPose,
-            format!("{label}: {rows} rows only; all are used"),
-        )
-    } else {
-        Finding::new(
-            FindingKind::NoStaticInterval,
-            format!(
-                "{label} is never at rest in lines {} to {}: left out",
-                recording.line(segment.start),
-                recording.line(segment.end - 1)
-            ),
-        )
-    };
-    findings.push(finding.in_file(&recording.name));
-    short.then(|| segment.clone())
-}
-
-/// So few rows at a rate, Hz, are too few to judge.
-pub(crate) fn is_too_short(rows: usize, rate: f64) -> bool {
-    rows < (rate as usize).max(FEW_ROWS)
-}
-
-/// Says that a pose was taken from what is no rest.
-fn held_by_hand(recording: &Recording, label: &str, rows: &Range<usize>) -> Finding {
-    let (mean, variance) = moments(&recording.accel, rows.clone());
-    let text = format!(
-        "{label}: never quite at rest; the longest quiet part, lines {} to {}, moves by {:.0} mg rms and is used",
-        recording.line(rows.start),
-        recording.line(rows.end - 1),
-        1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
+    let what = format!(
+        "at rest for {} of {}, in {}: too little for a calibration",
+        time(rows_at_rest),
+        time(recording.rows()),
+        count(poses, "pose")
     );
-    Finding::new(FindingKind::UnsteadyPose, text).in_file(&recording.name)
-}
-
-/// Says how much of a file is motion or a shorter rest, and thus not in the
-/// mean.
-fn tell_motion(
-    recording: &Recording,
-    segment: &Range<usize>,
-    spans: &[Range<usize>],
-    rests: &[Range<usize>],
-    findings: &mut Vec<Finding>,
-) {
-    let rows = |spans: &[Range<usize>]| spans.iter().map(|s| s.len()).sum::<usize>();
-    let (used, all) = (rows(spans), segment.len());
-    if used * 10 >= all * 9 {
-        return;
-    }
-    let parts: Vec<String> = spans
-        .iter()
-        .map(|s| format!("{}-{}", recording.line(s.start), recording.line(s.end - 1)))
-        .collect();
-    let shorter = rows(rests) - used;
-    findings.push(
-        Finding::new(
-            FindingKind::MotionLeftOut,
-            format!(
-                "at rest in lines {} ({used} of {all} rows); the other rows {}",
-                parts.join(", "),
-                if shorter > 0 {
-                    format!(
-                        "are motion and shorter static intervals ({shorter} rows), and are left out"
-                    )
-                } else {
-                    "are motion, and are left out".to_owned()
-                }
-            ),
+    Error::input("never-static", what)
+        .at(Path::new(&recording.name), None)
+        .with_hint(
+            "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals",
         )
-        .in_file(&recording.name),
-    );
 }

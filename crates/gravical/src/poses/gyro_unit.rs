@@ -13,10 +13,11 @@ use std::ops::Range;
 use gravical_recording::judge::resolution;
 
 use super::face::angle_deg;
-use super::turns::{Motion, motions, residual_deg, steps};
+use super::turns::{Motion, motions, residual_deg};
 use crate::calibration_file::GyroscopeSection;
+use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 use crate::stats::floors;
 use crate::stats::moments;
 
@@ -71,20 +72,43 @@ impl<'a> Claims<'a> {
 }
 
 /// What the data show of the unit.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Evidence {
     /// Turns that could decide.
     turns: usize,
-    /// Of each hypothesis: the turns that speak for it alone, and those that it
-    /// fits.
-    votes: Vec<usize>,
-    fits: Vec<usize>,
-    /// … and the sum of its squared residuals over the turns that speak for any, deg².
-    misfit: Vec<f64>,
+    tallies: Vec<Tally>,
     /// Standard deviation of a sample at rest, unit of the file.
     noise: Option<f64>,
     /// Not all values are whole numbers.
     fractions: bool,
+}
+
+/// What the turns say of a hypothesis.
+#[derive(Debug, Clone)]
+struct Tally {
+    scale: GyroScale,
+    /// Turns that speak for it alone, and those that it fits.
+    votes: usize,
+    fits: usize,
+    /// Sum of its squared residuals over the turns that speak for any, deg².
+    misfit: f64,
+}
+
+impl Default for Evidence {
+    fn default() -> Self {
+        let tally = |scale| Tally {
+            scale,
+            votes: 0,
+            fits: 0,
+            misfit: 0.0,
+        };
+        Evidence {
+            turns: 0,
+            tallies: hypotheses().into_iter().map(tally).collect(),
+            noise: None,
+            fractions: false,
+        }
+    }
 }
 
 /// The unit of the gyroscope by the rule of all commands, with its findings, set in the
@@ -134,71 +158,70 @@ impl Evidence {
     pub fn add(&mut self, recording: &Recording, rests: &[Range<usize>], motions: &[Motion]) {
         let Some(gyro) = &recording.gyro else { return };
         self.add_rest(gyro, rests);
-        for motion in motions {
-            self.add_turn(recording, motion);
-        }
+        motions.iter().for_each(|motion| self.add_turn(motion));
     }
 
-    /// Noise and fractions of the rows at rest.
+    /// Noise and fractions of the rows at rest. Whole numbers (counts) have no noise to tell a unit by.
     pub fn add_rest(&mut self, gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) {
         let mut rows = rests.iter().flat_map(Clone::clone).take(2000);
-        self.fractions |= rows.any(|row| gyro.iter().any(|c| c[row].fract().abs() > 0.0));
-        self.noise = self.noise.or_else(|| noise(gyro, rests));
+        let fractions = rows.any(|row| gyro.iter().any(|c| c[row].fract().abs() > 0.0));
+        self.fractions |= fractions;
+        if fractions && self.noise.is_none() {
+            self.noise = noise(gyro, rests);
+        }
     }
 
     /// One turn of gravity: the best hypothesis counts when its residual is under
     /// max(3°, 0.15·Δ) and the next one is over three times that and over 5°.
-    fn add_turn(&mut self, recording: &Recording, motion: &Motion) {
+    fn add_turn(&mut self, motion: &Motion) {
         let delta = angle_deg(motion.gravity[0], motion.gravity[1]);
         if delta < MIN_TURN_DEG {
             return;
         }
-        let Some(steps) = steps(recording, motion) else {
-            return;
-        };
         let fits = |residual: f64| residual < (0.15 * delta).max(3.0);
-        let all = hypotheses();
-        let residuals: Vec<f64> = all
-            .iter()
-            .map(|h| match h.nominal() {
-                Some(nominal) => residual_deg(&steps, motion, nominal),
-                None => f64::NAN,
-            })
-            .collect();
-        let fitting: Vec<usize> = (0..all.len()).filter(|&i| fits(residuals[i])).collect();
-        let mut order: Vec<usize> = (0..all.len())
-            .filter(|&i| residuals[i].is_finite())
-            .collect();
-        order.sort_by(|&i, &o| residuals[i].total_cmp(&residuals[o]));
-        let clear = order.first().copied().filter(|&best| {
-            let next = order.iter().find(|o| !alike(&all[best], &all[**o]));
-            let next = next.map_or(0.0, |o| residuals[*o]);
-            fits(residuals[best]) && next > 3.0 * residuals[best] && next > 5.0
-        });
-        self.count(1, &fitting, clear, &residuals);
+        let residuals = self.residuals(|nominal| residual_deg(motion, nominal));
+        let best = smallest(&residuals);
+        let others = self.tallies.iter().zip(&residuals);
+        let next = others
+            .filter(|(tally, _)| !alike(&self.tallies[best].scale, &tally.scale))
+            .map(|(_, residual)| *residual)
+            .fold(f64::INFINITY, f64::min);
+        self.turns += 1;
+        for (tally, residual) in self.tallies.iter_mut().zip(&residuals) {
+            tally.fits += usize::from(fits(*residual));
+        }
+        if fits(residuals[best]) && next > 3.0 * residuals[best] && next > 5.0 {
+            self.vote(best, 1, &residuals);
+        }
     }
 
     /// A turn by `angle_rad` whose angular rate less the bias sums up to
     /// `integral`, unit of the file · s.
     pub fn add_known_turn(&mut self, integral: [f64; 3], angle_rad: f64) {
-        let residuals = residuals_of_known_turn(integral, angle_rad);
-        let best = (0..residuals.len()).min_by(|&i, &o| residuals[i].total_cmp(&residuals[o]));
-        let most = KNOWN_TURN.ln() * angle_rad.abs().to_degrees();
-        let shown = best.filter(|i| residuals[*i] < most);
-        self.count(ENOUGH, shown.as_slice(), shown, &residuals);
+        let angle_rad = angle_rad.abs();
+        let size = gravical_core::matrix3::norm(&integral) / angle_rad;
+        let off = |nominal: f64| (size / nominal).ln().abs() * angle_rad.to_degrees();
+        let residuals = self.residuals(off);
+        let best = smallest(&residuals);
+        self.turns += ENOUGH;
+        if residuals[best] < KNOWN_TURN.ln() * angle_rad.to_degrees() {
+            self.tallies[best].fits += ENOUGH;
+            self.vote(best, ENOUGH, &residuals);
+        }
     }
 
-    fn count(&mut self, weight: usize, fitting: &[usize], clear: Option<usize>, residuals: &[f64]) {
-        self.votes.resize(residuals.len(), 0);
-        self.fits.resize(residuals.len(), 0);
-        self.misfit.resize(residuals.len(), 0.0);
-        self.turns += weight;
-        fitting.iter().for_each(|i| self.fits[*i] += weight);
-        if let Some(i) = clear {
-            self.votes[i] += weight;
-            for (sum, residual) in self.misfit.iter_mut().zip(residuals) {
-                *sum += residual * residual;
-            }
+    fn residuals(&self, of_nominal: impl Fn(f64) -> f64) -> Vec<f64> {
+        let nominal = |tally: &Tally| tally.scale.nominal().unwrap_or(f64::NAN);
+        self.tallies
+            .iter()
+            .map(|t| of_nominal(nominal(t)))
+            .collect()
+    }
+
+    fn vote(&mut self, best: usize, weight: usize, residuals: &[f64]) {
+        self.tallies[best].votes += weight;
+        for (tally, residual) in self.tallies.iter_mut().zip(residuals) {
+            tally.misfit += residual * residual;
         }
     }
 
@@ -206,21 +229,22 @@ impl Evidence {
     /// alike the one that fits all turns best. A scale that is none of these fits a turn now
     /// and then, five times round being as good as once; the right one fits most of them.
     fn shown(&self) -> Option<(GyroScale, usize)> {
-        let all = hypotheses();
-        if self.votes.is_empty() {
-            return None;
-        }
-        let votes = |i: usize| -> usize {
-            let near = (0..all.len()).filter(|&o| o == i || alike(&all[i], &all[o]));
-            near.map(|o| self.votes[o]).sum()
+        let votes = |tally: &Tally| -> usize {
+            let near = self
+                .tallies
+                .iter()
+                .filter(|o| alike(&tally.scale, &o.scale));
+            near.map(|o| o.votes).sum()
         };
-        let most = (0..all.len()).map(votes).max()?;
-        let best = (0..all.len())
-            .filter(|&i| votes(i) == most)
-            .min_by(|&i, &o| self.misfit[i].total_cmp(&self.misfit[o]))?;
-        let cast = self.votes.iter().sum::<usize>();
-        (most > 0 && most * 4 > cast * 3 && self.fits[best] * 2 > self.turns)
-            .then(|| (all[best], most))
+        let most = self.tallies.iter().map(votes).max()?;
+        let best = self
+            .tallies
+            .iter()
+            .filter(|tally| votes(tally) == most)
+            .min_by(|a, b| a.misfit.total_cmp(&b.misfit))?;
+        let cast: usize = self.tallies.iter().map(|tally| tally.votes).sum();
+        (most > 0 && most * 4 > cast * 3 && best.fits * 2 > self.turns)
+            .then_some((best.scale, most))
     }
 
     fn by_noise(&self) -> Option<GyroUnit> {
@@ -234,20 +258,14 @@ impl Evidence {
     }
 }
 
-/// How far off a turn by a known angle comes out in each hypothesis, deg.
-fn residuals_of_known_turn(integral: [f64; 3], angle_rad: f64) -> Vec<f64> {
-    let size = gravical_core::matrix3::norm(&integral) / angle_rad.abs();
-    let off = |h: &GyroScale| {
-        h.nominal().map_or(f64::INFINITY, |n| {
-            (size / n).ln().abs() * angle_rad.abs().to_degrees()
-        })
-    };
-    hypotheses().iter().map(off).collect()
+fn smallest(values: &[f64]) -> usize {
+    let order = |&i: &usize, &j: &usize| values[i].total_cmp(&values[j]);
+    (0..values.len()).min_by(order).unwrap_or(0)
 }
 
 /// Standard deviation of a sample in the quietest quarter of short blocks at
-/// rest, mean of the axes, unit of the file; none for whole numbers (counts),
-/// without noise, and where rounding may hide the noise of either unit.
+/// rest, mean of the axes, unit of the file; none without noise, and where rounding may hide the noise of
+/// either unit.
 fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
     let mut levels: Vec<f64> = rests
         .iter()
@@ -255,13 +273,6 @@ fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
         .filter(|b| b.len() >= 10)
         .map(|b| (moments(gyro, b).1 / 3.0).sqrt())
         .collect();
-    let whole = rests.iter().flat_map(Clone::clone).take(2000).all(|row| {
-        gyro.iter()
-            .all(|c| c[row].fract() == 0.0 || c[row].is_nan())
-    });
-    if whole || levels.is_empty() {
-        return None;
-    }
     levels.sort_by(f64::total_cmp);
     let rounding = (floors(&resolution(gyro)) / 3.0).sqrt();
     let level = levels.get(levels.len() / 4).copied()?.max(rounding);
@@ -296,12 +307,10 @@ pub(crate) fn decide(
         let allowed = !given || found.unit == claimed.unit;
         if allowed && (agrees || votes >= if doubted { ENOUGH } else { 1 }) {
             if let Some(said) = header.filter(|said| *said != found.unit) {
-                tell(Finding::new(
-                    FindingKind::UnitMismatch,
-                    format!(
-                        "the header says {} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
-                        said, found.unit
-                    ),
+                tell(finding!(
+                    UnitMismatch,
+                    "the header says {said} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
+                    found.unit
                 ));
             }
             return found;
@@ -312,60 +321,45 @@ pub(crate) fn decide(
     let noise = || format!("{:.2e}", evidence.noise.unwrap_or(f64::NAN));
     if let Some(section) = section {
         let wanted = section.input_unit;
-        let lsb = section.mean_per_deg_s();
+        let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());
         let taken = GyroScale {
             unit: wanted,
-            lsb_per_deg_s: (wanted == GyroUnit::Counts)
-                .then(|| claimed.lsb_per_deg_s.unwrap_or(lsb)),
+            lsb_per_deg_s: (wanted == GyroUnit::Counts).then_some(lsb),
             origin: Origin::Assumed,
         };
-        match header {
-            Some(said) if said == wanted => {
-                return GyroScale {
-                    origin: Origin::Header,
-                    ..taken
-                };
-            }
-            Some(said) if claims.header_is_wrong || by_noise == Some(wanted) => {
-                let why = if claims.header_is_wrong {
-                    "the same header is wrong about the accelerometer".to_owned()
-                } else {
-                    format!(
-                        "the noise at rest, {}, is that of a gyroscope in {}",
-                        noise(),
-                        wanted
-                    )
-                };
-                tell(Finding::new(
-                    FindingKind::UnitMismatch,
-                    format!(
-                        "the gyroscope is read in {used}, the unit of the calibration, although the header says {}: {why} (--gyro-unit overrides it)",
-                        said,
-                        used = wanted,
-                    ),
-                ));
-                return taken;
-            }
-            _ if given && claimed.unit != wanted => return claimed,
-            Some(_) => return claimed,
-            None if claimed.unit == wanted => return taken,
-            // Fractions are no counts, and counts are not rounded rates.
-            None if claimed.unit == GyroUnit::Counts
-                || wanted == GyroUnit::Counts && evidence.fractions =>
-            {
-                return claimed;
-            }
-            None => {
-                tell(Finding::new(
-                    FindingKind::GyroUnitUnverified,
-                    format!(
-                        "the gyroscope is read in {}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals",
-                        wanted
-                    ),
-                ));
-                return taken;
-            }
+        if header == Some(wanted) {
+            let origin = Origin::Header;
+            return GyroScale { origin, ..taken };
         }
+        if let Some(said) = header {
+            let why = if claims.header_is_wrong {
+                "the same header is wrong about the accelerometer".to_owned()
+            } else if by_noise == Some(wanted) {
+                let noise = noise();
+                format!("the noise at rest, {noise}, is that of a gyroscope in {wanted}")
+            } else {
+                return claimed;
+            };
+            tell(finding!(
+                UnitMismatch,
+                "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: {why} (--gyro-unit overrides it)"
+            ));
+            return taken;
+        }
+        // Fractions are no counts, and counts are not rounded rates.
+        let is_another = given
+            || claimed.unit == GyroUnit::Counts
+            || wanted == GyroUnit::Counts && evidence.fractions;
+        if claimed.unit != wanted && is_another {
+            return claimed;
+        }
+        if claimed.unit != wanted {
+            tell(finding!(
+                GyroUnitUnverified,
+                "the gyroscope is read in {wanted}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals"
+            ));
+        }
+        return taken;
     }
 
     if let Some(unit) = by_noise.filter(|u| *u != claimed.unit)
@@ -375,17 +369,13 @@ pub(crate) fn decide(
         let why = match header {
             None => "nothing states the unit of the gyroscope".to_owned(),
             Some(said) => format!(
-                "the header says {} for the gyroscope, and is wrong about the accelerometer",
-                said
+                "the header says {said} for the gyroscope, and is wrong about the accelerometer"
             ),
         };
-        tell(Finding::new(
-            FindingKind::GyroUnitByNoise,
-            format!(
-                "{why}; its noise at rest, {}, is that of a gyroscope in {}, which is used (--gyro-unit overrides it)",
-                noise(),
-                unit
-            ),
+        tell(finding!(
+            GyroUnitByNoise,
+            "{why}; its noise at rest, {}, is that of a gyroscope in {unit}, which is used (--gyro-unit overrides it)",
+            noise()
         ));
         return GyroScale {
             unit,
@@ -405,19 +395,18 @@ pub(crate) fn decide(
             };
             format!("the gyroscope is in counts of unknown scale{sheet}; give --gyro-range, or record turns between static intervals")
         }
-        unit => format!(
-            "the gyroscope is read in {}{}, not verified by a rotation between static intervals{}",
-            unit,
-            if header.is_some() { ", as the header says" } else { "" },
+        unit => {
+            let by = if header.is_some() { ", as the header says" } else { "" };
             // One wrong unit in a header makes the other doubtful.
-            if header.is_some() && claims.header_is_wrong {
+            let doubt = if header.is_some() && claims.header_is_wrong {
                 ", and the same header is wrong about the accelerometer"
             } else {
                 ""
-            }
-        ),
+            };
+            format!("the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals{doubt}")
+        }
     };
-    tell(Finding::new(FindingKind::GyroUnitUnverified, what));
+    tell(finding!(GyroUnitUnverified, "{what}"));
     claimed
 }
 

@@ -1,28 +1,24 @@
 //! Poses held against names and against each other.
 
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::finding::finding;
+use crate::recording::{Finding, Recording};
 use crate::stats::floors;
 use crate::stats::moments;
 
 use super::face::{self, Claim, Face, angle_deg};
-use super::{Pose, SegmentOptions, Stretches};
+use super::{Pose, SegmentOptions};
 
 /// Poses that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
     poses: &[Pose],
-    held: &[Stretches],
+    held: &[[Vec<f64>; 3]],
     recordings: &[Recording],
     findings: &mut Vec<Finding>,
 ) {
-    let shake = |(p, held): (&Pose, &Stretches)| -> f64 {
-        let rows = p.rows.iter().map(|r| r.len()).sum::<usize>().max(1) as f64;
-        let sum: f64 = held
-            .iter()
-            .map(|own| own[0].len() as f64 * moments(own, 0..own[0].len()).1)
-            .filter(|v| v.is_finite())
-            .sum();
+    let shake = |(p, held): (&Pose, &[Vec<f64>; 3])| -> f64 {
+        let variance = moments(held, 0..held[0].len()).1;
         // Rounding shakes that much, whether it shows or not.
-        (sum / rows)
+        variance
             .max(floors(&recordings[p.recording].accel_resolution()))
             .sqrt()
     };
@@ -32,17 +28,13 @@ pub(super) fn check_steadiness(
     };
     for (pose, own) in poses.iter().zip(&all) {
         if *own > UNSTEADY * usual && usual > 0.0 {
-            findings.push(
-                Finding::new(
-                    FindingKind::UnsteadyPose,
-                    format!(
-                        "{}: shakes {:.0} times as much as the usual pose of this session; was it moving?",
-                        pose.label,
-                        own / usual
-                    ),
-                )
-                .in_file(&pose.source),
+            let unsteady = finding!(
+                UnsteadyPose,
+                "{}: shakes {:.0} times as much as the usual pose of this session; was it moving?",
+                pose.label,
+                own / usual
             );
+            findings.push(unsteady.in_file(&pose.source));
         }
     }
 }
@@ -86,30 +78,24 @@ pub(super) fn check_names(
 pub(super) fn check_rows(poses: &[Pose], options: &SegmentOptions, findings: &mut Vec<Finding>) {
     let Some(wanted) = options.rows else { return };
     for pose in poses {
-        let there: usize = pose.rows.iter().map(|r| r.len()).sum();
+        let there = pose.rows.len();
         if there < wanted {
-            findings.push(
-                Finding::new(
-                    FindingKind::FewRows,
-                    format!(
-                        "{}: {there} rows in place of the {wanted} that were asked for",
-                        pose.label
-                    ),
-                )
-                .in_file(&pose.source),
+            let few = finding!(
+                FewRows,
+                "{}: {there} rows in place of the {wanted} that were asked for",
+                pose.label
             );
+            findings.push(few.in_file(&pose.source));
         }
     }
 }
 
 fn mismatch(pose: &Pose, claimed: &str, face: Face) -> Finding {
-    Finding::new(
-        FindingKind::OrientationMismatch,
-        format!(
-            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
-            pose.label,
-            face.name()
-        ),
-    )
-    .in_file(&pose.source)
+    let mismatch = finding!(
+        OrientationMismatch,
+        "\"{}\" claims {claimed}, but {} points up there; the data are believed",
+        pose.label,
+        face.name()
+    );
+    mismatch.in_file(&pose.source)
 }

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::finding::finding;
+use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
 use super::face::{Claim, claim};
@@ -27,10 +28,8 @@ pub(super) fn by_sections(
         .at(recording.name.as_ref(), None)
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }
-    let named = sections
-        .iter()
-        .map(|s| (s.label.clone(), vec![s.rows.clone()]));
-    split(0, recording, named.collect(), options)
+    let named = sections.iter().map(|s| (s.label.as_str(), s.rows.clone()));
+    split(0, recording, named, options)
 }
 
 /// Poses and turns of a label column; none when there is no such column
@@ -42,87 +41,73 @@ pub(super) fn by_labels(
     findings: &mut Vec<Finding>,
 ) -> Option<Result<(Vec<Interval>, Vec<Turn>)>> {
     let labels = recording.labels.as_ref()?;
-    let mut stretches: Vec<Vec<Range<usize>>> = vec![Vec::new(); labels.names.len()];
-    let mut from = 0;
-    for row in 1..=labels.of_row.len() {
-        if row == labels.of_row.len() || labels.of_row[row] != labels.of_row[from] {
-            stretches[labels.of_row[from] as usize].push(from..row);
-            from = row;
+    let mut stretches: Vec<(u32, Range<usize>)> = Vec::new();
+    for (row, &label) in labels.of_row.iter().enumerate() {
+        match stretches.last_mut() {
+            Some((last, rows)) if *last == label => rows.end = row + 1,
+            _ => stretches.push((label, row..row + 1)),
         }
     }
-    let mut named = Vec::new();
-    let mut unknown = Vec::new();
-    for (name, rows) in labels.names.iter().zip(stretches) {
-        match claim(name) {
-            Some(_) => named.push((name.clone(), rows)),
-            None if is_pose(name) => named.push((name.clone(), rows)),
-            None => unknown.push((name.clone(), rows)),
-        }
-    }
-    let poses = named
-        .iter()
-        .filter(|(n, _)| !matches!(claim(n), Some(Claim::Turn(_))))
-        .count();
-    if poses < 2 {
+    // Repeats of a label one after the other.
+    stretches.sort_by_key(|(label, _)| *label);
+    let stretches = stretches
+        .into_iter()
+        .map(|(label, rows)| (labels.names[label as usize].as_str(), rows));
+    let (named, unknown): (Vec<_>, Vec<_>) =
+        stretches.partition(|(label, _)| claim(label).is_some() || is_pose(label));
+    let is_turn = |label: &str| matches!(claim(label), Some(Claim::Turn(_)));
+    let mut poses: Vec<&str> = named.iter().map(|(label, _)| *label).collect();
+    poses.retain(|label| !is_turn(label));
+    poses.dedup();
+    if poses.len() < 2 {
         return None;
     }
     if !unknown.is_empty() {
-        let names: Vec<&str> = unknown.iter().map(|(n, _)| n.as_str()).collect();
-        let rows: usize = unknown.iter().flat_map(|(_, r)| r).map(|r| r.len()).sum();
-        findings.push(
-            Finding::new(
-                FindingKind::LabelsLeftOut,
-                format!(
-                    "{rows} rows labelled \"{}\" name no pose or turn; left out",
-                    names.join("\", \"")
-                ),
-            )
-            .counting(rows as u64)
-            .in_file(&recording.name),
+        let mut names: Vec<&str> = unknown.iter().map(|(label, _)| *label).collect();
+        names.dedup();
+        let rows: usize = unknown.iter().map(|(_, rows)| rows.len()).sum();
+        let left_out = finding!(
+            LabelsLeftOut,
+            "{rows} rows labelled \"{}\" name no pose or turn; left out",
+            names.join("\", \"")
         );
+        findings.push(left_out.counting(rows as u64).in_file(&recording.name));
     }
-    Some(split(index, recording, named, options))
+    Some(split(index, recording, named.into_iter(), options))
 }
 
-fn split(
+/// Parted by other labels a pose is a repeat, which may lie a little differently, and a turn another one.
+fn split<'a>(
     index: usize,
     recording: &Recording,
-    named: Vec<(String, Vec<Range<usize>>)>,
+    named: impl Iterator<Item = (&'a str, Range<usize>)>,
     options: &SegmentOptions,
 ) -> Result<(Vec<Interval>, Vec<Turn>)> {
     let (mut intervals, mut turns) = (Vec::new(), Vec::new());
     for (label, rows) in named {
-        match claim(&label) {
-            Some(Claim::Turn(axis)) => {
-                if recording.gyro.is_none() {
-                    return Err(Error::input(
-                        "missing-gyro",
-                        format!("\"{label}\" is a turn, but the recording has no gyroscope"),
-                    )
-                    .at(recording.name.as_ref(), None)
-                    .with_hint(
-                        "leave the turns out, or name the gyroscope's columns with --columns",
-                    ));
-                }
-                // A turn is one motion: its stretches belong together only if
-                // they follow each other.
-                turns.extend(rows.into_iter().map(|rows| Turn {
-                    label: label.clone(),
-                    axis,
-                    recording: index,
-                    integrated: rows.clone(),
-                    rows,
-                }));
+        match claim(label) {
+            Some(Claim::Turn(_)) if recording.gyro.is_none() => {
+                return Err(Error::input(
+                    "missing-gyro",
+                    format!("\"{label}\" is a turn, but the recording has no gyroscope"),
+                )
+                .at(recording.name.as_ref(), None)
+                .with_hint("leave the turns out, or name the gyroscope's columns with --columns"));
             }
-            // Parted by other labels it is a repeat of the pose, which may
-            // lie a little differently.
-            claim => intervals.extend(rows.into_iter().map(|rows| Interval {
-                label: label.clone(),
+            Some(Claim::Turn(axis)) => turns.push(Turn {
+                label: label.to_owned(),
+                axis,
                 recording: index,
-                rows: first_rows(vec![rows], options.rows),
+                integrated: rows.clone(),
+                rows,
+            }),
+            claim => intervals.push(Interval {
+                label: label.to_owned(),
+                recording: index,
+                rows: first_rows(rows, options.rows),
                 selection: Selection::Given,
                 claim,
-            })),
+            }),
         }
     }
     Ok((intervals, turns))
@@ -141,20 +126,9 @@ fn is_pose(label: &str) -> bool {
     }
 }
 
-/// The first `limit` rows of several stretches.
-pub(super) fn first_rows(stretches: Vec<Range<usize>>, limit: Option<usize>) -> Vec<Range<usize>> {
-    let Some(mut left) = limit else {
-        return stretches;
-    };
-    let mut out = Vec::new();
-    for stretch in stretches {
-        let take = stretch.len().min(left);
-        if take > 0 {
-            out.push(stretch.start..stretch.start + take);
-        }
-        left -= take;
-    }
-    out
+/// The first `limit` of some rows.
+pub(super) fn first_rows(rows: Range<usize>, limit: Option<usize>) -> Range<usize> {
+    rows.start..rows.start + rows.len().min(limit.unwrap_or(usize::MAX))
 }
 
 #[cfg(test)]

@@ -35,22 +35,13 @@ const BLOCKS_PER_S: usize = 5;
 /// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
 const TURNING_RAD_S: f64 = 0.052;
 
-/// The static intervals of a recording.
-#[derive(Debug, Clone, Default)]
-pub struct Rests {
-    /// Rows of each, in order.
-    pub spans: Vec<Range<usize>>,
-    /// The sensor is worn, for half a day or longer: what rests for less than 10 s does not count.
-    pub is_worn: bool,
-}
-
-/// Finds the static intervals of a recording.
+/// The rows of the static intervals of a recording, in order.
 ///
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
 /// are counted in readings. A recording without rests has none: what shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
 #[must_use]
-pub fn find_rests(recording: &Recording) -> Rests {
+pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     let samples = Samples::new(recording);
     let channels = samples.channels();
     let rate = |rest: &Range<usize>| {
@@ -71,6 +62,7 @@ pub fn find_rests(recording: &Recording) -> Rests {
         rests.sort_by_key(|rest| rest.start);
     }
     let rests = without_turns(rests, rate, samples.turning_rad_s());
+    // The sensor is worn: what rests for less does not count.
     let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
@@ -81,13 +73,8 @@ pub fn find_rests(recording: &Recording) -> Rests {
         }
     };
     let long = rests.into_iter().filter(|r| r.len() as f64 >= min_len);
-    let rests = long
-        .map(|rest| samples.in_rows(&samples.without_ends(rest)))
-        .collect();
-    Rests {
-        spans: rests,
-        is_worn,
-    }
+    long.map(|rest| samples.in_rows(&samples.without_ends(rest)))
+        .collect()
 }
 
 /// Spans of rows that are quiet and point one way, if not to the accuracy of a pose: held by a hand, or at
@@ -204,7 +191,7 @@ mod tests {
             text += &format!("{},{cells}\n", 10 * i);
         }
         let recording = read_bytes(text.as_bytes(), "a.csv", &ReadOptions::default()).unwrap();
-        find_rests(&recording).spans
+        find_rests(&recording)
     }
 
     /// Evenly spread, of a standard deviation of one; another for each channel.

@@ -125,20 +125,13 @@ fn from_csv(bytes: &[u8]) -> Result<Vec<Section>> {
             columns = found;
             continue;
         }
-        let field = |i: usize| -> Result<&str> {
-            record
-                .get(columns[i])
-                .ok_or_else(|| syntax("a line needs label, start and end".to_owned(), line))
-        };
-        let number = |text: &str| -> Result<f64> {
-            text.parse()
-                .map_err(|_| syntax(format!("\"{text}\" is no row number"), line))
-        };
-        let row = Row {
-            label: field(0)?.to_owned(),
-            start: number(field(1)?)?,
-            end: number(field(2)?)?,
-        };
+        let fields = columns.iter().map(|i| record.get(*i));
+        let fields: csv::StringRecord = fields
+            .collect::<Option<_>>()
+            .ok_or_else(|| syntax("a line needs label, start and end".to_owned(), line))?;
+        let row: Row = fields
+            .deserialize(None)
+            .map_err(|e| syntax(e.to_string(), line))?;
         sections.push(section(&row, line)?);
     }
     Ok(sections)

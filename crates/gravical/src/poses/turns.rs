@@ -3,12 +3,14 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::recording::Recording;
 use crate::recording::units::GyroScale;
 
 use super::face::angle_deg;
+use super::sum_of_rows;
 use crate::stats::moments;
 
 /// The move from one rest to the next.
@@ -20,10 +22,9 @@ pub struct Motion {
     pub integrated: Range<usize>,
     /// Mean of the accelerometer in the rest before and in the one after.
     pub gravity: [[f64; 3]; 2],
-    /// Mean of the gyroscope in both rests: its bias.
-    pub bias: [f64; 3],
-    /// Integral of the angular rate less the bias over `integrated`, unit of the file · s.
-    pub integral: [f64; 3],
+    /// Angle that each row of `integrated` turns by, less the bias that both rests show, unit of the
+    /// file · s.
+    pub steps: Vec<[f64; 3]>,
 }
 
 /// A full turn about one axis.
@@ -104,67 +105,50 @@ pub fn motions(recording: &Recording, rests: &[Range<usize>]) -> Vec<Motion> {
         if broken || rows.is_empty() {
             continue;
         }
+        let means = |sensor| [0, 1].map(|i: usize| moments(sensor, pair[i].clone()).0);
+        let [before, after] = means(gyro);
+        let bias = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
         let integrated = with_slow_ends(recording, &pair[0], &pair[1]);
-        let (before, after) = (
-            moments(gyro, pair[0].clone()).0,
-            moments(gyro, pair[1].clone()).0,
-        );
-        let bias: [f64; 3] = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
-        let mut integral = [0.0; 3];
-        for row in integrated.clone() {
-            let Some(period) = sample_period_s(recording, row) else {
-                return Vec::new();
-            };
-            for axis in 0..3 {
-                let rate = gyro[axis][row] - bias[axis];
-                if rate.is_finite() {
-                    integral[axis] += rate * period;
-                }
-            }
-        }
+        let Some(steps) = steps(recording, integrated.clone(), bias) else {
+            return Vec::new();
+        };
         out.push(Motion {
             rows,
             integrated,
-            gravity: [
-                moments(&recording.accel, pair[0].clone()).0,
-                moments(&recording.accel, pair[1].clone()).0,
-            ],
-            bias,
-            integral,
+            gravity: means(&recording.accel),
+            steps,
         });
     }
     out
 }
 
-/// Angle that each row of a motion turns by, less the bias, unit of the file · s;
+/// Angle that each of some rows turns by, less the bias, unit of the file · s;
 /// none without a gyroscope or a rate.
-pub(super) fn steps(recording: &Recording, motion: &Motion) -> Option<Vec<[f64; 3]>> {
+fn steps(recording: &Recording, rows: Range<usize>, bias: [f64; 3]) -> Option<Vec<[f64; 3]>> {
     let gyro = recording.gyro.as_ref()?;
-    motion
-        .integrated
-        .clone()
-        .map(|row| {
-            let period = sample_period_s(recording, row)?;
-            Some(std::array::from_fn(|i| {
-                let step = (gyro[i][row] - motion.bias[i]) * period;
-                if step.is_finite() { step } else { 0.0 }
-            }))
-        })
-        .collect()
+    let step = |row: usize| {
+        let period = sample_period_s(recording, row)?;
+        Some(std::array::from_fn(|i| {
+            let step = (gyro[i][row] - bias[i]) * period;
+            if step.is_finite() { step } else { 0.0 }
+        }))
+    };
+    rows.map(step).collect()
 }
 
-/// Angle between gravity turned by the `steps` of a motion and gravity as it was
+fn sum(steps: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|i| steps.iter().map(|step| step[i]).sum())
+}
+
+/// Angle between gravity turned by the steps of a motion and gravity as it was
 /// found in the rest after, for files of `nominal` units per rad/s. 180 where a
 /// row turns by more than half a turn, as no recording can tell.
-pub(super) fn residual_deg(steps: &[[f64; 3]], motion: &Motion, nominal: f64) -> f64 {
-    let most = (PI * nominal).powi(2);
-    if steps
-        .iter()
-        .any(|s| s.iter().map(|x| x * x).sum::<f64>() > most)
-    {
+pub(super) fn residual_deg(motion: &Motion, nominal: f64) -> f64 {
+    let is_too_fast = |step: &[f64; 3]| norm(step) > PI * nominal;
+    if motion.steps.iter().any(is_too_fast) {
         return 180.0;
     }
-    let turned = steps.iter().fold(motion.gravity[0], |v, step| {
+    let turned = motion.steps.iter().fold(motion.gravity[0], |v, step| {
         rotate_back(v, step.map(|s| s / nominal))
     });
     angle_deg(turned, motion.gravity[1])
@@ -184,27 +168,10 @@ pub(super) fn plain_integral(
     rows: &Range<usize>,
     rests: &[Range<usize>],
 ) -> Option<[f64; 3]> {
-    let gyro = recording.gyro.as_ref()?;
-    let (mut sum, mut count) = ([0.0; 3], 0.0);
-    for rest in rests {
-        let (mean, rows) = (moments(gyro, rest.clone()).0, rest.len() as f64);
-        if mean.iter().all(|m| m.is_finite()) {
-            count += rows;
-            (0..3).for_each(|i| sum[i] += mean[i] * rows);
-        }
-    }
-    let bias = sum.map(|s| s / f64::max(count, 1.0));
-    let mut integral = [0.0; 3];
-    for row in rows.clone() {
-        let period = sample_period_s(recording, row)?;
-        for axis in 0..3 {
-            let rate = gyro[axis][row] - bias[axis];
-            if rate.is_finite() {
-                integral[axis] += rate * period;
-            }
-        }
-    }
-    Some(integral)
+    let at_rest = rests.iter().flat_map(Clone::clone);
+    let rest = sum_of_rows(recording.gyro.as_ref()?, at_rest);
+    let bias = rest.map_or([0.0; 3], |(sum, count)| sum.map(|s| s / count as f64));
+    Some(sum(&steps(recording, rows.clone(), bias)?))
 }
 
 /// Turns by `angle_rad` among the moves: one axis carries the turn, its angle in
@@ -225,9 +192,9 @@ pub fn full_turns(
         .filter_map(|motion| {
             let whole_turns = (angle_rad / TAU).fract().abs() < 1e-9;
             let back = !whole_turns || angle_deg(motion.gravity[0], motion.gravity[1]) < 10.0;
-            let angles = motion.integral.map(|v| v / nominal);
+            let angles = sum(&motion.steps).map(|v| v / nominal);
             let axis = (0..3).max_by(|&i, &j| angles[i].abs().total_cmp(&angles[j].abs()))?;
-            let whole = angles.iter().map(|a| a * a).sum::<f64>().sqrt();
+            let whole = norm(&angles);
             let carries = angles[axis].abs() > 0.9 * whole;
             let full = (angles[axis].abs() / angle_rad.abs() - 1.0).abs() < 1.0 / 6.0;
             (back && carries && full).then(|| Turn {

@@ -335,9 +335,6 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
     let file = calibrate(&[recording], &options).unwrap().file;
     let reasons = &file.verdict.reasons;
     assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
-    for kind in ["worn-sensor", "temperature-model"] {
-        assert!(file.findings.iter().any(|f| f.kind == kind), "{kind}");
-    }
     let drift = file.temperature_model.as_ref().unwrap();
     for i in 0..3 {
         let slope = drift.channels[i].coefficients[0];

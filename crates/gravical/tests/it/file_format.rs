@@ -53,7 +53,7 @@ fn fields_of_later_and_of_earlier_versions() {
 fn what_cannot_be_applied_is_refused() {
     let mut plain = serde_json::to_value(sample()).unwrap();
     plain["temperature_model"] = json!({
-        "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0], "inputs": [],
+        "reference_c": 15.0, "range_c": [10.0, 30.0], "inputs": [],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
             "order": 1, "coefficients": [0.02]

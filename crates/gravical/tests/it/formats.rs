@@ -416,7 +416,10 @@ fn the_end_of_a_range() {
             ..ReadOptions::default()
         };
         let recording = read_with(text.as_bytes(), &options);
-        let of = recording.findings.iter().find(|f| f.kind == "clipped");
+        let of = recording
+            .findings
+            .iter()
+            .find(|f| f.kind.name() == "clipped");
         of.is_some_and(|f| f.message.starts_with("gx "))
     };
     let end_rad_s = 500_f64.to_radians();

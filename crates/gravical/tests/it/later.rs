@@ -64,7 +64,7 @@ fn at(mean: f64) -> Option<TemperatureRange> {
 }
 
 fn has(findings: &[Finding], kind: &str) -> bool {
-    findings.iter().any(|f| f.kind == kind)
+    findings.iter().any(|f| f.kind.name() == kind)
 }
 
 fn says(reasons: &[String], words: &str) -> bool {
@@ -197,7 +197,7 @@ fn a_temperature_model_is_taken_off() {
         "order": 1, "coefficients": [0.02]
     });
     let model = serde_json::json!({
-        "reference_c": 15.0, "reference_source": "session", "range_c": [10.0, 30.0],
+        "reference_c": 15.0, "range_c": [10.0, 30.0],
         "channels": [channel], "inputs": []
     });
     file.temperature_model = Some(serde_json::from_value(model).unwrap());

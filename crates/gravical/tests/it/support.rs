@@ -30,7 +30,7 @@ pub fn finding<'a>(recording: &'a Recording, kind: &str) -> &'a Finding {
     recording
         .findings
         .iter()
-        .find(|f| f.kind == kind)
+        .find(|f| f.kind.name() == kind)
         .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(recording)))
 }
 

@@ -48,7 +48,9 @@ fn orientations_that_wear_leaves_out_are_named() {
         .file;
     assert_eq!(file.verdict.grade, Grade::Poor);
     let mut findings = file.findings.iter();
-    let named = findings.find(|f| f.kind == "few-orientations").unwrap();
+    let named = findings
+        .find(|f| f.kind.name() == "few-orientations")
+        .unwrap();
     assert!(
         named.message.contains("not enough orientations: only x "),
         "{named:?}"

@@ -67,7 +67,7 @@ impl Monitor {
             return;
         }
         status.still = Some(false);
-        for rest in find_rests(recording).spans {
+        for rest in find_rests(recording) {
             let sum = rest
                 .clone()
                 .map(accel)

@@ -32,7 +32,7 @@ fn calibration(with_model: bool) -> CalibrationFile {
                 "coefficients": drift})
         };
         value["temperature_model"] = serde_json::json!({
-        "reference_c": 25.0, "reference_source": "session", "range_c": [0.0, 50.0],
+        "reference_c": 25.0, "range_c": [0.0, 50.0],
         "inputs": [], "channels": [
             channel("ax", "corrected", &[0.01]),
             channel("ay", "not-corrected", &[]),
@@ -108,7 +108,7 @@ fn outside_the_range_the_edge_is_used_and_reported() {
     let reported = summary
         .findings
         .iter()
-        .find(|f| f.kind == "temperature-outside")
+        .find(|f| f.kind.name() == "temperature-outside")
         .unwrap();
     assert_eq!((reported.count, &reported.lines[..]), (2, &[[4, 5]][..]));
     for number in ["0.0 to 50.0", "-30.0 to 90.0"] {
@@ -158,7 +158,7 @@ fn without_temperatures_drift_is_reported_but_not_subtracted() {
     let reported = &summary
         .findings
         .iter()
-        .find(|f| f.kind == "temperature-not-applied")
+        .find(|f| f.kind.name() == "temperature-not-applied")
         .unwrap();
     assert!(
         reported.message.contains("ax by up to 0.250 m/s^2"),

@@ -46,8 +46,6 @@ struct Hold<'a> {
 
 /// Why a motion cannot be used.
 enum Lost {
-    /// There is nothing to use.
-    Nothing,
     /// A gap, or too long.
     Gap,
     /// So many rows at the end of the range.
@@ -90,15 +88,12 @@ impl Readings {
     ) -> Vec<Range<usize>> {
         // Without a time the noise only weighs static intervals against each other.
         let period_s = recording.working_rate_hz().0.recip();
-        let mut rests: Vec<(&Range<usize>, &Pose)> = session
-            .poses
-            .iter()
-            .filter(|p| p.recording == index)
-            .flat_map(|p| p.rows.iter().map(move |rows| (rows, p)))
-            .collect();
-        rests.sort_by_key(|(rows, _)| rows.start);
+        let of_recording = session.poses.iter().filter(|p| p.recording == index);
+        let mut rests: Vec<&Pose> = of_recording.collect();
+        rests.sort_by_key(|p| p.rows.start);
         let mut kept = Vec::new();
-        for (rows, placement) in rests {
+        for placement in rests {
+            let rows = &placement.rows;
             let Some((sum, count)) = sum_of_rows(gyro, rows.clone()) else {
                 continue;
             };
@@ -143,10 +138,10 @@ impl Readings {
             return;
         };
         let ends = gyro.each_ref().map(|c| range_end(c, session.gyro_scale));
-        let (mut gaps, mut clips) = (LineSpans::default(), LineSpans::default());
-        let (mut with_gap, mut with_clip) = (0, 0);
+        // Motions that are left out, and their lines.
+        let (mut gaps, mut clips) = ((0, LineSpans::default()), (0, LineSpans::default()));
         for (before, pair) in rows.windows(2).enumerate() {
-            let Some(rows) = between(recording, gyro, pair) else {
+            let Some(rows) = between(recording, gyro, pair).filter(|rows| rows.len() >= 3) else {
                 continue;
             };
             let [from, to] = [recording.line(rows.start), recording.line(rows.end - 1)];
@@ -160,36 +155,34 @@ impl Readings {
                     });
                     self.places.push((index, [from, to]));
                 }
-                Err(Lost::Nothing) => {}
                 Err(Lost::Gap) => {
-                    with_gap += 1;
-                    gaps.push_range(from, to, to - from + 1);
+                    gaps.0 += 1;
+                    gaps.1.push_range(from, to, to - from + 1);
                 }
                 Err(Lost::Clipped(count)) => {
-                    with_clip += 1;
-                    clips.push_range(from, to, count);
+                    clips.0 += 1;
+                    clips.1.push_range(from, to, count);
                 }
             }
         }
-        self.left_out += with_gap + with_clip;
-        let gap = (with_gap > 0).then(|| {
-            finding!(
+        self.left_out += gaps.0 + clips.0;
+        if let (count @ 1.., lines) = gaps {
+            let gap = finding!(
                 GyroMotionGap,
-                "{with_gap} of the motions between static intervals last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
-            )
-            .at_lines(&gaps)
-        });
-        let clip = (with_clip > 0).then(|| {
-            finding!(
+                "{count} of the motions between static intervals last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods; left out of its fit"
+            );
+            self.findings
+                .push(gap.at_lines(&lines).in_file(&recording.name));
+        }
+        if let (count @ 1.., lines) = clips {
+            let clip = finding!(
                 GyroMotionClipped,
-                "in {with_clip} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
-                clips.count()
-            )
-            .at_lines(&clips)
-        });
-        let both = gap.into_iter().chain(clip);
-        self.findings
-            .extend(both.map(|f| f.in_file(&recording.name)));
+                "in {count} of the motions between static intervals the gyroscope reaches the end of its range ({} rows): turned too fast; left out of its fit",
+                lines.count()
+            );
+            self.findings
+                .push(clip.at_lines(&lines).in_file(&recording.name));
+        }
     }
 }
 
@@ -225,9 +218,6 @@ fn samples(
     ends: &[Option<[f64; 2]>; 3],
     rate_hz: f64,
 ) -> Result<Vec<Sample>, Lost> {
-    if rows.len() < 3 {
-        return Err(Lost::Nothing);
-    }
     let seconds = |from: usize, to: usize| match &recording.time_s {
         Some(t) => t[to] - t[from],
         None => (to - from) as f64 / rate_hz,

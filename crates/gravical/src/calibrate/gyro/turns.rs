@@ -5,40 +5,33 @@ use gravical_core::matrix3;
 use gravical_core::six_position::{TurnIntegral, ferraris_gyroscope, g_sensitivity};
 
 use super::Gyroscope;
+use crate::calibrate::estimate::Estimate;
 use crate::calibrate::ferraris::{Faces, six_positions, turns_are_singular};
+use crate::calibrate::session::Session;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
-use crate::poses::face::{AXES, AxisMap, Face};
+use crate::poses::Pose;
+use crate::poses::face::{Face, axes_where};
 use crate::poses::turns::sample_period_s;
-use crate::poses::{Pose, Segmentation};
 use crate::recording::Recording;
 use crate::recording::units::GyroUnit;
 use crate::{Error, Result};
 
-/// Fits the gyroscope from its readings at rest and the turns by `angle_rad`.
+/// Fits the gyroscope from its readings at rest and the known turns; nothing without turns or without all
+/// six faces.
 ///
 /// # Errors
 ///
 /// `missing-gyro` when there are turns and no gyroscope, `rate-unknown` when
 /// neither stamps nor `--rate` tell the time, `singular`.
-pub(in crate::calibrate) fn gyroscope(
-    recordings: &[Recording],
-    session: &Segmentation,
-    faces: &Faces,
-    accelerometer: &Calibration<f64>,
-    gravity: f64,
-    angle_rad: f64,
-    axes: &AxisMap,
-) -> Result<Gyroscope> {
+pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gyroscope> {
     let mut fit = Gyroscope::default();
-    if session.turns.is_empty() {
+    let (cut, gravity) = (session.segmentation, session.gravity_mps2());
+    let Some(faces) = estimate.faces.as_ref().filter(|_| !cut.turns.is_empty()) else {
         return Ok(fit);
-    }
-    let names = |is_one: &dyn Fn(usize) -> bool| -> Vec<String> {
-        let axes = (0..3).filter(|axis| is_one(*axis));
-        axes.map(|axis| AXES[axis].to_string()).collect()
     };
-    let missing = names(&|axis| session.turns.iter().all(|t| t.axis != axis));
+    let angle_rad = session.options.segment.turn_angle_deg.to_radians();
+    let missing = axes_where(|axis| cut.turns.iter().all(|t| t.axis != axis));
     if !missing.is_empty() {
         fit.findings.push(finding!(
             TurnsIncomplete,
@@ -47,20 +40,20 @@ pub(in crate::calibrate) fn gyroscope(
         ));
         return Ok(fit);
     }
-    let (bias, means) = at_rest(&session.poses, faces)?;
+    let (bias, means) = at_rest(&cut.poses, faces)?;
     let means = six_positions(&means);
     let sensitivity = g_sensitivity(&means, gravity).map_err(turns_are_singular)?;
     let mut turns = [[0.0; 3]; 3];
     for (axis, sum) in turns.iter_mut().enumerate() {
-        let about: Vec<_> = session.turns.iter().filter(|t| t.axis == axis).collect();
+        let about: Vec<_> = cut.turns.iter().filter(|t| t.axis == axis).collect();
         for turn in &about {
-            let recording = &recordings[turn.recording];
+            let recording = &session.recordings[turn.recording];
             let integral = integrate(
                 recording,
                 turn.integrated.clone(),
                 bias,
                 sensitivity,
-                accelerometer,
+                &estimate.calibration,
             )?;
             (0..3).for_each(|i| sum[i] += integral[i] / about.len() as f64);
         }
@@ -73,9 +66,12 @@ pub(in crate::calibrate) fn gyroscope(
             "the three turns do not span space: were two about the same axis?",
         )
     })?;
-    let in_case = axes.of_rates().rows_to_case(&parameters.orientation);
+    let in_case = session
+        .axes()
+        .of_rates()
+        .rows_to_case(&parameters.orientation);
     let diagonal = [0, 1, 2].map(|i| in_case[i][i]);
-    let backwards = names(&|axis| diagonal[axis] < 0.0);
+    let backwards = axes_where(|axis| diagonal[axis] < 0.0);
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
         fit.findings.push(finding!(
@@ -87,7 +83,7 @@ pub(in crate::calibrate) fn gyroscope(
             -degrees,
         ));
     }
-    let unit = session.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
+    let unit = cut.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
     fit.section = Some(GyroscopeSection {
         input_unit: unit,
         output_unit: GyroUnit::RadianPerSecond,
