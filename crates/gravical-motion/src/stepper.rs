@@ -130,7 +130,7 @@ struct Track {
 }
 
 impl Track {
-    fn new(model: &Model<'_>, mut filter: Filter) -> Track {
+    fn new(mut filter: Filter) -> Track {
         filter.start_move(&mut Recorder::off());
         Track {
             start: filter.at,
@@ -404,7 +404,7 @@ impl Stepper {
         filter.halt(&model, end - 1, off);
         found.path.push(PathNode::forward(&filter.node()));
         level_before_move(&model, filter, end.min(*closed), off);
-        let trail = Track::new(&model, filter.clone());
+        let trail = Track::new(filter.clone());
         if let Some(motion) = &mut self.motion {
             motion.append(found, end);
         }

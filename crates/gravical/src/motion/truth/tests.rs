@@ -214,7 +214,7 @@ fn columns_of_the_recording_itself_keep_its_clock() {
     assert!(reference.same_file);
     assert_eq!(reference.t_s.len(), 1120);
     assert!((reference.t_s[0] - 0.01).abs() < 1e-12);
-    assert_eq!(reference.findings[0].kind, "truth-gaps");
+    assert_eq!(reference.findings[0].kind.name(), "truth-gaps");
     let mut motion = motion(100.0);
     let c = compared(&mut motion, &reference);
     assert_eq!(c.time_offset_s, 0.0);
