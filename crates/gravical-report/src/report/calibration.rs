@@ -81,8 +81,14 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     };
     let faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
     let labels: BTreeSet<&str> = faces.clone().map(|p| p.label.as_str()).collect();
-    let (faces, labels) = (faces.count(), count(labels.len(), "face"));
-    let free = count(a.poses.len() - faces, "free pose");
+    let (faces, free) = (faces.clone().count(), a.poses.len() - faces.count());
+    let on_faces = format!(
+        "{} on {}",
+        count(faces, "pose"),
+        count(labels.len(), "face")
+    );
+    let poses = [(faces, on_faces), (free, count(free, "free pose"))];
+    let poses: Vec<String> = poses.into_iter().filter(|p| p.0 > 0).map(|p| p.1).collect();
     let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
         let how = words(&t.source);
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
@@ -93,10 +99,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     };
     let (unit, source) = (a.input_unit, gravity_source(file.gravity_source));
     vec![
-        format!(
-            "{method} of {inputs}: {} on {labels}, {free}",
-            count(faces, "pose")
-        ),
+        format!("{method} of {inputs}: {}", poses.join(" and ")),
         format!("raw in {unit}, g = {g} m/s² ({source}){tilt}"),
     ]
 }
