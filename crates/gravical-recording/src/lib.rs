@@ -56,7 +56,6 @@ pub mod source;
 mod spans;
 mod table;
 mod text;
-mod time_unit;
 pub mod units;
 pub mod utc;
 pub mod write;
@@ -86,5 +85,4 @@ pub use text::{
     AsideLines, Batch, Batches, Column, CopiedText, Format, Ledger, Reason, is_prose, sniff,
     sniff_table, split_hint,
 };
-pub use time_unit::TimeUnit;
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit};

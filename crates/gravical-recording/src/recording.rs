@@ -11,8 +11,7 @@ use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::judge::UnitDoubt;
 use crate::text::{Batch, Format, Ledger};
-use crate::time_unit::TimeUnit;
-use crate::units::{AccelScale, AccelUnit, GyroScale, Origin};
+use crate::units::{AccelScale, AccelUnit, GyroScale, Origin, TimeUnit};
 use crate::utc::UtcTime;
 
 pub use judging::findings::CALIBRATED;

@@ -1,7 +1,7 @@
 //! Stamps to times and a rate.
 
 use super::cells::{median, trend};
-use crate::time_unit::TimeUnit;
+use crate::units::TimeUnit;
 
 /// Rates of recordings, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;

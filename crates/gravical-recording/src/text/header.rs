@@ -8,7 +8,7 @@ use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
 use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_unit};
+use crate::units::{AccelUnit, GyroUnit, is_listed, is_unit};
 
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;
@@ -196,9 +196,7 @@ fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {
-    const OTHERS: [&str; 8] = ["CAL", "mV", "kPa", "n/a", "uT", "uS", "kOhms", "local_flux"];
-    let is_known = |u: &&String| {
-        u.is_empty() || is_unit(u) || OTHERS.contains(&u.as_str()) || *u == "no_units"
-    };
+    const OTHERS: &str = "CAL mV kPa n/a uT uS kOhms local_flux no_units";
+    let is_known = |u: &&String| u.is_empty() || is_unit(u) || is_listed(OTHERS, u);
     parts.iter().filter(is_known).count() * 10 >= parts.len() * 7
 }

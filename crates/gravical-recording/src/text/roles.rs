@@ -9,6 +9,7 @@ use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::role::Role;
+use crate::units::is_listed;
 
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
@@ -447,7 +448,7 @@ fn counts_mostly(values: &[f64]) -> bool {
 /// values, each as often as the others, another one in nearly every row, and rows of one instant
 /// or a name that says so.
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
-    const NAMES: [&str; 7] = ["i", "id", "instance", "sensor", "device", "channel", "node"];
+    const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
         let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
         let role = format.columns[c].role;
@@ -470,7 +471,7 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {
             let name = format.names.get(c);
-            name.is_some_and(|n| words(n).iter().any(|w| NAMES.contains(&w.as_str())))
+            name.is_some_and(|n| words(n).iter().any(|w| is_listed(NAMES, w)))
         };
         let has_pairs = || {
             let stamps =

@@ -5,7 +5,7 @@ use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
 use crate::recording::Timing;
 use crate::role::Role;
 use crate::text::{Batch, Format};
-use crate::time_unit::{TimeUnit, time_scale_s};
+use crate::units::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
 const MIN_ROWS: usize = 40;
