@@ -74,6 +74,11 @@ pub struct ReadOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub meter: Option<Meter>,
+    /// Unit of the time stamps if neither header, dates nor the rate tell it.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[doc(hidden)]
+    pub likely_time_unit: Option<TimeUnit>,
     /// The file holds the gyroscope of another one: its axes are read as [`Recording::accel`](crate::Recording::accel), and are not
     /// judged by gravity.
     #[serde(skip)]

@@ -56,14 +56,6 @@ impl Source<'_> {
             }
         }
     }
-
-    /// True if it can be opened again: it is no pipe.
-    pub fn is_reopenable(&self) -> bool {
-        match self {
-            Source::Path(path) => *path != Path::new("-") && path.is_file(),
-            Source::Bytes(..) => true,
-        }
-    }
 }
 
 /// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.

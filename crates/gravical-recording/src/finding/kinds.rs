@@ -12,8 +12,6 @@ use super::Severity;
 enum Weight {
     Note,
     Warning,
-    /// It depends: a warning, unless it is said to be a note.
-    Either,
     /// A warning that makes a calibration poor.
     Gate,
 }
@@ -72,9 +70,8 @@ kinds! {
     NoRecording "no-recording" Note "a file of the folder is not a recording: a text such as a licence, or other columns";
     FolderLeftOut "folder-left-out" Note "a subfolder contains files that may be recordings";
     GyroJoined "gyro-joined" Note "one recording, and one file with only a gyroscope beside it";
-    GyroLeftOut "gyro-left-out" Either "a file with only a gyroscope beside several recordings, or one whose time does not match";
+    GyroLeftOut "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match";
     GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
-    GyroInterpolated "gyro-interpolated" Note "`--gyro`: rows of the accelerometer are between two time stamps of the gyroscope";
     GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
     RenamedColumn "renamed-column" Note "`apply`: the input has a column with the name of a calibrated column";
     TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits";
@@ -169,7 +166,7 @@ kinds! {
     GyroNotUsed "gyro-not-used" Warning "the unit of the gyroscope is unknown";
     DeadGyro "dead-gyro" Warning "the gyroscope never changes";
     CovarianceUnknown "covariance-unknown" Note "the calibration has no covariance";
-    GravityOff "gravity-off" Either "without a calibration: at rest the magnitude differs from gravity";
+    GravityOff "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity";
     ValuesReplaced "values-replaced" Warning "values in a move stand at the end of the range, or far from all around them";
     AveragedRowsMove "averaged-rows-move" Warning "the sensor moves within the rows whose mean is subtracted";
     ClosureContradicts "closure-contradicts" Warning "at the end of a move the closure of velocity or tilt exceeds its uncertainty";
@@ -179,13 +176,13 @@ kinds! {
     NoiseFromRests "noise-from-rests" Warning "`noise`: the sensor moved in a part of the recording";
     NoiseBumps "noise-bumps" Note "`noise`: short disturbances in a static interval, e.g. a knock on the table";
     NoiseGaps "noise-gaps" Note "`noise`: missing rows or breaks within a static interval";
-    NoiseSamplesFilled "noise-samples-filled" Either "`noise`: up to eight consecutive samples are missing; a warning from 5 % of the samples";
+    NoiseSamplesFilled "noise-samples-filled" Warning "`noise`: up to eight consecutive samples are missing; a warning from 5 % of the samples";
     NoiseBelowResolution "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel";
     NoiseFiltered "noise-filtered" Note "`noise`: for the shortest averaging times the noise is not white, as behind a low-pass";
     NoiseMisfit "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance";
     NoiseDensityDiffers "noise-density-differs" Warning "`noise`: the power spectral density at 1 to 10 Hz disagrees with the fitted curve by more than 15 %";
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
-    NoiseTemperature "noise-temperature" Either "`noise`: the temperature moved; a warning if it explains most of the slow changes of a channel";
+    NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved; a warning if it explains most of the slow changes of a channel";
     NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
     NoiseUsed "noise-used" Note "`motion --noise`: N of the Allan deviation is used in place of the noise at rest";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
@@ -214,18 +211,6 @@ impl FindingKind {
     #[must_use]
     pub fn is_gate(self) -> bool {
         self.row().1 == Weight::Gate
-    }
-
-    /// Its weight in the tables of the documents.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn weight(self) -> &'static str {
-        match self.row().1 {
-            Weight::Note => "note",
-            Weight::Warning => "warning",
-            Weight::Either => "note, or warning",
-            Weight::Gate => "warning, [gate](#quality-gates)",
-        }
     }
 
     /// True if samples were lost or could not be read.

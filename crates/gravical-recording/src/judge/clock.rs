@@ -36,6 +36,8 @@ const REGULAR: f64 = 0.9;
 pub struct ClockOptions<'a> {
     /// Seconds of one unit of the stamps
     pub unit_s: Option<f64>,
+    /// Seconds of their likeliest unit
+    pub likely_unit_s: Option<f64>,
     /// Nominal rate
     pub rate_hz: Option<f64>,
     /// Highest less lowest temperature in the recording, °C
@@ -214,11 +216,10 @@ fn guess_unit_s(
     if is_nominal(&&ticks) && !units.iter().any(|u| is_nominal(&u)) {
         return Some((ticks, false));
     }
-    if let Some(unit) = units
-        .iter()
-        .find(is_nominal)
-        .or_else(|| units.iter().find(is_dated))
-    {
+    let is_likely = |u: &&f64| options.likely_unit_s == Some(**u);
+    let mut told = units.iter().find(is_nominal);
+    told = told.or_else(|| units.iter().find(is_dated));
+    if let Some(unit) = told.or_else(|| units.iter().find(is_likely)) {
         return Some((*unit, false));
     }
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;

@@ -48,6 +48,7 @@ impl JudgedTime {
         pauses.sort_unstable();
         let options = ClockOptions {
             unit_s: None,
+            likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
             gaps: &rows.breaks,
