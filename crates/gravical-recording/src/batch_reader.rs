@@ -1,17 +1,15 @@
 //! A recording of any size: judged by its first rows, read batch by batch.
 
 use std::collections::VecDeque;
-use std::io;
 use std::path::Path;
 
-use crate::bytes::{Input, peek, truncated};
-use crate::cwa;
-use crate::error::{Error, Result};
+use crate::bytes::Input;
+use crate::error::Result;
 use crate::finding::Finding;
-use crate::foreign::{self, in_file};
+use crate::foreign::in_file;
 use crate::later::{Later, Readings};
 use crate::options::ReadOptions;
-use crate::read::open_text;
+use crate::read::{Batches, note_input, open_batches};
 use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
@@ -53,8 +51,6 @@ pub struct BatchReader {
     /// Findings about later rows.
     findings: Vec<Finding>,
 }
-
-type Batches = Box<dyn Iterator<Item = io::Result<Batch>>>;
 
 impl BatchReader {
     /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
@@ -214,13 +210,7 @@ impl BatchReader {
     /// called after the last row. `only_measured`: rows that are no measurements are set aside.
     pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
         let mut findings = self.findings;
-        if self.input.is_cut_off() {
-            findings.push(truncated(self.rows));
-        }
-        if self.input.is_gzip {
-            self.recording.description.insert_str(0, "gzip, ");
-        }
-        self.recording.sha256 = self.input.sha256();
+        findings.extend(note_input(&mut self.recording, &self.input, self.rows));
         let (later_ledger, later_findings) = self.later.finish();
         findings.extend(later_findings);
         if only_measured {
@@ -229,26 +219,4 @@ impl BatchReader {
         }
         (self.recording, self.ledger, findings)
     }
-}
-
-/// Opens a recording. `copied` says which columns keep their text.
-fn open_batches(
-    input: &mut Input,
-    name: &str,
-    options: &ReadOptions,
-    copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-) -> Result<(Format, Batches)> {
-    options.validate()?;
-    let here = Path::new(name);
-    let io = |e| Error::io(here, e);
-    let (magic, reader) = peek(input.take_reader(), cwa::MAGIC_BYTES).map_err(io)?;
-    foreign::refuse_container(&magic, here)?;
-    if cwa::is_one(&magic) {
-        let (format, samples) = cwa::open(reader, options).map_err(|e| in_file(e, here))?;
-        let batches = samples.with_text(&copied(&format));
-        return Ok((format, Box::new(batches)));
-    }
-    let (format, text) = open_text(reader, here, options)?;
-    let batches = format.batches(text).with_text(&copied(&format));
-    Ok((format, Box::new(batches)))
 }

@@ -9,7 +9,7 @@ use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
-use crate::finding::{Finding, FindingKind};
+use crate::error::Error;
 use crate::hash::hex;
 
 /// Bytes that decide on the encoding.
@@ -48,18 +48,11 @@ impl Input {
     }
 }
 
-/// A packed file that is damaged.
-pub(crate) fn truncated(rows: usize) -> Finding {
-    let text =
-        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
-    Finding::new(FindingKind::TruncatedFile, text)
-}
-
 /// Opens any reader.
 ///
 /// # Errors
 ///
-/// Errors of the reader while the first bytes are examined.
+/// Errors of the reader while the first bytes are examined; `is-an-archive` within one.
 pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
     let raw: Box<dyn Read> = match &digest {
@@ -69,8 +62,13 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         }),
         None => raw,
     };
-    let (magic, raw) = peek(raw, 2)?;
-    let is_gzip = magic == [0x1f, 0x8b];
+    let (magic, raw) = peek(raw, 4)?;
+    if magic == b"PK\x03\x04" {
+        let error = Error::input("is-an-archive", "this is a ZIP archive, not a recording");
+        let error = error.with_hint("unpack it and give the recording in it");
+        return Err(io::Error::other(error));
+    }
+    let is_gzip = magic.starts_with(&[0x1f, 0x8b]);
     let cut_off = Arc::new(AtomicBool::new(false));
     let plain: Box<dyn Read> = if is_gzip {
         // Several gzip members in one file are one recording (a log packed piece by piece).

@@ -18,7 +18,7 @@ use crate::write::{write_fixed, write_trimmed};
 use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
 use order::{Event, Order, Place, Placed};
 
-pub use means::{read, read_samples};
+pub use means::read;
 
 /// Bytes by which [`is_one`] decides.
 pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;

@@ -11,12 +11,13 @@
 
 use std::path::Path;
 
+use crate::bytes::Input;
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
 use crate::read::read_gyroscope;
 use crate::recording::{JoinedFile, Recording};
-use crate::source::{Source, stem};
+use crate::source::{open, open_bytes, stem};
 use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
@@ -39,7 +40,8 @@ const GAP_PERIODS: f64 = 4.5;
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
-    join_source(recording, &Source::Path(path), options)
+    let name = path.display().to_string();
+    join_input(recording, open(path, options)?, &name, options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -53,7 +55,7 @@ pub fn join_gyroscope_bytes(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    join_source(recording, &Source::Bytes(name, bytes), options)
+    join_input(recording, open_bytes(bytes, name, options)?, name, options)
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
@@ -65,12 +67,13 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         meter: None,
         ..options.clone()
     };
-    let read = read_gyroscope(&Source::Path(path), &options);
+    let name = path.display().to_string();
+    let read = open(path, &options).and_then(|input| read_gyroscope(input, &name, &options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.column_names;
-        let named = !names.is_empty() && !names.iter().any(bare);
-        named || is_named_gyroscope(path)
+        let is_told = !names.is_empty() && !names.iter().any(bare);
+        is_told || is_named_gyroscope(path)
     })
 }
 
@@ -81,12 +84,12 @@ pub fn is_named_gyroscope(path: &Path) -> bool {
     stem.contains("gyr") && !stem.contains("acc")
 }
 
-fn join_source(
+fn join_input(
     recording: &mut Recording,
-    source: &Source<'_>,
+    input: Input,
+    name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    let name = &source.name();
     if recording.gyro.is_some() {
         return Err(Error::usage(
             "gyro-twice",
@@ -102,7 +105,7 @@ fn join_source(
         likely_time_unit: recording.timing.unit,
         ..options.clone()
     };
-    let mut gyro = read_gyroscope(source, &options)?;
+    let mut gyro = read_gyroscope(input, name, &options)?;
     if gyro.restarted {
         let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
         let line = gyro.findings.iter().find(restart);
@@ -134,7 +137,7 @@ fn join_source(
     recording.gyro_scale = gyro.gyro_scale;
     recording.gyro = Some(channels);
     recording.gyro_file = Some(JoinedFile {
-        name: name.clone(),
+        name: name.to_owned(),
         sha256: gyro.sha256,
     });
     recording.findings.append(&mut gyro.findings);
