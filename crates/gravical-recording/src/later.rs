@@ -10,9 +10,9 @@ use clock::LaterClock;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
-use crate::judge::{self, Encoding, Marks};
+use crate::judge::{self, Encoding, Held, Marks};
 use crate::recording::Recording;
-use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
+use crate::recording::judging::{self, cell_label, celsius, find_thermometer, keep_sensor};
 use crate::text::{Batch, Format, Ledger, MIN_ROWS_GONE, Reason, split_hint};
 
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
@@ -67,12 +67,14 @@ pub struct Later {
     accel_held: Option<[Held; 3]>,
     gyro_held: Option<[Held; 3]>,
     /// Column of the sensors, and the sensor that is read.
-    sensor: Option<(usize, Cell)>,
+    sensor: Option<(usize, String)>,
     thermometer: Option<usize>,
     /// Whether repeats of all channels mean that the sensor hung.
     marks_hung: bool,
     /// Channels of the last row, and length of the run in which they repeat.
     last: (Vec<f64>, usize),
+    /// Last rows in a row in which the accelerometer reads zero.
+    zeros: usize,
     /// Gravity in the unit of the file, and the last rows: shifted channels are recognised by them.
     gravity: Option<f64>,
     tail: [Vec<f64>; 6],
@@ -92,59 +94,6 @@ pub struct Later {
     pub(crate) contradicts: bool,
 }
 
-/// A number, or a word of its column.
-#[derive(Clone, Copy, PartialEq, Debug)]
-enum Cell {
-    Number(f64),
-    Word(u8),
-}
-
-impl Cell {
-    fn of(batch: &Batch, column: usize, row: usize) -> Self {
-        match batch.texts[column].get(row) {
-            Some(word) if *word > 0 => Cell::Word(*word),
-            _ => Cell::Number(batch.columns[column][row]),
-        }
-    }
-}
-
-/// The last value of a channel, and for how many more rows it holds.
-#[derive(Clone, Copy, Debug)]
-struct Held {
-    value: f64,
-    rows: f64,
-    max_rows: f64,
-}
-
-impl Held {
-    /// `None` for a sensor whose cells are rarely empty.
-    fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
-        let rows = axes[0].len();
-        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
-        judge::is_sparse(lacking.count(), rows).then(|| {
-            axes.map(|axis| {
-                let known = axis.iter().filter(|v| !v.is_nan()).count();
-                Held {
-                    value: f64::NAN,
-                    rows: 0.0,
-                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
-                }
-            })
-        })
-    }
-
-    fn fill(&mut self, channel: &mut [f64], is_measured: &[bool]) {
-        for (v, _) in channel.iter_mut().zip(is_measured).filter(|(_, m)| **m) {
-            if !v.is_nan() {
-                (self.value, self.rows) = (*v, 0.0);
-            } else if self.rows < self.max_rows {
-                *v = self.value;
-                self.rows += 1.0;
-            }
-        }
-    }
-}
-
 impl Later {
     /// Judges the first rows of a recording, or all of them, and tells how later ones are read.
     ///
@@ -155,7 +104,7 @@ impl Later {
         let (mut finding, mut sensor) = (None, None);
         if let Some((column, _)) = format.sensor {
             finding = keep_sensor(format, &mut head, column)?;
-            sensor = (head.rows() > 0).then(|| (column, Cell::of(&head, column, 0)));
+            sensor = (head.rows() > 0).then(|| (column, cell_label(&head, column, 0)));
         }
         let columns = format.channels();
         let channels = slices(&head, &columns);
@@ -177,6 +126,7 @@ impl Later {
             thermometer: find_thermometer(format, &head),
             marks_hung: false,
             last: (Vec::new(), 0),
+            zeros: judge::unread_runs(axes(format.accel), 0).1,
             gravity: None,
             tail: Default::default(),
             unit_finding: None,
@@ -231,7 +181,8 @@ impl Later {
 
     /// Reads the rows of the next batch and takes its channels and temperature; stamps stay.
     ///
-    /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
+    /// A run of repeats that goes on from one batch to the next may leave 20 rows in the first, one
+    /// of zeros four.
     ///
     /// # Errors
     ///
@@ -281,10 +232,12 @@ impl Later {
             channels.for_each(|channel| channel[row] = f64::NAN);
         }
         if !reads_zeros {
-            for run in judge::unread_runs(accel.each_ref().map(Vec::as_slice)) {
-                accel
-                    .iter_mut()
-                    .for_each(|axis| axis[run.clone()].fill(f64::NAN));
+            let axes = accel.each_ref().map(Vec::as_slice);
+            let (runs, zeros) = judge::unread_runs(axes, self.zeros);
+            self.zeros = zeros;
+            for run in runs {
+                let axes = accel.iter_mut();
+                axes.for_each(|axis| axis[run.clone()].fill(f64::NAN));
             }
         }
         if !self.decode(&mut accel, gyro.as_mut()) && self.contradicts {
@@ -312,12 +265,12 @@ impl Later {
         {
             clipping.observe_all(axis, lines);
         }
-        for (held, axis) in self.accel_held.iter_mut().flatten().zip(&mut accel) {
-            held.fill(axis, &is_measured);
-        }
-        let axes = gyro.iter_mut().flatten();
-        for (held, axis) in self.gyro_held.iter_mut().flatten().zip(axes) {
-            held.fill(axis, &is_measured);
+        let accel_axes = self.accel_held.iter_mut().flatten().zip(&mut accel);
+        let gyro_axes = gyro.iter_mut().flatten();
+        let gyro_axes = self.gyro_held.iter_mut().flatten().zip(gyro_axes);
+        for (held, axis) in accel_axes.chain(gyro_axes) {
+            let cells = axis.iter_mut().zip(&is_measured).filter(|(_, m)| **m);
+            held.fill(cells.map(|(v, _)| v));
         }
         if let (Some(column), Some(temperature_c)) = (self.thermometer, &mut temperature_c) {
             celsius(&self.format, column, temperature_c);
@@ -414,11 +367,11 @@ impl Later {
     /// Rows of the sensor that is read.
     fn rows_of_sensor(&self, batch: &Batch) -> Vec<usize> {
         let rows = 0..batch.rows();
-        match self.sensor {
+        match &self.sensor {
             None => rows.collect(),
-            Some((column, cell)) => {
-                let is_own = |row: &usize| Cell::of(batch, column, *row) == cell;
-                rows.filter(is_own).collect()
+            Some((column, label)) => {
+                let is_read = |row: &usize| cell_label(batch, *column, *row) == *label;
+                rows.filter(is_read).collect()
             }
         }
     }
@@ -457,26 +410,18 @@ impl Later {
     /// Undoes the encoding and subtracts the zero offset; false if the numbers are written in
     /// another way.
     fn decode(&self, accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> bool {
-        let is_unsigned = |v: &f64| v.is_nan() || v.fract() == 0.0 && (0.0..65_536.0).contains(v);
         match self.encoding {
-            Some(_) if !accel.iter().flatten().all(is_unsigned) => return false,
+            Some(_) if !accel.iter().all(|c| judge::are_unsigned(c)) => return false,
             Some(Encoding::TwosComplement) => {
                 let gyro = gyro.into_iter().filter(|_| self.decodes_gyro).flatten();
-                let cells = accel.iter_mut().chain(gyro).flatten();
-                cells
-                    .filter(|v| **v > 32_767.0)
-                    .for_each(|v| *v -= 65_536.0);
+                Encoding::TwosComplement.undo(accel.iter_mut().chain(gyro).flatten());
             }
             Some(Encoding::OffsetBinary) => {}
             None if self.is_signed || self.zero_offset != 0.0 => {}
             None => return judge::decode(accel, gyro).is_none(),
         }
-        if self.zero_offset != 0.0 {
-            accel
-                .iter_mut()
-                .flatten()
-                .for_each(|v| *v -= self.zero_offset);
-        }
+        let cells = accel.iter_mut().flatten();
+        cells.for_each(|v| *v -= self.zero_offset);
         true
     }
 

@@ -52,52 +52,40 @@ pub fn fill_cells(
 ) -> (Option<Finding>, bool) {
     let Channels {
         accel,
-        mut gyro,
+        gyro,
         temperature_c,
     } = channels;
     let rows = lines.len();
-    let is_empty = |channel: &Vec<f64>, row: usize| channel[row].is_nan();
-    let empty = |channel: &Vec<f64>| channel.iter().filter(|v| v.is_nan()).count();
-    let lacks = |sensor: &[Vec<f64>; 3]| -> Vec<bool> {
-        (0..rows)
-            .map(|row| sensor.iter().any(|c| is_empty(c, row)))
-            .collect()
-    };
-    let mut marked = lacks(accel);
-    let incomplete = marked.iter().filter(|m| **m).count();
-    let mut counts = accel.iter().map(empty).collect::<Vec<_>>();
-    let mut holds = [is_sparse(incomplete, rows), false];
-    match &gyro {
-        Some(gyro) => {
-            let lacking = lacks(gyro);
-            holds[1] = is_sparse(lacking.iter().filter(|l| **l).count(), rows);
-            marked.iter_mut().zip(lacking).for_each(|(m, l)| *m |= l);
-            counts.extend(gyro.iter().map(empty));
-        }
-        None => counts.extend([0; 3]),
-    }
-    let (mut impossible, mut missing) = (0, 0);
-    if let Some(temperature_c) = temperature_c {
-        for (row, t) in temperature_c.iter_mut().enumerate() {
-            if t.is_finite() && !POSSIBLE_C.contains(t) {
-                *t = f64::NAN;
-                impossible += 1;
-                marked[row] = true;
+    let mut marked = vec![false; rows];
+    let (mut counts, mut holds, mut incomplete) = (vec![0; 7], [false; 2], 0);
+    let sensors = [Some((accel, f64::INFINITY)), gyro.map(|g| (g, GYRO_HELD))];
+    for (k, sensor) in sensors.into_iter().enumerate() {
+        let Some((axes, max_distances)) = sensor else {
+            continue;
+        };
+        for (axis, channel) in axes.iter().enumerate() {
+            for (marked, v) in marked.iter_mut().zip(channel) {
+                *marked |= v.is_nan();
+                counts[3 * k + axis] += usize::from(v.is_nan());
             }
-            missing += usize::from(t.is_nan());
+        }
+        if k == 0 {
+            incomplete = marked.iter().filter(|m| **m).count();
+        }
+        let mut held = Held::of(axes.each_ref().map(Vec::as_slice), max_distances);
+        holds[k] = held.is_some();
+        for (held, channel) in held.iter_mut().flatten().zip(axes) {
+            held.fill(channel.iter_mut());
         }
     }
-    counts.push(missing);
-    if holds[0] {
-        accel.iter_mut().for_each(|c| hold(c, f64::INFINITY));
-    }
-    for channel in gyro
-        .iter_mut()
-        .filter(|_| holds[1])
-        .flat_map(|g| g.iter_mut())
-    {
-        let distance = rows as f64 / (rows - empty(channel)).max(1) as f64;
-        hold(channel, GYRO_HELD * distance);
+    let mut impossible = 0;
+    for (row, t) in temperature_c.into_iter().flatten().enumerate() {
+        if t.is_finite() && !POSSIBLE_C.contains(t) {
+            *t = f64::NAN;
+            impossible += 1;
+            marked[row] = true;
+        }
+        counts[6] += usize::from(t.is_nan());
     }
     let total: usize = counts.iter().sum();
     let some = names.iter().zip(&counts).filter(|(_, n)| **n > 0);
@@ -135,20 +123,43 @@ pub fn fill_cells(
     (found, holds[0])
 }
 
-/// Whether so many rows lack a value that each channel is written when it arrives.
-pub(crate) fn is_sparse(incomplete: usize, rows: usize) -> bool {
-    rows >= SPARSE_ROWS && 5 * incomplete > rows
+/// The last value of a channel, and for how many more rows it holds where cells are empty.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    /// The last value; NaN before the first
+    pub value: f64,
+    rows: f64,
+    max_rows: f64,
 }
 
-/// Fills empty cells with the last value, for so many rows at most.
-fn hold(channel: &mut [f64], longest: f64) {
-    let (mut last, mut held) = (f64::NAN, 0.0);
-    for v in channel {
-        if !v.is_nan() {
-            (last, held) = (*v, 0.0);
-        } else if held < longest {
-            *v = last;
-            held += 1.0;
+impl Held {
+    /// For so many usual distances between values; `None` for a sensor whose cells are rarely
+    /// empty.
+    pub(crate) fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
+        let rows = axes[0].len();
+        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
+        let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
+        is_sparse.then(|| {
+            axes.map(|axis| {
+                let known = axis.iter().filter(|v| !v.is_nan()).count();
+                Held {
+                    value: f64::NAN,
+                    rows: 0.0,
+                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
+                }
+            })
+        })
+    }
+
+    /// Fills empty cells.
+    pub(crate) fn fill<'a>(&mut self, cells: impl Iterator<Item = &'a mut f64>) {
+        for v in cells {
+            if !v.is_nan() {
+                (self.value, self.rows) = (*v, 0.0);
+            } else if self.rows < self.max_rows {
+                *v = self.value;
+                self.rows += 1.0;
+            }
         }
     }
 }

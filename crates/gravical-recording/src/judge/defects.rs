@@ -31,12 +31,25 @@ pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
         .collect()
 }
 
-/// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
-pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
-    let is_zero = |row: usize| accel.iter().all(|axis| axis[row] == 0.0);
-    let zeros = runs(accel[0].len(), |row| is_zero(row) && is_zero(row - 1));
-    let is_unread = |run: &Range<usize>| run.len() >= ZEROS_IN_A_ROW && is_zero(run.start);
-    zeros.into_iter().filter(is_unread).collect()
+/// Rows in a row in which the accelerometer reads zero on all axes: it was not read. `before`: so
+/// many such rows precede the first. Returns also how many there are at the end.
+pub(crate) fn unread_runs(accel: [&[f64]; 3], before: usize) -> (Vec<Range<usize>>, usize) {
+    let (mut found, mut from, mut zeros) = (Vec::new(), 0, before);
+    let rows = accel[0].len();
+    for row in 0..rows {
+        if accel.iter().all(|axis| axis[row] == 0.0) {
+            zeros += 1;
+            continue;
+        }
+        if zeros >= ZEROS_IN_A_ROW && from < row {
+            found.push(from..row);
+        }
+        (from, zeros) = (row + 1, 0);
+    }
+    if zeros >= ZEROS_IN_A_ROW && from < rows {
+        found.push(from..rows);
+    }
+    (found, zeros)
 }
 
 /// False for the rows of runs in which all channels repeat exactly for longer than noise allows:

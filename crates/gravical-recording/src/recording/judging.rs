@@ -261,7 +261,7 @@ pub(crate) fn keep_sensor(
 }
 
 /// A cell as text: its word, its number, or nothing.
-fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
+pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
     let code = rows.texts[column].get(row).copied().unwrap_or(0);
     let word = usize::from(code)
         .checked_sub(1)
@@ -383,7 +383,7 @@ fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
 }
 
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
-    let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
+    let (runs, _) = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()), 0);
     let mut lines = Vec::new();
     for run in runs {
         for column in format.accel {
