@@ -76,12 +76,6 @@ impl LineSpans {
     pub fn ranges(&self) -> &[[u64; 2]] {
         &self.spans
     }
-
-    /// The first line.
-    #[must_use]
-    pub fn first(&self) -> Option<u64> {
-        self.spans.first().map(|s| s[0])
-    }
 }
 
 impl FromIterator<u64> for LineSpans {

@@ -106,7 +106,9 @@ pub struct Clock {
 pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
     let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
     let mut clock = Clock {
-        absent: rows_where(&stamps, |s| s.is_nan()),
+        absent: (0..stamps.len())
+            .filter(|row| stamps[*row].is_nan())
+            .collect(),
         ..Clock::default()
     };
     clock.bad = mend(&mut stamps, usual);
@@ -133,10 +135,6 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
 
 fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0)
-}
-
-fn rows_where(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<usize> {
-    (0..values.len()).filter(|row| is(values[*row])).collect()
 }
 
 /// A usual step advances and is no gap.

@@ -30,15 +30,6 @@ pub struct AccelClaim {
     pub without_gravity: bool,
 }
 
-impl From<AccelUnit> for AccelClaim {
-    fn from(unit: AccelUnit) -> Self {
-        AccelClaim {
-            unit: Some(unit),
-            ..AccelClaim::default()
-        }
-    }
-}
-
 /// Why a unit is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnitDoubt {

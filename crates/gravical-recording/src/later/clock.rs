@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 use crate::judge::ClockOptions;
 use crate::recording::Recording;
-use crate::recording::judging::{find_clock, gap_finding};
+use crate::recording::judging::{find_clock, gap_text};
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Batch, Format};
@@ -76,7 +76,10 @@ impl LaterClock {
     /// What is said of the gaps.
     pub fn gap_finding(&self) -> Option<Finding> {
         let count = self.gaps.count() as usize;
-        (count > 0).then(|| gap_finding(count, self.longest_gap_s).at_lines(&self.gaps))
+        (count > 0).then(|| {
+            let text = gap_text(count, self.longest_gap_s);
+            Finding::new(FindingKind::Gap, text).at_lines(&self.gaps)
+        })
     }
 
     /// Times of these rows of a batch since the first row of the recording, s, NaN in the others;

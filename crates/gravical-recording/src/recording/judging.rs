@@ -3,7 +3,7 @@
 pub(crate) mod findings;
 mod time;
 
-pub(crate) use time::{find_clock, gap_finding};
+pub(crate) use time::{find_clock, gap_text};
 
 use std::collections::{BTreeSet, HashMap};
 

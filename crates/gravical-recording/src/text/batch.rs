@@ -300,6 +300,17 @@ impl Batch {
         self.findings.append(&mut later.findings);
     }
 
+    /// Moves the marks before rows to others, or forgets them.
+    fn move_marks(&mut self, to: impl Fn(usize) -> Option<usize>) {
+        for marks in [&mut self.breaks, &mut self.headers] {
+            *marks = marks.iter().filter_map(|row| to(*row)).collect();
+        }
+        let blanks = self.blanks.iter();
+        self.blanks = blanks
+            .filter_map(|(row, n)| Some((to(*row)?, *n)))
+            .collect();
+    }
+
     /// Forgets the other rows, but not the lines set aside.
     pub(crate) fn crop(&mut self, rows: Range<usize>) {
         fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
@@ -309,14 +320,7 @@ impl Batch {
         self.columns.iter_mut().for_each(|c| cut(c, &rows));
         self.texts.iter_mut().for_each(|t| cut(t, &rows));
         cut(&mut self.lines, &rows);
-        for marks in [&mut self.breaks, &mut self.headers] {
-            marks.retain(|row| rows.contains(row));
-            marks.iter_mut().for_each(|row| *row -= rows.start);
-        }
-        self.blanks.retain(|(row, _)| rows.contains(row));
-        self.blanks
-            .iter_mut()
-            .for_each(|(row, _)| *row -= rows.start);
+        self.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
         self.ledger.lines = self.rows() + self.ledger.total();
     }
 
@@ -340,20 +344,9 @@ impl Batch {
         for (row, k) in keep.iter().enumerate() {
             kept_before[row + 1] = kept_before[row] + usize::from(*k);
         }
-        let blanks = self.blanks.iter_mut().map(|(row, _)| row);
-        for row in self
-            .breaks
-            .iter_mut()
-            .chain(&mut self.headers)
-            .chain(blanks)
-        {
-            *row = kept_before[*row];
-        }
-        // Marks of rows at the end that are gone.
+        // Marks of rows at the end are gone.
         let rows = self.lines.len();
-        self.breaks.retain(|row| *row < rows);
-        self.headers.retain(|row| *row < rows);
-        self.blanks.retain(|(row, _)| *row < rows);
+        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < rows));
         let least = match reason {
             Reason::Hung | Reason::Slipped => 1,
             Reason::Zeros => MIN_ROWS_GONE,

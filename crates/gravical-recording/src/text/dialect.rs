@@ -106,13 +106,7 @@ impl<'a> Iterator for Fields<'a> {
 
 /// Without blanks, and without the NUL bytes that a torn write leaves.
 fn trim(field: &str) -> &str {
-    let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
-    let bytes = field.as_bytes();
-    if bytes.first().is_some_and(is_edge) || bytes.last().is_some_and(is_edge) {
-        field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
-    } else {
-        field
-    }
+    field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
 }
 
 /// Counts of fields, finite numbers and texts of a line.

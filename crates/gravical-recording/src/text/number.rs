@@ -15,9 +15,9 @@ pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     }
     if decimal_comma
         && field.contains(',')
-        && let Some(value) = parse_with_comma(field)
+        && let Ok(value) = fast_float2::parse::<f64, _>(field.replacen(',', ".", 1))
     {
-        return Some(value);
+        return Some(finite(value));
     }
     if let Some(rest) = field.strip_prefix('\u{2212}') {
         return fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v));
@@ -85,14 +85,6 @@ fn finite(value: f64) -> f64 {
 fn is_missing(field: &str) -> bool {
     const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "ovf"];
     field.is_empty() || field.len() <= 4 && MISSING.iter().any(|m| field.eq_ignore_ascii_case(m))
-}
-
-fn parse_with_comma(field: &str) -> Option<f64> {
-    let mut buffer = [0; 40];
-    let text = buffer.get_mut(..field.len())?;
-    text.copy_from_slice(field.as_bytes());
-    *text.iter_mut().find(|b| **b == b',')? = b'.';
-    fast_float2::parse(&*text).ok().map(finite)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Which column is what: by names, else by units and last letters, else by numbers.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
@@ -253,23 +253,16 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
 /// What the name of each sensor says beyond what all say; its number if that tells nothing.
 fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
     let words = |t: &[usize; 3]| columns[t[0]].sensor.split(' ').filter(|w| !w.is_empty());
-    let mut sensors_with: HashMap<&str, usize> = HashMap::new();
-    for t in found {
-        let own: HashSet<&str> = words(t).collect();
-        own.into_iter()
-            .for_each(|word| *sensors_with.entry(word).or_default() += 1);
-    }
-    let own = |t: &[usize; 3]| {
-        let own = words(t).filter(|w| sensors_with[w] < found.len());
-        own.collect::<Vec<_>>().join("-")
+    let is_common = |word: &&str| found.iter().all(|t| words(t).any(|w| w == *word));
+    let rest = |t: &[usize; 3]| {
+        words(t)
+            .filter(|w| !is_common(w))
+            .collect::<Vec<_>>()
+            .join("-")
     };
-    let names: Vec<String> = found.iter().map(own).collect();
-    let mut count: HashMap<&str, usize> = HashMap::new();
-    names
-        .iter()
-        .for_each(|name| *count.entry(name).or_default() += 1);
+    let names: Vec<String> = found.iter().map(rest).collect();
     let name = |(i, name): (usize, &String)| {
-        if name.is_empty() || count[name.as_str()] > 1 {
+        if name.is_empty() || names.iter().filter(|other| *other == name).count() > 1 {
             (i + 1).to_string()
         } else {
             name.clone()

@@ -151,8 +151,7 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.
-        let mut kinds = FindingKind::ALL.iter().copied();
-        let kind = kinds.find(|kind| kind.name() == reason.name());
+        let kind = FindingKind::of_name(reason.name());
         let Some(kind) = kind.filter(|kind| *kind != FindingKind::BlankRows || regular == 0) else {
             continue;
         };

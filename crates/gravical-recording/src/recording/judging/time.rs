@@ -93,77 +93,61 @@ impl JudgedTime {
     }
 
     fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
-        let lines = |rows_: &[usize]| rows_.iter().map(|r| u64::from(rows.lines[*r])).collect();
+        use FindingKind as Kind;
         let count = rows.rows() as f64;
-        let share = |n: usize| 100.0 * n as f64 / count;
-        let unit = TimeUnit::of_seconds(clock.unit_s);
-        let mut say = |kind, message: String, at: &[usize]| {
-            findings.push(Finding::new(kind, message).at_lines(&lines(at)));
-        };
-        if let (true, Some(unit)) = (clock.is_unit_assumed, unit) {
-            let (name, rate) = (unit.name(), clock.rate_hz);
-            let text = format!(
-                "the time stamps are assumed to be in {name} ({rate:.2} Hz); --time-unit overrides it"
-            );
-            say(FindingKind::TimeUnitAssumed, text, &[]);
-        }
-        if !clock.restarts.is_empty() {
-            let text = "the time stamps restart (the board was reset); a break".to_owned();
-            say(FindingKind::RestartedTime, text, &clock.restarts);
-        }
-        if !clock.bad.is_empty() {
-            let n = clock.bad.len();
-            let text = format!(
-                "{n} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept"
-            );
-            say(FindingKind::BadStamps, text, &clock.bad);
-        }
-        if !clock.duplicates.is_empty() {
-            let n = clock.duplicates.len();
-            let text = format!(
-                "{n} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
-                share(n)
-            );
-            say(FindingKind::DuplicateTime, text, &clock.duplicates);
-        }
-        if !clock.absent.is_empty() {
-            let text = format!("{} rows have no time stamp", clock.absent.len());
-            say(FindingKind::AbsentTime, text, &clock.absent);
-        }
-        if !clock.gaps.is_empty() {
-            let finding = gap_finding(clock.gaps.len(), clock.longest_gap_s);
-            say(finding.kind, finding.message, &clock.gaps);
-        }
-        if let Some(bunched) = clock.bunched {
-            let text = format!(
-                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {:.2} Hz is used instead",
-                rows.rows() - 1,
-                clock.rate_hz
-            );
-            say(FindingKind::BurstTime, text, &[]);
-        }
-        let stated = self.timing.nominal_rate_hz;
-        if let Some(nominal) = stated.filter(|r| (clock.rate_hz / r - 1.0).abs() > RATE_TOLERANCE)
-            && clock.bunched.is_none()
-        {
-            let text = format!(
-                "the claimed rate is {nominal} Hz, the time stamps give {:.2} Hz; the time stamps are used",
-                clock.rate_hz
-            );
-            say(FindingKind::RateMismatch, text, &[]);
-        }
+        let rate_hz = clock.rate_hz;
         let missing_share = clock.missing / (clock.missing + count);
-        if missing_share > MISSING {
+        let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
+        let stated = self.timing.nominal_rate_hz.filter(is_off);
+        self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
+        let assumed = self.timing.unit.filter(|_| clock.is_unit_assumed);
+        if let Some(unit) = assumed.map(TimeUnit::name) {
             let text = format!(
+                "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); --time-unit overrides it"
+            );
+            findings.push(Finding::new(Kind::TimeUnitAssumed, text));
+        }
+        let mut found = |kind, at: &[usize], text: String| {
+            let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
+            if !at.is_empty() {
+                findings.push(Finding::new(kind, text).at_lines(&lines));
+            }
+        };
+        let restarted = "the time stamps restart (the board was reset); a break";
+        found(Kind::RestartedTime, &clock.restarts, restarted.to_owned());
+        let text = format!(
+            "{} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept",
+            clock.bad.len()
+        );
+        found(Kind::BadStamps, &clock.bad, text);
+        let text = format!(
+            "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
+            clock.duplicates.len(),
+            100.0 * clock.duplicates.len() as f64 / count
+        );
+        found(Kind::DuplicateTime, &clock.duplicates, text);
+        let text = format!("{} rows have no time stamp", clock.absent.len());
+        found(Kind::AbsentTime, &clock.absent, text);
+        let text = gap_text(clock.gaps.len(), clock.longest_gap_s);
+        found(Kind::Gap, &clock.gaps, text);
+        let of_all = [
+            (Kind::BurstTime, clock.bunched.map(|bunched| format!(
+                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
+                rows.rows() - 1
+            ))),
+            (Kind::RateMismatch, stated.filter(|_| clock.bunched.is_none()).map(|nominal| format!(
+                "the claimed rate is {nominal} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used"
+            ))),
+            (Kind::MissingSamples, (missing_share > MISSING).then(|| format!(
                 "{:.0} samples ({:.1} %) are missing between the time stamps",
                 clock.missing,
                 100.0 * missing_share
-            );
-            say(FindingKind::MissingSamples, text, &[]);
-        }
+            ))),
+        ];
+        let of_all = of_all.into_iter();
+        findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
-        self.timing.unit = unit;
-        self.timing.median_rate_hz = Some(clock.rate_hz);
+        self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
         self.timing.jitter_s = clock.jitter_s;
@@ -174,14 +158,9 @@ impl JudgedTime {
 }
 
 /// Steps of more than four samples, and the longest of them.
-pub(crate) fn gap_finding(count: usize, longest_s: f64) -> Finding {
-    let gaps = if count == 1 {
-        "1 gap".to_owned()
-    } else {
-        format!("{count} gaps")
-    };
-    let text = format!("{gaps} of more than four samples, the longest {longest_s:.3} s");
-    Finding::new(FindingKind::Gap, text)
+pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
 }
 
 fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
