@@ -5,11 +5,11 @@ use std::io::{self, BufRead};
 
 use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
+use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::header::{Header, OTHER_COLUMNS, Same};
 use super::lines::Lines;
-use super::number::{parse_cell, parse_long, parse_short};
+use super::number::parse_cell;
 use crate::board::BoardSettings;
 use crate::error::Error;
 
@@ -110,17 +110,12 @@ impl<R: BufRead> Batches<R> {
     /// Reads on until a batch is full and a new row would begin.
     pub(crate) fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while self.error.is_none() {
-            if let Some(bytes) = self.parser.read_row(self.lines.held()) {
-                self.lines.step_over(bytes);
-            } else {
-                let read = match self.lines.next() {
-                    Ok(Some((line, had_nul))) => self.parser.read(line, had_nul),
-                    Ok(None) => break,
-                    Err(e) => Err(e),
-                };
-                // What was read before the error is a batch of its own.
-                self.error = read.err();
-            }
+            // What was read before an error is a batch of its own.
+            self.error = match self.lines.next() {
+                Ok(Some((line, had_nul))) => self.parser.read(line, had_nul).err(),
+                Ok(None) => break,
+                Err(e) => Some(e),
+            };
             if self.error.is_none() && self.parser.is_full() {
                 return Ok(Some(self.parser.finish_batch()));
             }
@@ -195,81 +190,6 @@ impl RowParser {
         next.lines.reserve_exact(rows);
         next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
         next
-    }
-
-    /// Reads the row that a text begins with in one pass, and returns the bytes up to the next line.
-    /// `None`: the line is anything but a complete row without quotes.
-    fn read_row(&mut self, text: &str) -> Option<usize> {
-        let Layout::Table(dialect) = self.format.layout else {
-            return None;
-        };
-        let is_data = self.line_number >= self.format.head_lines && self.torn_header.is_none();
-        if !is_data || is_comment(text) {
-            return None;
-        }
-        let Some((length, next)) = self.push_cells(text, dialect) else {
-            let rows = self.batch.rows();
-            self.batch.columns.iter_mut().for_each(|c| c.truncate(rows));
-            return None;
-        };
-        self.line_number += 1;
-        self.end_row(&text[..length], dialect);
-        Some(next)
-    }
-
-    /// Length of the row without blanks behind it, and where the next line begins.
-    fn push_cells(&mut self, text: &str, dialect: Dialect) -> Option<(usize, usize)> {
-        let Delimiter::Byte(delimiter) = dialect.delimiter else {
-            return None;
-        };
-        let (bytes, line_end) = (text.as_bytes(), self.format.line_end);
-        let is_end = |b: &u8| *b == delimiter || *b == line_end || matches!(b, b'\r' | b'"');
-        let is_cell = |number: &(f64, usize)| bytes.get(number.1).is_none_or(is_end);
-        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
-        let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-        let (mut from, mut end, mut has_number) = (0, 0, false);
-        self.spans.clear();
-        self.text_cells.clear();
-        for (count, (column, is_read)) in columns.by_ref().enumerate() {
-            let number = if *is_read {
-                let short = parse_short(bytes, from).filter(is_cell);
-                short.or_else(|| parse_long(bytes, from).filter(is_cell))
-            } else {
-                None
-            };
-            if let Some((value, n)) = number {
-                column.push(value);
-                has_number = has_number || value.is_finite();
-                end = n;
-            } else {
-                end = from + bytes[from..].iter().position(is_end)?;
-                if *is_read {
-                    let value = dialect.parse_field(text.get(from..end)?);
-                    has_number |= value.is_some_and(f64::is_finite);
-                    if value.is_none() {
-                        self.text_cells.push(count);
-                    }
-                    column.push(value.unwrap_or(f64::NAN));
-                }
-            }
-            if count < last_copied {
-                self.spans.push((from, end));
-            }
-            if bytes.get(end) != Some(&delimiter) {
-                break;
-            }
-            from = end + 1;
-        }
-        // Blanks before the end of a line are no part of its last cell.
-        if columns.next().is_some() || !has_number || bytes[..end].ends_with(b" ") {
-            return None;
-        }
-        match &bytes[end..] {
-            [] => Some((end, end)),
-            [b, ..] if *b == line_end => Some((end, end + 1)),
-            [b'\r', b, ..] if *b == line_end => Some((end, end + 2)),
-            _ => None,
-        }
     }
 
     fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {

@@ -106,7 +106,11 @@ impl<'a> Iterator for Fields<'a> {
 
 /// Without blanks, and without the NUL bytes that a torn write leaves.
 fn trim(field: &str) -> &str {
-    field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
+    let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
+    match field.as_bytes() {
+        [first, .., last] if !is_edge(first) && !is_edge(last) => field,
+        _ => field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0'),
+    }
 }
 
 /// Counts of fields, finite numbers and texts of a line.
@@ -138,9 +142,7 @@ impl Tally {
 
 impl Dialect {
     /// A field as [`parse_cell`] reads it.
-    #[inline(never)]
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
-        let field = trim(field);
         let value = parse_cell(field, self.decimal_comma);
         if self.day_first && value.is_some() && field.contains(':') {
             return parse_date(field, true).or(value);

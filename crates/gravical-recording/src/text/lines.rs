@@ -57,17 +57,6 @@ impl<R: BufRead> Lines<R> {
         Ok(Some((trim_end(line), false)))
     }
 
-    /// The lines that are held, unless they have NUL bytes.
-    pub(crate) fn held(&self) -> &str {
-        let text = if self.has_nul { "" } else { &self.text };
-        text.get(self.at..).unwrap_or_default()
-    }
-
-    /// Steps over a line that was read from those that are held.
-    pub(crate) fn step_over(&mut self, bytes: usize) {
-        self.at += bytes;
-    }
-
     /// Reads on until there is a whole line, or to the end.
     fn fill(&mut self) -> io::Result<()> {
         let mut bytes = std::mem::take(&mut self.text).into_bytes();

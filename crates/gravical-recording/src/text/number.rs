@@ -7,6 +7,9 @@ use crate::date::parse_date;
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
 #[must_use]
 pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
+    if let Some(value) = parse_short(field.as_bytes()) {
+        return Some(value);
+    }
     if let Ok(value) = fast_float2::parse::<f64, _>(field) {
         return Some(finite(value));
     }
@@ -30,51 +33,35 @@ const POWERS: [f64; 16] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
-/// The number of at most 15 digits without an exponent that begins at a byte of a line, and its end.
+/// A number of at most 15 digits without an exponent.
 ///
 /// Most cells are such numbers, and reading them is most of the work on a long file. The result is
 /// that of any correct parser: digits and power of ten are exact, so that the division alone
 /// rounds (Clinger, How to read floating point numbers accurately, 1990).
 #[inline]
-pub(crate) fn parse_short(line: &[u8], at: usize) -> Option<(f64, usize)> {
-    let is_negative = line.get(at) == Some(&b'-');
-    let begin = at + usize::from(is_negative);
-    let (mut mantissa, mut end) = add_digits(line, begin, 0);
-    let mut digits = end - begin;
-    let mut decimals = 0;
-    if line.get(end) == Some(&b'.') {
-        let point = end;
-        (mantissa, end) = add_digits(line, point + 1, mantissa);
-        decimals = end - point - 1;
-        digits += decimals;
+fn parse_short(cell: &[u8]) -> Option<f64> {
+    let (is_negative, digits) = match cell {
+        [b'-', digits @ ..] => (true, digits),
+        digits => (false, digits),
+    };
+    let (mut mantissa, mut decimals, mut count) = (0_u64, None, 0);
+    for (at, byte) in digits.iter().enumerate() {
+        match byte {
+            b'0'..=b'9' => {
+                mantissa = mantissa
+                    .wrapping_mul(10)
+                    .wrapping_add(u64::from(byte - b'0'));
+                count += 1;
+            }
+            b'.' if decimals.is_none() => decimals = Some(digits.len() - 1 - at),
+            _ => return None,
+        }
     }
-    if !(1..POWERS.len()).contains(&digits) {
+    if !(1..POWERS.len()).contains(&count) {
         return None;
     }
-    let value = mantissa as i64 as f64 / POWERS[decimals];
-    let value = if is_negative { -value } else { value };
-    Some((value, end))
-}
-
-/// The same for any number.
-#[inline(never)]
-pub(crate) fn parse_long(line: &[u8], at: usize) -> Option<(f64, usize)> {
-    let (value, length) = fast_float2::parse_partial(line.get(at..)?).ok()?;
-    Some((finite(value), at + length))
-}
-
-/// Appends the digits that begin at a byte of a line to a number, which may wrap; and their end.
-#[inline]
-fn add_digits(line: &[u8], mut at: usize, mut number: u64) -> (u64, usize) {
-    while let Some(byte) = line.get(at) {
-        let digit = u64::from(*byte).wrapping_sub(b'0'.into());
-        if digit > 9 {
-            break;
-        }
-        number = number.wrapping_mul(10).wrapping_add(digit);
-        at += 1;
-    }
-    (number, at)
+    let value = mantissa as f64 / POWERS[decimals.unwrap_or(0)];
+    Some(if is_negative { -value } else { value })
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
