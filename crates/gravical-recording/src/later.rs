@@ -293,7 +293,7 @@ impl Later {
     /// Times of the rows since the first row of the recording, and rows before which clock or
     /// marks break, sorted.
     fn read_clock(&mut self, batch: &Batch, own: &[usize]) -> (Option<Vec<f64>>, Vec<usize>) {
-        let before_s = self.clock.as_ref().map_or(f64::NAN, LaterClock::last_s);
+        let before_s = self.clock.as_ref().map_or(f64::NAN, |clock| clock.last_s);
         let times = self.clock.as_mut().map(|clock| clock.times(batch, own));
         let (time_s, restarts) = times.unzip();
         let mut breaks: Vec<usize> = restarts.unwrap_or_default();
@@ -317,7 +317,7 @@ impl Later {
             let times = own.iter().map(|row| time_s[*row]);
             [before_s].into_iter().chain(times).collect::<Vec<_>>()
         });
-        let rate_hz = self.clock.as_ref().and_then(LaterClock::rate_hz);
+        let rate_hz = self.clock.as_ref().and_then(|clock| clock.rate_hz);
         let places = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
         breaks.extend(places.into_iter().map(|place| own[place - 1]));
         breaks.sort_unstable();

@@ -170,17 +170,9 @@ pub fn input_name(format: &Format, column: usize) -> String {
     if !format.names.is_empty() {
         return format.names.get(column).cloned().unwrap_or_default();
     }
-    let place = |axes: [usize; 3]| axes.iter().position(|c| *c == column);
-    let axis = |sensor: &str, i: usize| format!("{sensor}{}", ["x", "y", "z"][i]);
-    if let Some(i) = place(format.accel) {
-        return axis("a", i);
-    }
-    if let Some(i) = format.gyro.and_then(place) {
-        return axis("g", i);
-    }
-    let is_dropped = format.columns[column].is_dropped;
-    match format.columns[column].role {
-        _ if is_dropped => format!("column_{}", column + 1),
+    match format.role(column) {
+        role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(column),
+        _ if format.columns[column].is_dropped => format!("column_{}", column + 1),
         Role::Time => "t".to_owned(),
         Role::Temperature => "temperature".to_owned(),
         Role::Label => "label".to_owned(),

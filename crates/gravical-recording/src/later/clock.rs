@@ -17,13 +17,13 @@ const TAIL_ROWS: usize = 1024;
 #[derive(Clone, Debug)]
 pub(super) struct LaterClock {
     format: Format,
-    rate_hz: Option<f64>,
+    pub rate_hz: Option<f64>,
     /// The last rows up to one of known time; of their columns only those of time.
     tail: Batch,
     /// Which of them has a known time, and that time, s.
     anchor: (usize, f64),
     /// Time of the last row, s; NaN where it is not known.
-    last_s: f64,
+    pub last_s: f64,
     /// Lines of the rows before which more than four are missing, and the longest step, s.
     gaps: LineSpans,
     longest_gap_s: f64,
@@ -62,15 +62,6 @@ impl LaterClock {
         });
         self.anchor = in_tail.unwrap_or((self.tail.rows().saturating_sub(1), last));
         true
-    }
-
-    pub fn rate_hz(&self) -> Option<f64> {
-        self.rate_hz
-    }
-
-    /// Time of the last row, s; NaN where it is not known.
-    pub fn last_s(&self) -> f64 {
-        self.last_s
     }
 
     /// What is said of the gaps.

@@ -92,11 +92,7 @@ impl Recording {
                 temperature_c: temperature_c.as_mut(),
             },
             &rows.lines,
-            if options.is_gyroscope {
-                ALONE
-            } else {
-                CHANNELS
-            },
+            names(format),
         );
         findings.extend(empty);
         findings.extend(emptied);
@@ -160,21 +156,12 @@ impl Recording {
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
-        let gyro_names = ["gx", "gy", "gz"];
-        let accel_names = if format.options.is_gyroscope {
-            gyro_names
-        } else {
-            ["ax", "ay", "az"]
-        };
-        let mut findings =
-            judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
+        let [ax, ay, az, gx, gy, gz, _] = names(format);
+        let (accel_step, gyro_step) = self.resolution.split_at(3);
+        let mut findings = judge::frozen_axes(&self.accel, [ax, ay, az], accel_step, &self.lines);
         if let Some(gyro) = &self.gyro {
-            findings.extend(judge::frozen_axes(
-                gyro,
-                gyro_names,
-                &self.resolution[3..],
-                &self.lines,
-            ));
+            let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
+            findings.extend(frozen);
         }
         for (channel, name, end) in self.ends_of_ranges(format) {
             let mut clipping = Clipping::new(end);
@@ -200,21 +187,20 @@ impl Recording {
     pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, FullScale)> {
         let accel_end = FullScale::of_accel(&self.accel_scale);
         let gyro_end = self.gyro_scale.as_ref().map(FullScale::of_gyro);
-        let names = if format.options.is_gyroscope {
-            ALONE
-        } else {
-            CHANNELS
-        };
-        let accel = self.accel.iter().map(|channel| (channel, Some(&accel_end)));
-        let gyro = self
-            .gyro
-            .iter()
-            .flatten()
-            .map(|channel| (channel, gyro_end.as_ref()));
-        let channels = accel.chain(gyro).zip(names);
+        let accel = self.accel.iter().map(|channel| (channel, &accel_end));
+        let gyro = self.gyro.iter().flatten().zip(gyro_end.iter().cycle());
+        let channels = accel.chain(gyro).zip(names(format));
         channels
-            .filter_map(|((channel, end), name)| Some((channel.as_slice(), name, end?.clone())))
+            .map(|((channel, end), name)| (channel.as_slice(), name, end.clone()))
             .collect()
+    }
+}
+
+fn names(format: &Format) -> [&'static str; 7] {
+    if format.options.is_gyroscope {
+        ALONE
+    } else {
+        CHANNELS
     }
 }
 
@@ -282,21 +268,19 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
             rows.ledger.sum()
         )));
     }
-    let (names, sensor, hint) = if format.options.is_gyroscope {
+    let (sensor, hint) = if format.options.is_gyroscope {
         (
-            ["gx", "gy", "gz"],
             "gyroscope",
             "check that the sketch wakes the gyroscope, or leave --gyro out",
         )
     } else {
         (
-            ["ax", "ay", "az"],
             "accelerometer",
             "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
         )
     };
     let channels = format.accel.map(|c| &rows.columns[c]);
-    for (channel, name) in channels.iter().zip(names) {
+    for (channel, name) in channels.iter().zip(names(format)) {
         if channel.iter().all(|v| v.is_nan()) {
             let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
             return Err(Error::input("no-values", text)

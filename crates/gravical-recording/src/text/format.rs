@@ -126,6 +126,17 @@ impl Format {
             || matches!(self.layout, Layout::Sentences(_))
     }
 
+    /// What a column is read as.
+    pub(crate) fn role(&self, column: usize) -> Role {
+        let axis = |axes: [usize; 3]| axes.iter().position(|c| *c == column);
+        let accel = axis(self.accel).map(Role::Accel);
+        let gyro = self.gyro.and_then(axis).map(Role::Gyro);
+        accel.or(gyro).unwrap_or(match self.columns[column].role {
+            Role::Accel(_) | Role::Gyro(_) => Role::Other,
+            role => role,
+        })
+    }
+
     /// Columns of accelerometer and gyroscope.
     pub(crate) fn channels(&self) -> Vec<usize> {
         self.accel

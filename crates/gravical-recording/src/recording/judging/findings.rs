@@ -76,22 +76,11 @@ fn raw_and_calibrated(format: &Format) -> Option<String> {
 
 /// The columns as the option `--columns` names them.
 fn spec(format: &Format) -> String {
-    let channel = |c: usize| {
-        let axis = |axes: [usize; 3]| {
-            axes.iter()
-                .position(|a| *a == c)
-                .map(|i| ["x", "y", "z"][i])
-        };
-        let accel = axis(format.accel).map(|axis| format!("a{axis}"));
-        let gyro = || format.gyro.and_then(axis).map(|axis| format!("g{axis}"));
-        accel.or_else(gyro).unwrap_or_else(|| {
-            match format.columns[c].role {
-                Role::Time => "t",
-                Role::Temperature => "temp",
-                _ => "-",
-            }
-            .to_owned()
-        })
+    let channel = |c: usize| match format.role(c) {
+        role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(c),
+        Role::Time => "t".to_owned(),
+        Role::Temperature => "temp".to_owned(),
+        _ => "-".to_owned(),
     };
     let all: Vec<String> = (0..format.columns.len()).map(channel).collect();
     all.join(",")
