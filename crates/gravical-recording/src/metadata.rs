@@ -119,9 +119,9 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 
 /// Dates have the day before the month: `date format d/M/yyyy`.
 #[must_use]
-pub fn is_day_first(metadata: &[String]) -> bool {
+pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
-        let line = line.to_ascii_lowercase();
+        let line = line.as_ref().to_ascii_lowercase();
         let order = line
             .split_once("date format")
             .map(|(_, order)| order.trim_start());

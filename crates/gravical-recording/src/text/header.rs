@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Delimiter, Dialect, fields};
+use super::dialect::{Delimiter, Dialect, fields, is_blank};
 use super::format::{Format, Layout};
 use super::names::Column;
 use super::number::parse_cell;
@@ -28,13 +28,15 @@ pub(crate) enum Same {
 pub(crate) struct Header {
     pub names: Vec<String>,
     pub units: Vec<String>,
-    /// Which of the lines above the rows holds the names.
-    pub at: Option<usize>,
+    /// Line that holds the names, from 1; 0 without one.
+    pub line: usize,
 }
 
 impl Header {
     pub(crate) fn parse(above: &[&str], rows: &[&str], dialect: Dialect) -> Self {
-        let parts = |i: usize| header_fields(above[i], dialect);
+        let lines = above.iter().enumerate();
+        let above: Vec<(usize, &&str)> = lines.filter(|(_, l)| !is_blank(l)).collect();
+        let parts = |i: usize| header_fields(above[i].1, dialect);
         let mut end = above.len();
         let mut units = Vec::new();
         while end > 1
@@ -55,8 +57,9 @@ impl Header {
             .and_then(parts)
             .filter(is_named)
             .unwrap_or_default();
-        let at = end.checked_sub(1).filter(|_| !names.is_empty());
-        let mut header = Header { names, units, at };
+        let named = end.checked_sub(1).filter(|_| !names.is_empty());
+        let line = named.map_or(0, |at| above[at].0 + 1);
+        let mut header = Header { names, units, line };
         if end > 1
             && let Some(upper) = parts(end - 2)
         {
