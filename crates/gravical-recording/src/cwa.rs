@@ -12,11 +12,11 @@ use std::io::{self, BufReader, Read};
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
-use crate::text::{BATCH_ROWS, Batch, CopiedText, Format};
+use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
 
-use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
-use order::{Event, Order, Place, Placed};
+use block::{BLOCK_BYTES, Block, HEADER_BYTES, Header};
+use order::{Event, Order, Placed};
 
 pub use means::read;
 
@@ -303,17 +303,13 @@ impl<R: Read> Blocks<R> {
             return Ok(None);
         }
         self.read += 1;
-        let place = Place {
-            number: self.read,
-            byte: HEADER_BYTES as u64 + (self.read - 1) * BLOCK_BYTES as u64,
-        };
         let block = match length {
             BLOCK_BYTES => Block::parse(&bytes),
-            _ => Err(Defect::Truncated),
+            _ => Err((Reason::CorruptBlock, "cut off")),
         };
         Ok(Some(match block {
-            Ok(block) => self.order.place(place, block),
-            Err(defect) => self.order.skip(place, defect.reason(), defect.text()),
+            Ok(block) => self.order.place(self.read, block),
+            Err(defect) => self.order.skip(self.read, defect),
         }))
     }
 }
