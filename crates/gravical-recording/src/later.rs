@@ -173,9 +173,7 @@ impl Later {
         later.clock = clock.take_if(|clock| clock.set(&recording));
         later.is_broken = recording.lines.last().copied() != last_line;
         let ends = recording.ends_of_ranges(format).into_iter();
-        later.clipping = ends
-            .map(|(_, name, end)| (name, Clipping::new(end)))
-            .collect();
+        later.clipping = ends.map(|(_, name, end)| (name, end)).collect();
         Ok((recording, later))
     }
 

@@ -92,7 +92,7 @@ fn find_ends(format: &Format, rows: &Batch) -> Vec<ChannelClipping> {
     let ends = ends.unwrap_or_default().into_iter();
     let named = ends.zip(format.channels());
     named
-        .map(|((_, name, end), column)| (column, name, Clipping::new(end)))
+        .map(|((_, name, end), column)| (column, name, end))
         .collect()
 }
 

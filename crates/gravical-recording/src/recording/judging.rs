@@ -11,7 +11,7 @@ use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
 use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
-use crate::full_scale::{Clipping, FullScale};
+use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Channels, Encoding};
 use crate::metadata;
 use crate::role::Role;
@@ -163,8 +163,7 @@ impl Recording {
             let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
             findings.extend(frozen);
         }
-        for (channel, name, end) in self.ends_of_ranges(format) {
-            let mut clipping = Clipping::new(end);
+        for (channel, name, mut clipping) in self.ends_of_ranges(format) {
             clipping.observe_all(channel, &self.lines);
             findings.extend(clipping.finding(name));
         }
@@ -183,10 +182,10 @@ impl Recording {
         self.findings.append(&mut findings);
     }
 
-    /// Channels, their names and the ends of their ranges.
-    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, FullScale)> {
-        let accel_end = FullScale::of_accel(&self.accel_scale);
-        let gyro_end = self.gyro_scale.as_ref().map(FullScale::of_gyro);
+    /// Channels, their names and what detects the ends of their ranges.
+    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, Clipping)> {
+        let accel_end = Clipping::of_accel(&self.accel_scale);
+        let gyro_end = self.gyro_scale.as_ref().map(Clipping::of_gyro);
         let accel = self.accel.iter().map(|channel| (channel, &accel_end));
         let gyro = self.gyro.iter().flatten().zip(gyro_end.iter().cycle());
         let channels = accel.chain(gyro).zip(names(format));
@@ -300,14 +299,11 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
 pub(crate) fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
     let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
     let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
-    let all: Vec<usize> = (0..format.columns.len()).filter(is_one).collect();
-    let alive = all.iter().find(|c| is_alive(&rows.columns[**c]));
-    alive
-        .or_else(|| {
-            all.iter()
-                .find(|c| rows.columns[**c].iter().any(|t| t.is_finite() && *t != 0.0))
-        })
-        .copied()
+    let all = (0..format.columns.len()).filter(is_one);
+    let is_known = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
+    let mut alive = all.clone().filter(|c| is_alive(&rows.columns[*c]));
+    let mut known = all.filter(|c| is_known(&rows.columns[*c]));
+    alive.next().or_else(|| known.next())
 }
 
 /// Converts the counts of our board to °C.
