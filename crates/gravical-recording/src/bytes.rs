@@ -72,8 +72,11 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let cut_off = Arc::new(AtomicBool::new(false));
     let plain: Box<dyn Read> = if is_gzip {
         // Several gzip members in one file are one recording (a log packed piece by piece).
-        let decoder = MultiGzDecoder::new(raw);
-        Box::new(UntilCut::new(decoder, &cut_off))
+        Box::new(UntilCut {
+            inner: MultiGzDecoder::new(raw),
+            ended: false,
+            cut_off: Arc::clone(&cut_off),
+        })
     } else {
         raw
     };
@@ -99,16 +102,6 @@ struct UntilCut<R> {
     /// It is this one that ends; others may end as well.
     ended: bool,
     cut_off: Arc<AtomicBool>,
-}
-
-impl<R> UntilCut<R> {
-    fn new(inner: R, cut_off: &Arc<AtomicBool>) -> Self {
-        UntilCut {
-            inner,
-            ended: false,
-            cut_off: Arc::clone(cut_off),
-        }
-    }
 }
 
 impl<R: Read> Read for UntilCut<R> {

@@ -9,8 +9,8 @@ mod frozen;
 mod resolution;
 mod unit;
 
-pub use cells::{Channels, POSSIBLE_C, fill_cells, median, trend};
 pub(crate) use cells::{GYRO_HELD, Held};
+pub use cells::{POSSIBLE_C, fill_cells, median, trend};
 pub use change::unit_change;
 pub use clock::{
     Clock, ClockFault, ClockOptions, Marks, clock, holds_steps, steadiness, sum_steps,

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::foreign::{self, in_file};
 use crate::options::ReadOptions;
-use crate::recording::{HEAD_BYTES, Recording, whole_lines};
+use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
 use crate::source::{open, open_bytes};
 use crate::text::{Batch, Format, sniff};
 
@@ -51,17 +51,13 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
         ..options.clone()
     };
     let mut reader = open(path, &options)?.reader;
-    let mut bytes = bytes::read_head(&mut reader, HEAD_BYTES).map_err(|e| Error::io(path, e))?;
-    if bytes.len() == HEAD_BYTES {
-        let line_end = || bytes.iter().rposition(|b| matches!(b, b'\n' | b'\r'));
-        let whole = if cwa::is_one(&bytes) {
-            cwa::whole_blocks(&bytes)
-        } else {
-            line_end().map_or(HEAD_BYTES, |at| at + 1)
-        };
-        bytes.truncate(whole);
-    }
-    read_bytes(&bytes, &path.display().to_string(), &options)
+    let head = bytes::read_head(&mut reader, HEAD_BYTES).map_err(|e| Error::io(path, e))?;
+    let whole = if cwa::is_one(&head) {
+        &head[..cwa::whole_blocks(&head)]
+    } else {
+        without_cut_line(&head)
+    };
+    read_bytes(whole, &path.display().to_string(), &options)
 }
 
 /// Reads a recording from bytes in memory; `name` is used in messages.

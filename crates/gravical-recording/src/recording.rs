@@ -329,10 +329,12 @@ pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
 /// The first 256 KiB of a text, without the line that they cut.
 #[must_use]
 pub fn whole_lines(head: &[u8]) -> String {
+    String::from_utf8_lossy(without_cut_line(head)).replace('\0', "")
+}
+
+pub(crate) fn without_cut_line(head: &[u8]) -> &[u8] {
     let is_cut = head.len() == HEAD_BYTES;
-    let end = head
-        .iter()
-        .rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
-    let text = String::from_utf8_lossy(&head[..end.map_or(head.len(), |e| e + 1)]);
-    text.replace('\0', "")
+    let mut line_ends = head.iter();
+    let end = line_ends.rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
+    &head[..end.map_or(head.len(), |e| e + 1)]
 }

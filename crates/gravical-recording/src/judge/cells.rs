@@ -29,32 +29,18 @@ const SPARSE_ROWS: usize = 20;
 /// integral over longer holding would be meaningless.
 pub(crate) const GYRO_HELD: f64 = 4.5;
 
-/// The channels of a recording.
-#[derive(Debug)]
-pub struct Channels<'a> {
-    /// Specific force
-    pub accel: &'a mut [Vec<f64>; 3],
-    /// Angular rate
-    pub gyro: Option<&'a mut [Vec<f64>; 3]>,
-    /// Temperature, °C
-    pub temperature_c: Option<&'a mut Vec<f64>>,
-}
-
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
 /// value of a channel holds until the next one. `lines`: that of each row. Returns what was found, and
 /// whether values of the accelerometer are held.
 pub fn fill_cells(
-    channels: Channels<'_>,
+    accel: &mut [Vec<f64>; 3],
+    gyro: Option<&mut [Vec<f64>; 3]>,
+    temperature_c: Option<&mut Vec<f64>>,
     lines: &[u32],
     names: [&str; 7],
 ) -> (Option<Finding>, bool) {
-    let Channels {
-        accel,
-        gyro,
-        temperature_c,
-    } = channels;
     let rows = lines.len();
     let mut marked = vec![false; rows];
     let (mut counts, mut holds, mut incomplete) = (vec![0; 7], [false; 2], 0);

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
-use crate::judge::{self, AccelClaim, Channels, Encoding};
+use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
@@ -86,11 +86,9 @@ impl Recording {
         findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
         findings.append(&mut own);
         let (empty, is_held) = judge::fill_cells(
-            Channels {
-                accel: &mut accel,
-                gyro: gyro.as_mut(),
-                temperature_c: temperature_c.as_mut(),
-            },
+            &mut accel,
+            gyro.as_mut(),
+            temperature_c.as_mut(),
             &rows.lines,
             names(format),
         );

@@ -7,7 +7,7 @@ use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
 use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
-use super::header::{Header, OTHER_COLUMNS, Same};
+use super::header::{Header, OTHER_COLUMNS};
 use super::lines::Lines;
 use super::number::parse_cell;
 use crate::board::BoardSettings;
@@ -67,7 +67,7 @@ pub fn split_hint(line: u64) -> String {
 }
 
 /// Marks rows that are written under other columns.
-pub(crate) fn header_differs(line: usize, why: &'static str) -> io::Error {
+pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
     let error = Error::input("header-differs", format!("the header in line {line} {why}"))
         .at_line(line)
         .with_hint(split_hint(line as u64));
@@ -258,7 +258,7 @@ impl RowParser {
     fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
         let reason = match Header::compare(line, &self.format) {
             None => reason,
-            Some(Same::Yes) => {
+            Some(Ok(())) => {
                 self.has_header = true;
                 self.torn_header = match &self.format.layout {
                     Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
@@ -266,7 +266,7 @@ impl RowParser {
                 };
                 Reason::RepeatedHeader
             }
-            Some(Same::No(why)) => return Err(header_differs(self.line_number, why)),
+            Some(Err(why)) => return Err(header_differs(self.line_number, &why)),
         };
         self.set_aside(reason, line);
         Ok(())

@@ -16,14 +16,6 @@ const ROWS: usize = 400;
 /// How a header among the rows differs from the first.
 pub(crate) const OTHER_COLUMNS: &str = "has other columns than the first";
 
-/// Whether a header among the rows names the columns of the first.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Same {
-    Yes,
-    /// What is wrong with it.
-    No(&'static str),
-}
-
 /// Names and units of the columns, from the lines above the rows.
 pub(crate) struct Header {
     pub names: Vec<String>,
@@ -69,9 +61,9 @@ impl Header {
         header
     }
 
-    /// Whether a line among the rows names the same columns as the head does; `None` for a line
-    /// that names no sensor.
-    pub(crate) fn compare(line: &str, format: &Format) -> Option<Same> {
+    /// Whether a line among the rows names the same columns as the head does, or how it differs;
+    /// `None` for a line that names no sensor.
+    pub(crate) fn compare(line: &str, format: &Format) -> Option<Result<(), String>> {
         let Layout::Table(dialect) = &format.layout else {
             return None;
         };
@@ -82,7 +74,7 @@ impl Header {
             .and_then(|at| format.metadata.get(at));
         let is_long = line.trim().len() > 3;
         if is_long && first.is_some_and(|l| l.contains(line.trim())) {
-            return Some(Same::Yes);
+            return Some(Ok(()));
         }
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let bytes = [b',', b';', b'\t'].map(Delimiter::Byte);
@@ -96,11 +88,8 @@ impl Header {
         })?;
         names.pop_if(|last| last.is_empty());
         if delimiter != dialect.delimiter {
-            return Some(Same::No(match delimiter {
-                Delimiter::Byte(b',') => "has its names separated by comma",
-                Delimiter::Byte(b';') => "has its names separated by semicolon",
-                _ => "has its names separated by tab",
-            }));
+            let name = delimiter.name();
+            return Some(Err(format!("has its names separated by {name}")));
         }
         let width = names.len().min(format.names.len());
         let is_same = if format.names.is_empty() {
@@ -113,11 +102,8 @@ impl Header {
             let mut others = others.chain(format.names[width..].iter().map(String::as_str));
             names[..width] == format.names[..width] && others.all(str::is_empty)
         };
-        Some(if is_same {
-            Same::Yes
-        } else {
-            Same::No(OTHER_COLUMNS)
-        })
+        let differs = || OTHER_COLUMNS.to_owned();
+        Some(is_same.then_some(()).ok_or_else(differs))
     }
 
     /// A header of two rows: sensor above, axis below, each more than once.
