@@ -13,7 +13,8 @@ pub(crate) use cells::{GYRO_HELD, Held};
 pub use cells::{POSSIBLE_C, fill_cells, median, trend};
 pub use change::unit_change;
 pub use clock::{
-    Clock, ClockFault, ClockOptions, Marks, clock, holds_steps, steadiness, sum_steps,
+    Clock, ClockFault, ClockOptions, breaks, clock, holds_steps, regular_blanks, steadiness,
+    sum_steps,
 };
 pub(crate) use defects::{MAX_REPEATS, resolves_noise, unread_runs};
 pub use defects::{mark_hung, mark_zeros, slip};

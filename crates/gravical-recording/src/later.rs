@@ -10,7 +10,7 @@ use clock::LaterClock;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
-use crate::judge::{self, Encoding, Held, Marks};
+use crate::judge::{self, Encoding, Held};
 use crate::recording::Recording;
 use crate::recording::judging::{self, cell_label, celsius, find_thermometer, keep_sensor};
 use crate::text::{Batch, Format, Ledger, MIN_ROWS_GONE, Reason, split_hint};
@@ -301,23 +301,18 @@ impl Later {
         // The row before the batch is the first.
         let place = |row: usize| 1 + own.partition_point(|r| *r < row);
         let places = |rows: &[usize]| rows.iter().map(|row| place(*row)).collect::<Vec<_>>();
-        let blanks: Vec<_> = batch
-            .blanks
-            .iter()
-            .map(|(row, n)| (place(*row), *n))
-            .collect();
-        let marks = Marks {
-            gaps: &places(&batch.breaks),
-            headers: &places(&batch.headers),
-            blanks: &blanks,
-        };
+        let blanks = batch.blanks.iter().map(|(row, n)| (place(*row), *n));
+        let blanks: Vec<(usize, usize)> = blanks.collect();
         let known = time_s.as_ref().map(|time_s| {
             let times = own.iter().map(|row| time_s[*row]);
             [before_s].into_iter().chain(times).collect::<Vec<_>>()
         });
         let rate_hz = self.clock.as_ref().and_then(|clock| clock.rate_hz);
-        let places = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
-        breaks.extend(places.into_iter().map(|place| own[place - 1]));
+        let (known, rows) = (known.unwrap_or_default(), 1 + own.len());
+        let mut parts = judge::breaks(&places(&batch.headers), &blanks, &known, rate_hz, rows);
+        let gaps = places(&batch.breaks).into_iter();
+        parts.extend(gaps.filter(|place| *place < rows));
+        breaks.extend(parts.into_iter().map(|place| own[place - 1]));
         breaks.sort_unstable();
         (time_s, breaks)
     }

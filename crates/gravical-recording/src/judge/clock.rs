@@ -456,61 +456,46 @@ pub fn steadiness(stamps: &[f64]) -> Option<f64> {
     Some(rises - 0.5 * uneven / usual / steps)
 }
 
-/// What parts the rows beside the clock.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Marks<'a> {
-    /// Rows after a line `# gap:`, and after rows that were set aside
-    pub gaps: &'a [usize],
-    /// Rows after a header that is repeated
-    pub headers: &'a [usize],
-    /// Rows after blank lines, and how many
-    pub blanks: &'a [(usize, usize)],
+/// Rows after a repeated header, or after blank lines (and how many), before which the recording
+/// breaks.
+///
+/// A header or a single blank line is no break if the clock continues across it; several blank
+/// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
+#[must_use]
+pub fn breaks(
+    headers: &[usize],
+    blanks: &[(usize, usize)],
+    time_s: &[f64],
+    rate_hz: Option<f64>,
+    rows: usize,
+) -> Vec<usize> {
+    let usual = rate_hz.map_or(f64::NAN, f64::recip);
+    let continues = |row: usize| match (row.checked_sub(1), time_s.get(row)) {
+        (Some(before), Some(now_s)) => is_usual(now_s - time_s[before], usual),
+        _ => false,
+    };
+    let regular = regular_blanks(blanks, rows);
+    let parts = |(row, n): &&(usize, usize)| *n > regular && (*n > regular + 1 || !continues(*row));
+    let headers = headers.iter().copied().filter(|row| !continues(*row));
+    let blanks = blanks.iter().filter(parts).map(|blank| blank.0);
+    let mut out: Vec<usize> = headers.chain(blanks).collect();
+    out.retain(|row| (1..rows).contains(row));
+    out.sort_unstable();
+    out.dedup();
+    out
 }
 
-impl Marks<'_> {
-    /// Rows before which the recording breaks.
-    ///
-    /// A header or a single blank line is no break if the clock continues across it; several blank
-    /// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
-    #[must_use]
-    pub fn breaks(&self, time_s: &[f64], rate_hz: Option<f64>, rows: usize) -> Vec<usize> {
-        let continues = |row: usize| {
-            let step = row
-                .checked_sub(1)
-                .and_then(|before| Some(time_s.get(row)? - time_s.get(before)?));
-            let usual = rate_hz.map_or(f64::NAN, f64::recip);
-            step.is_some_and(|step| is_usual(step, usual))
-        };
-        let regular = self.regular_blanks(rows);
-        let blanks = self
-            .blanks
-            .iter()
-            .filter(|(row, n)| *n > regular && (*n > regular + 1 || !continues(*row)));
-        let headers = self.headers.iter().copied().filter(|row| !continues(*row));
-        let mut out: Vec<usize> = self.gaps.to_vec();
-        out.extend(headers.chain(blanks.map(|b| b.0)));
-        out.retain(|row| (1..rows).contains(row));
-        out.sort_unstable();
-        out.dedup();
-        out
+/// Blank lines between most rows.
+#[must_use]
+pub fn regular_blanks(blanks: &[(usize, usize)], rows: usize) -> usize {
+    let between = blanks.windows(2).map(|b| (b[1].0 - b[0].0) as f64);
+    let between: Vec<f64> = between.collect();
+    let usual = median(between.iter().copied());
+    let as_usual = between.iter().filter(|n| Some(**n) == usual).count();
+    let is_even = between.len() >= MANY_POSES && as_usual as f64 >= REGULAR * between.len() as f64;
+    let is_often = blanks.len() >= 3 && blanks.len() * REGULAR_ROWS >= rows;
+    if !is_even && !is_often {
+        return 0;
     }
-
-    /// Blank lines between most rows.
-    #[must_use]
-    pub fn regular_blanks(&self, rows: usize) -> usize {
-        let between: Vec<f64> = self
-            .blanks
-            .windows(2)
-            .map(|b| (b[1].0 - b[0].0) as f64)
-            .collect();
-        let usual = median(between.iter().copied());
-        let as_usual = between.iter().filter(|n| Some(**n) == usual).count();
-        let is_even =
-            between.len() >= MANY_POSES && as_usual as f64 >= REGULAR * between.len() as f64;
-        let is_often = self.blanks.len() >= 3 && self.blanks.len() * REGULAR_ROWS >= rows;
-        if !is_even && !is_often {
-            return 0;
-        }
-        median(self.blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize
-    }
+    median(blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize
 }

@@ -4,7 +4,7 @@ use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, is_celsius, is_listed};
 
 /// A column as its name, or the row of units, describes it.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Column {
     /// What it holds
     pub role: Role,
@@ -90,11 +90,7 @@ impl Column {
         Column {
             role,
             unit,
-            sensor: String::new(),
-            is_linear: false,
-            is_dated: false,
-            is_given: false,
-            is_dropped: false,
+            ..Column::default()
         }
     }
 

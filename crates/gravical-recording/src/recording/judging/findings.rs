@@ -132,11 +132,7 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
 
 /// Lines that were set aside; none for those that every good file has.
 pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
-    let marks = judge::Marks {
-        blanks: &rows.blanks,
-        ..judge::Marks::default()
-    };
-    let regular = marks.regular_blanks(rows.rows());
+    let regular = judge::regular_blanks(&rows.blanks, rows.rows());
     let mut findings = Vec::new();
     for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.

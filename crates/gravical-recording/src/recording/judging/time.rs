@@ -1,7 +1,7 @@
 //! Times of the rows, and what was found of them.
 
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
+use crate::judge::{self, Clock, ClockFault, ClockOptions};
 use crate::recording::Timing;
 use crate::role::Role;
 use crate::text::{Batch, Format};
@@ -79,13 +79,9 @@ impl JudgedTime {
 
     /// Breaks beside named gaps.
     pub fn breaks(&self, rows: &Batch, time_s: &[f64]) -> Vec<usize> {
-        let marks = Marks {
-            gaps: &[],
-            headers: &rows.headers,
-            blanks: &rows.blanks,
-        };
+        let (headers, blanks) = (&rows.headers, &rows.blanks);
         let rate_hz = self.timing.median_rate_hz;
-        let mut breaks = marks.breaks(time_s, rate_hz, rows.rows());
+        let mut breaks = judge::breaks(headers, blanks, time_s, rate_hz, rows.rows());
         // The first row after a restart may have been set aside.
         let first = |line: &u32| rows.lines.partition_point(|l| l < line);
         breaks.extend(self.restarts.iter().map(first));
