@@ -7,9 +7,6 @@ use crate::date::parse_date;
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
 #[must_use]
 pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
-    if let Some(value) = parse_short(field.as_bytes()) {
-        return Some(value);
-    }
     if let Ok(value) = fast_float2::parse::<f64, _>(field) {
         return Some(finite(value));
     }
@@ -26,42 +23,6 @@ pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
         return fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v));
     }
     parse_date(field, false)
-}
-
-/// Powers of ten that are exact.
-const POWERS: [f64; 16] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-];
-
-/// A number of at most 15 digits without an exponent.
-///
-/// Most cells are such numbers, and reading them is most of the work on a long file. The result is
-/// that of any correct parser: digits and power of ten are exact, so that the division alone
-/// rounds (Clinger, How to read floating point numbers accurately, 1990).
-#[inline]
-fn parse_short(cell: &[u8]) -> Option<f64> {
-    let (is_negative, digits) = match cell {
-        [b'-', digits @ ..] => (true, digits),
-        digits => (false, digits),
-    };
-    let (mut mantissa, mut decimals, mut count) = (0_u64, None, 0);
-    for (at, byte) in digits.iter().enumerate() {
-        match byte {
-            b'0'..=b'9' => {
-                mantissa = mantissa
-                    .wrapping_mul(10)
-                    .wrapping_add(u64::from(byte - b'0'));
-                count += 1;
-            }
-            b'.' if decimals.is_none() => decimals = Some(digits.len() - 1 - at),
-            _ => return None,
-        }
-    }
-    if !(1..POWERS.len()).contains(&count) {
-        return None;
-    }
-    let value = mantissa as f64 / POWERS[decimals.unwrap_or(0)];
-    Some(if is_negative { -value } else { value })
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
