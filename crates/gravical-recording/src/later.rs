@@ -71,8 +71,7 @@ pub struct Later {
     thermometer: Option<usize>,
     /// Whether repeats of all channels mean that the sensor hung.
     marks_hung: bool,
-    /// Channels of the last row, and length of the run in which they repeat.
-    last: (Vec<f64>, usize),
+    repeats: Repeats,
     /// Last rows in a row in which the accelerometer reads zero.
     zeros: usize,
     /// Gravity in the unit of the file, and the last rows: shifted channels are recognised by them.
@@ -94,6 +93,25 @@ pub struct Later {
     pub(crate) contradicts: bool,
 }
 
+/// Channels of the last row, and length of the run in which they repeat.
+#[derive(Clone, Debug, Default)]
+struct Repeats {
+    values: Vec<f64>,
+    run: usize,
+}
+
+impl Repeats {
+    /// Length of the run that ends in this row.
+    fn push(&mut self, channels: &[&[f64]], row: usize) -> usize {
+        let values = channels.iter().map(|c| c[row]);
+        let repeats = values.clone().eq(self.values.iter().copied());
+        self.run = if repeats { self.run + 1 } else { 1 };
+        self.values.clear();
+        self.values.extend(values);
+        self.run
+    }
+}
+
 impl Later {
     /// Judges the first rows of a recording, or all of them, and tells how later ones are read.
     ///
@@ -106,74 +124,72 @@ impl Later {
             finding = keep_sensor(format, &mut head, column)?;
             sensor = (head.rows() > 0).then(|| (column, cell_label(&head, column, 0)));
         }
-        let columns = format.channels();
-        let channels = slices(&head, &columns);
+        let channels = slices(&head, &format.channels());
         let is_unsigned = |c: &&[f64]| {
             c.iter()
                 .all(|v| v.is_nan() || v.fract() == 0.0 && *v >= 0.0)
         };
+        let decodes_gyro = channels[3..].iter().all(is_unsigned);
+        let is_signed = !channels[..3].iter().all(is_unsigned);
         let axes = |columns: [usize; 3]| columns.map(|c| head.columns[c].as_slice());
-        let mut later = Later {
-            encoding: None,
-            decodes_gyro: channels[3..].iter().all(is_unsigned),
-            is_signed: !channels[..3].iter().all(is_unsigned),
-            zero_offset: 0.0,
-            accel_held: Held::of(axes(format.accel), f64::INFINITY),
-            gyro_held: format
-                .gyro
-                .and_then(|g| Held::of(axes(g), judge::GYRO_HELD)),
-            sensor,
-            thermometer: find_thermometer(format, &head),
-            marks_hung: false,
-            last: (Vec::new(), 0),
-            zeros: judge::unread_runs(axes(format.accel), 0).1,
-            gravity: None,
-            tail: Default::default(),
-            unit_finding: None,
-            clock: Some(LaterClock::new(format, &head)),
-            is_broken: false,
-            rows_gone: 0,
-            clipping: Vec::new(),
-            first_line: None,
-            ledger: Ledger::default(),
-            contradicts: true,
-            format: format.clone(),
-        };
-        let rows = head.rows();
-        let short = (0..rows).filter(|row| {
-            let run = later.push_repeat(&channels, *row, row.checked_sub(1));
+        let mut accel_held = Held::of(axes(format.accel), f64::INFINITY);
+        let gyro = format.gyro.map(axes);
+        let mut gyro_held = gyro.and_then(|gyro| Held::of(gyro, judge::GYRO_HELD));
+        let zeros = judge::unread_runs(axes(format.accel), 0).1;
+        let mut repeats = Repeats::default();
+        let is_short = |row: &usize| {
+            let run = repeats.push(&channels, *row);
             (2..=judge::MAX_REPEATS).contains(&run)
-        });
-        let repeats_are_rare = short.count() * 20 <= rows;
-        later.last.0 = channels.iter().filter_map(|c| c.last().copied()).collect();
+        };
+        let repeats_are_rare = (0..head.rows()).filter(is_short).count() * 20 <= head.rows();
+        let thermometer = find_thermometer(format, &head);
+        let stamps = LaterClock::stamps(format, &head);
         let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
         recording.findings.extend(finding);
-        let accel = recording.accel.each_ref().map(Vec::as_slice);
-        later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
-        later.gravity = judge::quiet_norm(accel);
-        later.zero_offset = recording.zero_offset;
         let is_decoded = |n: &Finding| n.kind == FindingKind::UnsignedCounts;
-        later.encoding = recording.findings.iter().any(is_decoded).then_some({
-            let is_offset = recording.zero_offset != 0.0;
-            if is_offset {
-                Encoding::OffsetBinary
-            } else {
-                Encoding::TwosComplement
-            }
-        });
-        let accel = later.accel_held.iter_mut().flatten().zip(&recording.accel);
+        let encoding = if recording.zero_offset != 0.0 {
+            Encoding::OffsetBinary
+        } else {
+            Encoding::TwosComplement
+        };
+        let accel = accel_held.iter_mut().flatten().zip(&recording.accel);
         let gyro = recording.gyro.iter().flatten();
-        for (held, channel) in accel.chain(later.gyro_held.iter_mut().flatten().zip(gyro)) {
+        for (held, channel) in accel.chain(gyro_held.iter_mut().flatten().zip(gyro)) {
             held.value = channel.last().copied().unwrap_or(f64::NAN);
         }
-        later.keep_tail(&recording.accel, recording.gyro.as_ref());
-        let mut clock = later.clock.take();
-        later.clock = clock.take_if(|clock| clock.set(&recording));
-        later.is_broken = recording.lines.last().copied() != last_line;
+        let accel = recording.accel.each_ref().map(Vec::as_slice);
         let ends = recording.ends_of_ranges(format).into_iter();
-        later.clipping = ends.map(|(_, name, end)| (name, end)).collect();
+        let mut later = Later {
+            format: format.clone(),
+            encoding: recording
+                .findings
+                .iter()
+                .any(is_decoded)
+                .then_some(encoding),
+            decodes_gyro,
+            is_signed,
+            zero_offset: recording.zero_offset,
+            accel_held,
+            gyro_held,
+            sensor,
+            thermometer,
+            marks_hung: repeats_are_rare && judge::resolves_noise(accel),
+            repeats,
+            zeros,
+            gravity: judge::quiet_norm(accel),
+            tail: Default::default(),
+            unit_finding: None,
+            clock: LaterClock::new(format, stamps, &recording),
+            is_broken: recording.lines.last().copied() != last_line,
+            rows_gone: 0,
+            clipping: ends.map(|(_, name, end)| (name, end)).collect(),
+            first_line: None,
+            ledger: Ledger::default(),
+            contradicts: true,
+        };
+        later.keep_tail(&recording.accel, recording.gyro.as_ref());
         Ok((recording, later))
     }
 
@@ -369,34 +385,16 @@ impl Later {
         }
     }
 
-    /// Length of the run of repeats that ends in this row; `before`: the row before it, if that is
-    /// in this batch.
-    fn push_repeat(&mut self, channels: &[&[f64]], row: usize, before: Option<usize>) -> usize {
-        let (last, run) = &mut self.last;
-        let repeats = match before {
-            Some(before) => channels.iter().all(|c| c[row] == c[before]),
-            None => channels.iter().zip(&*last).all(|(c, last)| c[row] == *last),
-        };
-        *run = if repeats { *run + 1 } else { 1 };
-        *run
-    }
-
     fn mark_hung(&mut self, channels: &[&[f64]], own: &[usize], is_measured: &mut [bool]) {
         for (k, row) in own.iter().enumerate() {
-            let before = k.checked_sub(1).map(|k| own[k]);
-            let run = self.push_repeat(channels, *row, before);
-            if run == judge::MAX_REPEATS + 1 {
-                // All but the first row of the run, as far as they are in this batch.
-                let from = k.saturating_sub(run - 2);
-                own[from..=k]
-                    .iter()
-                    .for_each(|row| is_measured[*row] = false);
-            } else if run > judge::MAX_REPEATS {
-                is_measured[*row] = false;
-            }
-        }
-        if let Some(row) = own.last() {
-            self.last.0 = channels.iter().map(|c| c[*row]).collect();
+            let run = self.repeats.push(channels, *row);
+            // All but the first row of the run, as far as they are in this batch.
+            let marked = match run.checked_sub(judge::MAX_REPEATS) {
+                None | Some(0) => continue,
+                Some(1) => k.saturating_sub(run - 2)..k + 1,
+                Some(_) => k..k + 1,
+            };
+            own[marked].iter().for_each(|row| is_measured[*row] = false);
         }
     }
 

@@ -31,37 +31,32 @@ pub(super) struct LaterClock {
 
 impl LaterClock {
     /// The stamps of the first rows; to be taken before they are judged.
-    pub fn new(format: &Format, head: &Batch) -> Self {
-        let mut clock = LaterClock {
-            format: format.clone(),
-            rate_hz: None,
-            tail: Batch::new(format.columns.len()),
-            anchor: (0, 0.0),
-            last_s: f64::NAN,
-            gaps: LineSpans::default(),
-            longest_gap_s: 0.0,
-        };
+    pub fn stamps(format: &Format, head: &Batch) -> Batch {
+        let mut stamps = Batch::new(format.columns.len());
         let from = head.rows().saturating_sub(TAIL_ROWS);
-        clock.push(head, from..head.rows());
-        clock
+        push(format, &mut stamps, head, from..head.rows());
+        stamps
     }
 
-    /// Sets the clock; false if the recording has none.
-    pub fn set(&mut self, recording: &Recording) -> bool {
-        let Some(time_s) = &recording.time_s else {
-            return false;
-        };
-        self.rate_hz = recording.timing.rate_hz();
-        self.last_s = time_s.last().copied().unwrap_or(f64::NAN);
+    /// Goes on after a recording with these stamps; `None` if it has no clock.
+    pub fn new(format: &Format, stamps: Batch, recording: &Recording) -> Option<Self> {
+        let time_s = recording.time_s.as_ref()?;
         let known = time_s.iter().zip(&recording.lines).rev();
         let mut known = known.filter(|(t, _)| t.is_finite());
         let last = known.clone().next().map_or(0.0, |(t, _)| *t);
         let in_tail = known.find_map(|(t, line)| {
-            let row = self.tail.lines.binary_search(line).ok()?;
+            let row = stamps.lines.binary_search(line).ok()?;
             Some((row, *t))
         });
-        self.anchor = in_tail.unwrap_or((self.tail.rows().saturating_sub(1), last));
-        true
+        Some(LaterClock {
+            format: format.clone(),
+            rate_hz: recording.timing.rate_hz(),
+            anchor: in_tail.unwrap_or((stamps.rows().saturating_sub(1), last)),
+            tail: stamps,
+            last_s: time_s.last().copied().unwrap_or(f64::NAN),
+            gaps: LineSpans::default(),
+            longest_gap_s: 0.0,
+        })
     }
 
     /// What is said of the gaps.
@@ -77,7 +72,7 @@ impl LaterClock {
     /// and rows at which the clock begins again.
     pub fn times(&mut self, batch: &Batch, own: &[usize]) -> (Vec<f64>, Vec<usize>) {
         let before = self.tail.rows();
-        self.push(batch, own.iter().copied());
+        push(&self.format, &mut self.tail, batch, own.iter().copied());
         let place = |row: &usize| before + own.partition_point(|r| r < row);
         let gaps: Vec<usize> = batch.breaks.iter().map(place).collect();
         let blanks = batch.blanks.iter().map(|b| &b.0);
@@ -121,16 +116,21 @@ impl LaterClock {
         columns.for_each(|c| keep(c, drop..end));
         (times_s, restarts)
     }
+}
 
-    fn push(&mut self, batch: &Batch, rows: impl Iterator<Item = usize> + Clone) {
-        for (c, column) in self.tail.columns.iter_mut().enumerate() {
-            let is_time = matches!(self.format.columns[c].role, Role::Time | Role::Step);
-            if is_time {
-                column.extend(rows.clone().map(|row| batch.columns[c][row]));
-            }
+/// Adds the stamps of rows.
+fn push(
+    format: &Format,
+    stamps: &mut Batch,
+    batch: &Batch,
+    rows: impl Iterator<Item = usize> + Clone,
+) {
+    for (c, column) in stamps.columns.iter_mut().enumerate() {
+        if matches!(format.columns[c].role, Role::Time | Role::Step) {
+            column.extend(rows.clone().map(|row| batch.columns[c][row]));
         }
-        self.tail.lines.extend(rows.map(|row| batch.lines[row]));
     }
+    stamps.lines.extend(rows.map(|row| batch.lines[row]));
 }
 
 fn keep<T>(values: &mut Vec<T>, rows: Range<usize>) {
