@@ -9,6 +9,7 @@ mod order;
 use std::collections::VecDeque;
 use std::io::{self, BufReader, Read};
 
+use crate::bytes::read_head;
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
@@ -68,19 +69,16 @@ pub fn whole_blocks(head: &[u8]) -> usize {
 /// Reading fails, it is no `.cwa` file, or the options ask for columns that it does not have.
 pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
     let mut reader = BufReader::with_capacity(READ_BYTES, reader);
-    let mut head = [0; MAGIC_BYTES];
-    let length = fill(&mut reader, &mut head)?;
-    let header = Header::parse(&head[..length]).ok_or_else(|| {
+    let head = read_head(&mut reader, MAGIC_BYTES)?;
+    let header = Header::parse(&head).ok_or_else(|| {
         let what = "the header of a .cwa file is missing";
         io::Error::new(io::ErrorKind::InvalidData, what)
     })?;
     let mut samples = Samples {
-        blocks: Blocks {
-            begun: head[HEADER_BYTES..].to_vec(),
-            reader,
-            read: 0,
-            order: Order::default(),
-        },
+        reader,
+        begun: head[HEADER_BYTES..].to_vec(),
+        read: 0,
+        order: Order::default(),
         ahead: VecDeque::new(),
         is_at_end: false,
         last_stamp: None,
@@ -112,7 +110,12 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
 
 /// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
 pub struct Samples<R> {
-    blocks: Blocks<R>,
+    reader: BufReader<R>,
+    /// Bytes of the first block that were read with the header.
+    begun: Vec<u8>,
+    /// Blocks read.
+    read: u64,
+    order: Order,
     /// Blocks that were read for the stamp of the next one.
     ahead: VecDeque<Event>,
     is_at_end: bool,
@@ -156,7 +159,7 @@ impl<R: Read> Samples<R> {
             }
         }
         if self.is_at_end && self.ahead.is_empty() {
-            self.batch.findings = std::mem::take(&mut self.blocks.order).findings();
+            self.batch.findings = std::mem::take(&mut self.order).findings();
         }
         if self.batch.rows() == 0
             && self.batch.ledger.total() == 0
@@ -184,7 +187,7 @@ impl<R: Read> Samples<R> {
                 if placed.is_after_gap {
                     self.last_stamp = None;
                     self.batch.breaks.push(self.batch.rows());
-                    self.blocks.order.breaks.push(self.line as u64 + 1);
+                    self.order.breaks.push(self.line as u64 + 1);
                 }
                 self.add_samples(&placed)?;
             }
@@ -240,9 +243,22 @@ impl<R: Read> Samples<R> {
     }
 
     fn read_ahead(&mut self) -> io::Result<()> {
-        let next = self.blocks.next()?;
-        self.is_at_end = next.is_none();
-        self.ahead.extend(next);
+        let mut bytes = std::mem::take(&mut self.begun);
+        let missing = BLOCK_BYTES - bytes.len();
+        bytes.append(&mut read_head(&mut self.reader, missing)?);
+        self.is_at_end = bytes.is_empty();
+        if self.is_at_end {
+            return Ok(());
+        }
+        self.read += 1;
+        let block = match <&[u8; BLOCK_BYTES]>::try_from(&bytes[..]) {
+            Ok(bytes) => Block::parse(bytes),
+            Err(_) => Err((Reason::CorruptBlock, "cut off")),
+        };
+        self.ahead.push_back(match block {
+            Ok(block) => self.order.place(self.read, block),
+            Err(defect) => self.order.skip(self.read, defect),
+        });
         Ok(())
     }
 
@@ -279,51 +295,4 @@ impl<R: Read> Iterator for Samples<R> {
         batch.text = self.text(&batch);
         Some(Ok(batch))
     }
-}
-
-/// The blocks of a file.
-struct Blocks<R> {
-    reader: BufReader<R>,
-    /// Bytes of the first block that were read with the header.
-    begun: Vec<u8>,
-    /// Blocks read.
-    read: u64,
-    order: Order,
-}
-
-impl<R: Read> Blocks<R> {
-    /// `None` at the end of the file.
-    fn next(&mut self) -> io::Result<Option<Event>> {
-        let mut bytes = [0; BLOCK_BYTES];
-        let begun = self.begun.len();
-        bytes[..begun].copy_from_slice(&self.begun);
-        self.begun.clear();
-        let length = begun + fill(&mut self.reader, &mut bytes[begun..])?;
-        if length == 0 {
-            return Ok(None);
-        }
-        self.read += 1;
-        let block = match length {
-            BLOCK_BYTES => Block::parse(&bytes),
-            _ => Err((Reason::CorruptBlock, "cut off")),
-        };
-        Ok(Some(match block {
-            Ok(block) => self.order.place(self.read, block),
-            Err(defect) => self.order.skip(self.read, defect),
-        }))
-    }
-}
-
-/// Fills `bytes` as far as there is input; returns how far.
-fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
-    let mut length = 0;
-    while length < bytes.len() {
-        match reader.read(&mut bytes[length..]) {
-            Ok(0) => break,
-            Ok(n) => length += n,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(length)
 }

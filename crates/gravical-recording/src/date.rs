@@ -79,14 +79,10 @@ fn parse_day(day: &str, is_day_first: bool) -> Option<f64> {
         _ if a > 12 || has_name || day.contains('.') || is_day_first => (c, b, a),
         _ => (c, a, b),
     };
-    // Days of the civil calendar, years beginning in March (Hinnant, chrono-compatible algorithms).
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let days = 365 * year + year / 4 - year / 100 + year / 400 + (month * 306 + 5) / 10 + day - 1;
-    Some((days - 719_468) as f64 * 86_400.0)
+    let (month, day) = (month.try_into().ok()?, day.try_into().ok()?);
+    let date = jiff::civil::Date::new(year.try_into().ok()?, month, day).ok()?;
+    let midnight = jiff::tz::Offset::UTC.to_timestamp(date.at(0, 0, 0, 0));
+    Some(midnight.ok()?.as_second() as f64)
 }
 
 fn month(name: &str) -> Option<i64> {
