@@ -42,8 +42,6 @@ struct RowParser {
     batch: Batch,
     /// Words of each column, in order of appearance.
     words: Vec<Vec<String>>,
-    /// Columns of the row that hold text.
-    text_cells: Vec<usize>,
     /// Blank lines since the last row.
     blanks: usize,
     has_break: bool,
@@ -83,7 +81,6 @@ impl<R: BufRead> Batches<R> {
                 line_number: 0,
                 batch: Batch::new(fields),
                 words: vec![Vec::new(); fields],
-                text_cells: Vec::new(),
                 blanks: 0,
                 has_break: false,
                 has_header: false,
@@ -152,13 +149,9 @@ impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
         let rows = self.batch.rows();
-        let is_whole = || {
-            matches!(self.format.layout, Layout::Table(_))
-                || self
-                    .place
-                    .is_none_or(|p| self.format.layout.last_place() == p)
-        };
-        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
+        let last_place = self.format.layout.last_place();
+        let is_whole = self.place.is_none_or(|place| place == last_place);
+        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole)
     }
 
     fn finish_batch(&mut self) -> Batch {
@@ -274,9 +267,8 @@ impl RowParser {
 
     fn read_fields(&mut self, line: &str, dialect: Dialect) -> io::Result<()> {
         let row = self.batch.rows();
-        self.text_cells.clear();
         self.spans.clear();
-        let (mut count, mut has_number) = (0, false);
+        let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
         let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
         let mut cells = fields(line, dialect.delimiter);
         let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
@@ -285,7 +277,7 @@ impl RowParser {
                 let value = dialect.parse_field(field);
                 has_number |= value.is_some_and(f64::is_finite);
                 if value.is_none() {
-                    self.text_cells.push(count);
+                    texts.push((count, field));
                 }
                 column.push(value.unwrap_or(f64::NAN));
             }
@@ -298,7 +290,7 @@ impl RowParser {
         if let Some((header, width)) = self.torn_header
             && count != dialect.fields
             && count == width
-            && 2 * (count - self.text_cells.len()) > width
+            && 2 * (count - texts.len()) > width
         {
             return Err(header_differs(header, OTHER_COLUMNS));
         }
@@ -312,26 +304,15 @@ impl RowParser {
             return self.set_aside_or_refuse(reason, line);
         }
         self.torn_header = None;
-        self.end_row(line, dialect);
-        Ok(())
-    }
-
-    /// Adds the line of a row whose cells are read, its text and its words.
-    fn end_row(&mut self, line: &str, dialect: Dialect) {
         self.begin_row();
         for (first, last) in &self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
-        if let (Some(first), Some(last)) = (self.text_cells.first(), self.text_cells.last()) {
-            let between = last - first + 1;
-            let cells = fields(line, dialect.delimiter).enumerate().skip(*first);
-            for (column, field) in cells.take(between) {
-                if self.text_cells.binary_search(&column).is_ok() {
-                    self.push_word(column, field);
-                }
-            }
+        for (column, word) in texts {
+            self.push_word(column, word);
         }
+        Ok(())
     }
 
     fn push_word(&mut self, column: usize, word: &str) {
