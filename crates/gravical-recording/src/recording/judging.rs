@@ -76,11 +76,6 @@ impl Recording {
         if options.zero_offset.is_some() {
             accel.iter_mut().flatten().for_each(|v| *v -= zero_offset);
         }
-        let unit = |axes: &[Vec<f64>; 3]| {
-            let is_unsigned = encoding == Some(Encoding::OffsetBinary);
-            let slices = axes.each_ref().map(Vec::as_slice);
-            judge::accel_unit(slices, is_unsigned, accel_claim(format), options)
-        };
         findings.extend(of_lines);
         findings.extend(text_cells);
         findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
@@ -95,20 +90,20 @@ impl Recording {
         findings.extend(empty);
         findings.extend(emptied);
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
-        let judged = unit(&accel);
+        let is_unsigned = encoding == Some(Encoding::OffsetBinary);
+        let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
+        let judged = judge::accel_unit(axes, is_unsigned, claim, options);
         let mut breaks = rows.breaks.clone();
         breaks.extend(time.breaks(&rows, &time_s));
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        let gyro_scale = if options.is_gyroscope {
-            Some(gyro_scale(format, format.accel, &accel))
+        let read_gyro = if options.is_gyroscope {
+            Some((format.accel, &accel))
         } else {
-            format
-                .gyro
-                .zip(gyro.as_ref())
-                .map(|(c, g)| gyro_scale(format, c, g))
+            format.gyro.zip(gyro.as_ref())
         };
+        let gyro_scale = read_gyro.map(|(c, gyro)| gyro_scale(format, c, gyro));
         let is_calibrated_by_board = format.board.is_some_and(|b| b.is_calibrated());
         let reads = |own: &[&str; 3]| {
             let mut pairs = format.accel.iter().zip(own);
@@ -135,7 +130,7 @@ impl Recording {
             zero_offset,
             accel_scale: judged.scale,
             unit_doubt: judged.doubt,
-            header_unit: accel_claim(format).unit,
+            header_unit: claim.unit,
             gyro_scale,
             resolution,
             timing: time.timing,
@@ -387,11 +382,8 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
         .gyro
         .map(|g| g.map(|c| std::mem::take(&mut rows.columns[c])));
     let encoding = judge::decode(&mut accel, gyro.as_mut());
-    let columns = format
-        .accel
-        .into_iter()
-        .chain(format.gyro.into_iter().flatten());
-    for (column, values) in columns.zip(accel.into_iter().chain(gyro.into_iter().flatten())) {
+    let values = accel.into_iter().chain(gyro.into_iter().flatten());
+    for (column, values) in format.channels().into_iter().zip(values) {
         rows.columns[column] = values;
     }
     encoding
@@ -399,11 +391,10 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
 
 /// Accelerometer and gyroscope that stand side by side may be shifted against their names.
 fn set_aside_slipped(format: &Format, rows: &mut Batch) {
-    let channels = format.channels();
-    if channels.len() < 6 {
+    let channels = slices(rows, &format.channels());
+    let Ok(channels) = <[&[f64]; 6]>::try_from(channels) else {
         return;
-    }
-    let channels = std::array::from_fn(|i| rows.columns[channels[i]].as_slice());
+    };
     if let Some(row) = slipped_row(format, channels) {
         let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
         rows.keep(&keep, Reason::Slipped);
