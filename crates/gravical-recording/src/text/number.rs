@@ -1,6 +1,7 @@
 //! One cell: a number, a date, nothing, or text.
 
 use crate::date::parse_date;
+use crate::units::is_listed;
 
 /// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
 ///
@@ -31,8 +32,8 @@ fn finite(value: f64) -> f64 {
 }
 
 fn is_missing(field: &str) -> bool {
-    const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "ovf"];
-    field.is_empty() || field.len() <= 4 && MISSING.iter().any(|m| field.eq_ignore_ascii_case(m))
+    const MISSING: &str = "na n/a null none - ovf";
+    field.is_empty() || field.len() <= 4 && is_listed(MISSING, &field.to_ascii_lowercase())
 }
 
 #[cfg(test)]
