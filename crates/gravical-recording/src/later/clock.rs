@@ -1,7 +1,5 @@
 //! Times of rows after those by which a recording was judged.
 
-use std::ops::Range;
-
 use crate::finding::{Finding, FindingKind};
 use crate::judge::ClockOptions;
 use crate::recording::Recording;
@@ -111,9 +109,7 @@ impl LaterClock {
             Some(k) => (before + k - drop, times_s[own[k]]),
             None => (row.saturating_sub(drop), time_s),
         };
-        keep(&mut self.tail.lines, drop..end);
-        let columns = self.tail.columns.iter_mut().filter(|c| !c.is_empty());
-        columns.for_each(|c| keep(c, drop..end));
+        self.tail.crop(drop..end);
         (times_s, restarts)
     }
 }
@@ -131,9 +127,4 @@ fn push(
         }
     }
     stamps.lines.extend(rows.map(|row| batch.lines[row]));
-}
-
-fn keep<T>(values: &mut Vec<T>, rows: Range<usize>) {
-    values.truncate(rows.end);
-    values.drain(..rows.start);
 }
