@@ -39,7 +39,7 @@ pub enum Cell {
 }
 
 /// Columns of an output.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Table {
     /// Their names
     pub names: Vec<String>,
@@ -65,15 +65,12 @@ impl Table {
     ) -> Self {
         let (delimiter, decimal_comma) = dialect(format);
         let mut table = Table {
-            names: Vec::new(),
-            renamed: Vec::new(),
-            cells: Vec::new(),
             delimiter: match delimiter {
                 Delimiter::Byte(byte) => byte,
                 Delimiter::Whitespace => b'\t',
             },
             decimal_comma,
-            copied: Vec::new(),
+            ..Table::default()
         };
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
@@ -107,11 +104,10 @@ impl Table {
         let (names, cells) = columns.into_iter().unzip();
         Table {
             names,
-            renamed: Vec::new(),
             cells,
             delimiter: b',',
-            decimal_comma: false,
             copied: copied.into_iter().map(|c| (c, c)).collect(),
+            ..Table::default()
         }
     }
 

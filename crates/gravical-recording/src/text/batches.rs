@@ -35,6 +35,7 @@ pub struct Batches<R> {
 }
 
 /// Lines on their way into a batch.
+#[derive(Default)]
 struct RowParser {
     format: Format,
     /// Lines read.
@@ -78,18 +79,11 @@ impl<R: BufRead> Batches<R> {
         Batches {
             lines: Lines::new(bytes, format.line_end),
             parser: RowParser {
-                line_number: 0,
                 batch: Batch::new(fields),
                 words: vec![Vec::new(); fields],
-                blanks: 0,
-                has_break: false,
-                has_header: false,
-                torn_header: None,
-                place: None,
-                copied: Vec::new(),
-                spans: Vec::new(),
                 slots: vec![String::new(); fields],
                 format,
+                ..RowParser::default()
             },
             error: None,
             is_done: false,

@@ -7,9 +7,10 @@ use memchr::memchr;
 use super::number::parse_cell;
 use crate::date::parse_date;
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) enum Delimiter {
     Byte(u8),
+    #[default]
     Whitespace,
 }
 
@@ -25,7 +26,7 @@ impl Delimiter {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Dialect {
     pub delimiter: Delimiter,
     pub decimal_comma: bool,

@@ -13,6 +13,12 @@ pub(crate) enum Layout {
     Sentences(Sentences),
 }
 
+impl Default for Layout {
+    fn default() -> Self {
+        Layout::Table(Dialect::default())
+    }
+}
+
 impl Layout {
     /// Place of the last line of a row.
     pub(crate) fn last_place(&self) -> usize {
@@ -24,7 +30,7 @@ impl Layout {
 }
 
 /// What the head of a file says: dialect, roles of columns, claims of units and clock.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Format {
     pub(crate) layout: Layout,
     pub(crate) line_end: u8,
@@ -71,24 +77,10 @@ impl Format {
         Format {
             layout,
             line_end,
-            head_lines: 0,
-            header_line: 0,
-            device: None,
-            board: None,
             is_read: vec![true; fields],
-            metadata: Vec::new(),
             columns: (0..fields).map(column).collect(),
             names,
-            accel: [0; 3],
-            gyro: None,
-            sensor: None,
-            sensors: Vec::new(),
-            is_guessed: false,
-            misfit: None,
-            unnamed_clocks: Vec::new(),
-            has_no_clock: false,
-            options: ReadOptions::default(),
-            rate_hz: None,
+            ..Format::default()
         }
     }
 
