@@ -28,8 +28,6 @@ pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
 const MAX_FIRST_BLOCKS: usize = 512;
 /// Skipped blocks across which the stamp of the next block is looked for.
 const MAX_SKIPPED: usize = 64;
-/// Rows by which columns are recognised.
-const SAMPLE_ROWS: usize = 200;
 /// Bytes that are read at once.
 const READ_BYTES: usize = 1 << 18;
 
@@ -84,7 +82,6 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         last_stamp: None,
         line: 0,
         batch: Batch::default(),
-        first: None,
         copied: Vec::new(),
         error: None,
     };
@@ -95,10 +92,8 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let names = COLUMNS.iter().filter(|c| has_gyro || !c.starts_with('g'));
     let names: Vec<String> = names.map(|c| (*c).to_owned()).collect();
     samples.batch = Batch::new(names.len());
-    samples.first = samples.read_batch();
-    let empty = Batch::new(names.len());
-    let sample = samples.first.as_ref().unwrap_or(&empty).first(SAMPLE_ROWS);
-    let mut format = Format::of_table(&names, names.len(), &sample, options)?;
+    // The names tell the columns without rows.
+    let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
     format.metadata = vec![
         format!("Serial number: {}", header.device),
@@ -124,8 +119,6 @@ pub struct Samples<R> {
     /// Lines so far.
     line: usize,
     batch: Batch,
-    /// The batch that determined the format.
-    first: Option<Batch>,
     copied: Vec<(usize, usize)>,
     error: Option<io::Error>,
 }
@@ -288,8 +281,7 @@ impl<R: Read> Iterator for Samples<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let batch = self.first.take().or_else(|| self.read_batch());
-        let Some(mut batch) = batch else {
+        let Some(mut batch) = self.read_batch() else {
             return self.error.take().map(Err);
         };
         batch.text = self.text(&batch);

@@ -15,6 +15,7 @@ const RATE_TOLERANCE: f64 = 0.02;
 const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.
+#[derive(Default)]
 pub(super) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
@@ -32,15 +33,14 @@ impl JudgedTime {
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
+        let timing = Timing {
+            nominal_rate_hz,
+            duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
+            ..Timing::default()
+        };
         let mut judged = JudgedTime {
-            time_s: Vec::new(),
-            start_s: None,
-            timing: Timing {
-                nominal_rate_hz,
-                duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
-                ..Timing::default()
-            },
-            restarts: Vec::new(),
+            timing,
+            ..JudgedTime::default()
         };
         let (low, high) = temperature_range(temperature_c);
         let mut pauses = rows.headers.clone();
