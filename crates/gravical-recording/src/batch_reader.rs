@@ -14,9 +14,6 @@ use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
 
-/// Batches by which a recording is judged: 262,144 rows.
-const HEAD_BATCHES: usize = 4;
-
 /// Rows of a recording, with the text of the columns that are copied.
 pub struct Rows {
     /// Text of the columns that are copied
@@ -25,7 +22,8 @@ pub struct Rows {
     pub lines: Vec<u32>,
     /// Channels, times and breaks as they are read
     pub readings: Readings,
-    /// Stamps as they are written, if they are wanted and one column holds them
+    /// Stamps as they are written, if one column holds them, of a recording that is judged by its
+    /// head
     pub stamps: Option<Vec<f64>>,
 }
 
@@ -35,7 +33,7 @@ pub struct BatchReader {
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
-    /// The only column of time stamps, if it is wanted.
+    /// The only column of time stamps, unless the recording is judged as a whole.
     stamps: Option<usize>,
     name: String,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
@@ -53,43 +51,24 @@ pub struct BatchReader {
 }
 
 impl BatchReader {
-    /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
-    /// `wants_stamps` whether the stamps as written are wanted; `name` is used in messages.
-    ///
-    /// # Errors
-    ///
-    /// As [`read`](crate::read()).
-    pub fn open(
-        input: Input,
-        name: &str,
-        options: &ReadOptions,
-        wants_stamps: bool,
-        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-    ) -> Result<Self> {
-        Self::open_head(input, name, options, HEAD_BATCHES, wants_stamps, copied)
-    }
+    /// Batches by which a recording is judged: 262,144 rows.
+    pub const HEAD: usize = 4;
+    /// The recording is judged, and held, as a whole: its channels may be changed before the first
+    /// rows are taken.
+    pub const WHOLE: usize = usize::MAX;
 
-    /// The same of a recording that is judged, and held, as a whole: its channels may be changed
-    /// before the first rows are taken.
+    /// Opens a recording and judges its first batches, [`HEAD`](Self::HEAD) or
+    /// [`WHOLE`](Self::WHOLE). `copied` says which columns keep their text; `name` is used in
+    /// messages.
     ///
     /// # Errors
     ///
     /// As [`read_samples`](crate::read_samples).
-    pub fn open_whole(
-        input: Input,
-        name: &str,
-        options: &ReadOptions,
-        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-    ) -> Result<Self> {
-        Self::open_head(input, name, options, usize::MAX, false, copied)
-    }
-
-    fn open_head(
+    pub fn open(
         mut input: Input,
         name: &str,
         options: &ReadOptions,
-        head_batches: usize,
-        wants_stamps: bool,
+        judged: usize,
         copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
     ) -> Result<Self> {
         let (format, mut batches) = open_batches(&mut input, name, options, copied)?;
@@ -97,10 +76,9 @@ impl BatchReader {
         let (mut head, mut held) = (Batch::default(), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
         let mut times = (0..format.columns.len()).filter(is_time);
-        let stamps = times
-            .next()
-            .filter(|_| wants_stamps && times.next().is_none());
-        while held.len() < head_batches
+        let stamps = times.next();
+        let stamps = stamps.filter(|_| judged == Self::HEAD && times.next().is_none());
+        while held.len() < judged
             && let Some(batch) = batches.next()
         {
             let mut batch = batch.map_err(|e| in_file(e, here))?;
@@ -117,10 +95,10 @@ impl BatchReader {
             head.check_size().map_err(|e| in_file(e, here))?;
         }
         let (ledger, rows) = (head.ledger.clone(), head.rows());
-        let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let judged_ledger = judged.ledger.clone();
+        let (recording, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
+        let judged_ledger = recording.ledger.clone();
         Ok(BatchReader {
-            recording: judged.with_name(name),
+            recording: recording.with_name(name),
             format,
             stamps,
             name: name.to_owned(),

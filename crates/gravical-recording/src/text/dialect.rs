@@ -41,7 +41,7 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
         line,
         delimiter,
         at: 0,
-        has_quotes: None,
+        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
         span: (0, 0),
     }
 }
@@ -51,8 +51,7 @@ pub(crate) struct Fields<'a> {
     delimiter: Delimiter,
     /// Where the next field begins: after the last one, beyond the end of the line.
     at: usize,
-    /// Whether the rest has quotes, once that was looked for.
-    has_quotes: Option<bool>,
+    has_quotes: bool,
     /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
     pub span: (usize, usize),
 }
@@ -80,10 +79,7 @@ impl<'a> Iterator for Fields<'a> {
                 Some(field).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
-                let has_quotes = *self
-                    .has_quotes
-                    .get_or_insert_with(|| memchr(b'"', rest.as_bytes()).is_some());
-                let end = if has_quotes {
+                let end = if self.has_quotes {
                     let mut quoted = false;
                     rest.bytes().position(|b| {
                         quoted ^= b == b'"';
@@ -95,7 +91,7 @@ impl<'a> Iterator for Fields<'a> {
                 let field = &rest[..end.unwrap_or(rest.len())];
                 self.step_over(self.at + field.len());
                 let field = trim(field);
-                Some(if has_quotes {
+                Some(if self.has_quotes {
                     trim(field.trim_matches('"'))
                 } else {
                     field
