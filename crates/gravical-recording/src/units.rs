@@ -9,31 +9,88 @@ use serde::{Deserialize, Serialize};
 /// sensor, so that windows, scales and durations computed from them are finite.
 pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 
-/// Unit of an accelerometer channel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum AccelUnit {
-    /// m/s².
-    #[serde(rename = "m/s^2", alias = "m/s2", alias = "mps2")]
-    #[cfg_attr(feature = "clap", value(name = "m/s^2", aliases = ["m/s2", "mps2"]))]
-    MetrePerSecondSquared,
-    /// Standard gravity, 9.80665 m/s².
-    #[serde(rename = "g")]
-    #[cfg_attr(feature = "clap", value(name = "g"))]
-    StandardGravity,
-    /// A thousandth of standard gravity.
-    #[serde(rename = "mg")]
-    #[cfg_attr(feature = "clap", value(name = "mg"))]
-    MilliGravity,
-    /// Raw counts of the converter.
-    #[serde(rename = "counts")]
-    Counts,
-    /// Given neither by the header nor by the data.
-    #[serde(rename = "unknown")]
-    #[cfg_attr(feature = "clap", value(skip))]
-    #[default]
-    Unknown,
+/// An enum whose values have one name in files and options.
+macro_rules! units {
+    ($(#[$meta:meta])* $unit:ident { $($(#[$value_meta:meta])* $value:ident $name:literal;)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+        pub enum $unit {
+            $(
+                $(#[$value_meta])*
+                #[serde(rename = $name)]
+                #[cfg_attr(feature = "clap", value(name = $name))]
+                $value,
+            )*
+        }
+
+        impl $unit {
+            /// Name in files and options; in text it is displayed with its symbol.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $($unit::$value => $name,)*
+                }
+            }
+        }
+    };
+}
+
+units! {
+    /// Unit of an accelerometer channel.
+    #[derive(Default)]
+    AccelUnit {
+        /// m/s².
+        #[serde(alias = "m/s2", alias = "mps2")]
+        #[cfg_attr(feature = "clap", value(aliases = ["m/s2", "mps2"]))]
+        MetrePerSecondSquared "m/s^2";
+        /// Standard gravity, 9.80665 m/s².
+        StandardGravity "g";
+        /// A thousandth of standard gravity.
+        MilliGravity "mg";
+        /// Raw counts of the converter.
+        Counts "counts";
+        /// Given neither by the header nor by the data.
+        #[cfg_attr(feature = "clap", value(skip))]
+        #[default]
+        Unknown "unknown";
+    }
+}
+
+units! {
+    /// Unit of a gyroscope channel.
+    #[derive(Default)]
+    GyroUnit {
+        /// rad/s.
+        RadianPerSecond "rad/s";
+        /// °/s.
+        #[serde(alias = "dps")]
+        #[cfg_attr(feature = "clap", value(alias = "dps"))]
+        DegreePerSecond "deg/s";
+        /// Raw counts of the converter.
+        Counts "counts";
+        /// Given neither by the header nor by the data.
+        #[cfg_attr(feature = "clap", value(skip))]
+        #[default]
+        Unknown "unknown";
+    }
+}
+
+units! {
+    /// Unit of the time stamps.
+    TimeUnit {
+        /// Seconds.
+        Second "s";
+        /// Milliseconds.
+        Millisecond "ms";
+        /// Hundreds of microseconds, the ticks of some motion trackers.
+        HundredMicroseconds "100us";
+        /// Microseconds.
+        Microsecond "us";
+        /// Nanoseconds.
+        Nanosecond "ns";
+    }
 }
 
 impl fmt::Display for AccelUnit {
@@ -55,18 +112,6 @@ impl fmt::Display for GyroUnit {
 }
 
 impl AccelUnit {
-    /// Name in files and options; in text it is displayed with its symbol.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            AccelUnit::MetrePerSecondSquared => "m/s^2",
-            AccelUnit::StandardGravity => "g",
-            AccelUnit::MilliGravity => "mg",
-            AccelUnit::Counts => "counts",
-            AccelUnit::Unknown => "unknown",
-        }
-    }
-
     /// Parses a unit; `None` if it is not a unit of acceleration.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
@@ -123,41 +168,7 @@ pub(crate) fn is_listed(list: &str, word: &str) -> bool {
     !word.is_empty() && list.split(' ').any(|w| w == word)
 }
 
-/// Unit of a gyroscope channel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum GyroUnit {
-    /// rad/s.
-    #[serde(rename = "rad/s")]
-    #[cfg_attr(feature = "clap", value(name = "rad/s"))]
-    RadianPerSecond,
-    /// °/s.
-    #[serde(rename = "deg/s", alias = "dps")]
-    #[cfg_attr(feature = "clap", value(name = "deg/s", alias = "dps"))]
-    DegreePerSecond,
-    /// Raw counts of the converter.
-    #[serde(rename = "counts")]
-    Counts,
-    /// Given neither by the header nor by the data.
-    #[serde(rename = "unknown")]
-    #[cfg_attr(feature = "clap", value(skip))]
-    #[default]
-    Unknown,
-}
-
 impl GyroUnit {
-    /// Name in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            GyroUnit::RadianPerSecond => "rad/s",
-            GyroUnit::DegreePerSecond => "deg/s",
-            GyroUnit::Counts => "counts",
-            GyroUnit::Unknown => "unknown",
-        }
-    }
-
     /// Parses a unit; `None` if it is not a unit of angular rate.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
@@ -214,33 +225,6 @@ pub fn is_unit(text: &str) -> bool {
         || is_listed(OTHERS, &squeeze(text))
 }
 
-/// Unit of the time stamps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum TimeUnit {
-    /// Seconds.
-    #[serde(rename = "s")]
-    #[cfg_attr(feature = "clap", value(name = "s"))]
-    Second,
-    /// Milliseconds.
-    #[serde(rename = "ms")]
-    #[cfg_attr(feature = "clap", value(name = "ms"))]
-    Millisecond,
-    /// Hundreds of microseconds, the ticks of some motion trackers.
-    #[serde(rename = "100us")]
-    #[cfg_attr(feature = "clap", value(name = "100us"))]
-    HundredMicroseconds,
-    /// Microseconds.
-    #[serde(rename = "us")]
-    #[cfg_attr(feature = "clap", value(name = "us"))]
-    Microsecond,
-    /// Nanoseconds.
-    #[serde(rename = "ns")]
-    #[cfg_attr(feature = "clap", value(name = "ns"))]
-    Nanosecond,
-}
-
 impl TimeUnit {
     /// Units that are guessed.
     pub(crate) const GUESSED: [TimeUnit; 4] = [
@@ -259,18 +243,6 @@ impl TimeUnit {
             TimeUnit::HundredMicroseconds => 1e-4,
             TimeUnit::Microsecond => 1e-6,
             TimeUnit::Nanosecond => 1e-9,
-        }
-    }
-
-    /// Name in options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            TimeUnit::Second => "s",
-            TimeUnit::Millisecond => "ms",
-            TimeUnit::HundredMicroseconds => "100us",
-            TimeUnit::Microsecond => "us",
-            TimeUnit::Nanosecond => "ns",
         }
     }
 
