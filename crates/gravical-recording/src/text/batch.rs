@@ -45,6 +45,7 @@ reasons! {
     Metadata "metadata-lines" "before the header; kept out of the data";
     Comment "comment-lines" "comment; kept out of the data";
     NamedGap "named-gap" "the logger reports missing rows; treated as a break between segments";
+    Rejected "rejected-samples" "no row; the logger rejected it";
     Blank "blank-rows" "blank; a break between segments, unless it is a single line and the clock continues";
     RepeatedHeader "repeated-header" "the header repeated; kept out of the data, and a break unless the clock continues";
     OtherSensor "other-sensor" "rows of another sensor; not read";
@@ -172,8 +173,6 @@ pub struct Batch {
     pub headers: Vec<usize>,
     /// Rows before which blank lines stand, and how many
     pub blanks: Vec<(usize, usize)>,
-    /// Samples that a logger says it rejected: lines `# rejected:`
-    pub rejected: usize,
     /// Lines with NUL bytes, which were removed
     pub nul_lines: LineSpans,
     /// Lines without a row
@@ -294,7 +293,6 @@ impl Batch {
         self.blanks
             .extend(later.blanks.iter().map(|(row, n)| (row + rows, *n)));
         self.headers.extend(later.headers.iter().map(|b| b + rows));
-        self.rejected += later.rejected;
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
         self.findings.append(&mut later.findings);

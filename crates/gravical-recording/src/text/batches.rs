@@ -215,20 +215,16 @@ impl RowParser {
         self.batch.ledger.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: …` as our logger writes them (or `# rejected: 3 samples`), what
-    /// joined files leave out, and the settings of our board.
+    /// `# gap: …` and `# rejected: …` as our logger writes them, what joined files leave out, and the
+    /// settings of our board.
     fn read_comment(&mut self, line: &str) -> io::Result<()> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
             self.has_break = true;
             reason = Reason::NamedGap;
-        } else if let Some(rest) = text.strip_prefix("rejected:") {
-            let mut words = rest.split_whitespace();
-            let count = words.next().and_then(|n| n.parse().ok());
-            let is_count =
-                matches!(words.next(), Some("sample" | "samples")) && words.next().is_none();
-            self.batch.rejected += count.filter(|_| is_count).unwrap_or(1);
+        } else if text.starts_with("rejected:") {
+            reason = Reason::Rejected;
         } else if let Some(finding) = axes::parse_comment(text) {
             self.batch.findings.push(finding);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))

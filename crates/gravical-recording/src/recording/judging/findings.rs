@@ -168,10 +168,6 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
             Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
         );
     }
-    if rows.rejected > 0 {
-        let text = format!("the logger rejected {} samples", rows.rejected);
-        findings.push(Finding::new(FindingKind::RejectedSamples, text));
-    }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
         findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
