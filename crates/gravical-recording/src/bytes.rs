@@ -55,10 +55,12 @@ impl Input {
 /// Errors of the reader while the first bytes are examined; `is-an-archive` within one.
 pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
-    let raw: Box<dyn Read> = match &digest {
-        Some(digest) => Box::new(Hashing {
-            inner: raw,
-            digest: digest.clone(),
+    let raw = match digest.clone() {
+        Some(digest) => tap(raw, move |bytes| {
+            if let Ok(mut digest) = digest.lock() {
+                digest.update(bytes);
+            }
+            Ok(())
         }),
         None => raw,
     };
@@ -120,17 +122,23 @@ impl<R: Read> Read for UntilCut<R> {
     }
 }
 
-struct Hashing {
+/// Shows the bytes that are read to a function, which may end the reading.
+pub(crate) fn tap(
     inner: Box<dyn Read>,
-    digest: Arc<Mutex<Sha256>>,
+    see: impl FnMut(&[u8]) -> io::Result<()> + 'static,
+) -> Box<dyn Read> {
+    Box::new(Tap { inner, see })
 }
 
-impl Read for Hashing {
+struct Tap<F> {
+    inner: Box<dyn Read>,
+    see: F,
+}
+
+impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        if let Ok(mut digest) = self.digest.lock() {
-            digest.update(&buffer[..n]);
-        }
+        (self.see)(&buffer[..n])?;
         Ok(n)
     }
 }
