@@ -124,7 +124,7 @@ impl Later {
             finding = keep_sensor(format, &mut head, column)?;
             sensor = (head.rows() > 0).then(|| (column, cell_label(&head, column, 0)));
         }
-        let channels = slices(&head, &format.channels());
+        let channels = head.slices(&format.channels());
         let is_unsigned = |c: &&[f64]| {
             c.iter()
                 .all(|v| v.is_nan() || v.fract() == 0.0 && *v >= 0.0)
@@ -148,7 +148,8 @@ impl Later {
 
         let mut recording = Recording::judge(format, head)?;
         recording.findings.extend(finding);
-        let is_decoded = |n: &Finding| n.kind == FindingKind::UnsignedCounts;
+        let mut kinds = recording.findings.iter().map(|finding| finding.kind);
+        let is_decoded = kinds.any(|kind| kind == FindingKind::UnsignedCounts);
         let encoding = if recording.zero_offset != 0.0 {
             Encoding::OffsetBinary
         } else {
@@ -163,11 +164,7 @@ impl Later {
         let ends = recording.ends_of_ranges(format).into_iter();
         let mut later = Later {
             format: format.clone(),
-            encoding: recording
-                .findings
-                .iter()
-                .any(is_decoded)
-                .then_some(encoding),
+            encoding: is_decoded.then_some(encoding),
             decodes_gyro,
             is_signed,
             zero_offset: recording.zero_offset,
@@ -218,10 +215,7 @@ impl Later {
             return Err(at(0, (SENSOR, &text)));
         }
         let columns = self.format.channels();
-        let channels: Vec<&[f64]> = columns
-            .iter()
-            .map(|c| batch.columns[*c].as_slice())
-            .collect();
+        let channels = batch.slices(&columns);
         let mut is_measured = vec![false; lines.len()];
         let reads_zeros = self.format.columns[columns[0]].is_linear;
         for row in &own {
@@ -272,11 +266,8 @@ impl Later {
         }
         self.keep_tail(&accel, gyro.as_ref());
         let breaks = self.find_breaks(&own, marks, &is_read, &is_measured);
-        for ((_, clipping), axis) in self
-            .clipping
-            .iter_mut()
-            .zip(accel.iter().chain(gyro.iter().flatten()))
-        {
+        let axes = accel.iter().chain(gyro.iter().flatten());
+        for ((_, clipping), axis) in self.clipping.iter_mut().zip(axes) {
             clipping.observe_all(axis, lines);
         }
         let accel_axes = self.accel_held.iter_mut().flatten().zip(&mut accel);
@@ -288,11 +279,11 @@ impl Later {
         }
         if let (Some(column), Some(temperature_c)) = (self.thermometer, &mut temperature_c) {
             celsius(&self.format, column, temperature_c);
-            let possible = |t: &&mut f64| !judge::POSSIBLE_C.contains(*t);
-            temperature_c
-                .iter_mut()
-                .filter(possible)
-                .for_each(|t| *t = f64::NAN);
+            for t in temperature_c {
+                if !judge::POSSIBLE_C.contains(t) {
+                    *t = f64::NAN;
+                }
+            }
         }
         Ok(Readings {
             accel,
@@ -449,11 +440,4 @@ impl Later {
             tail.extend_from_slice(&axis[axis.len().saturating_sub(TAIL_ROWS)..]);
         }
     }
-}
-
-fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
-    columns
-        .iter()
-        .map(|c| rows.columns[*c].as_slice())
-        .collect()
 }

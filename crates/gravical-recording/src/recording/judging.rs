@@ -336,23 +336,16 @@ fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Opti
     let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
     if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
-        let keep = judge::mark_zeros(&slices(rows, &channels));
+        let keep = judge::mark_zeros(&rows.slices(&channels));
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
     }
     if !are_means {
-        let values = slices(rows, &channels);
+        let values = rows.slices(&channels);
         let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
         rows.keep(&keep, Reason::Hung);
     }
     emptied
-}
-
-fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
-    columns
-        .iter()
-        .map(|c| rows.columns[*c].as_slice())
-        .collect()
 }
 
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
@@ -391,7 +384,7 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
 
 /// Accelerometer and gyroscope that stand side by side may be shifted against their names.
 fn set_aside_slipped(format: &Format, rows: &mut Batch) {
-    let channels = slices(rows, &format.channels());
+    let channels = rows.slices(&format.channels());
     let Ok(channels) = <[&[f64]; 6]>::try_from(channels) else {
         return;
     };

@@ -236,6 +236,11 @@ impl Batch {
         self.lines.len()
     }
 
+    /// The values of columns.
+    pub(crate) fn slices(&self, columns: &[usize]) -> Vec<&[f64]> {
+        columns.iter().map(|c| &self.columns[*c][..]).collect()
+    }
+
     /// Bytes that the columns take.
     #[must_use]
     pub fn bytes(&self) -> usize {
