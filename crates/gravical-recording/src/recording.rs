@@ -316,14 +316,9 @@ impl Recording {
 /// Ranges between `breaks` in `0..len`, without empty ones.
 #[must_use]
 pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
-    let mut edges = vec![0];
-    edges.extend(breaks.iter().copied());
-    edges.push(len);
-    edges
-        .windows(2)
-        .map(|w| w[0]..w[1])
-        .filter(|r| !r.is_empty())
-        .collect()
+    let edges: Vec<usize> = [&[0], breaks, &[len]].concat();
+    let ranges = edges.windows(2).map(|w| w[0]..w[1]);
+    ranges.filter(|range| !range.is_empty()).collect()
 }
 
 /// The first 256 KiB of a text, without the line that they cut.

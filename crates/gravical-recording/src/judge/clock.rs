@@ -221,14 +221,10 @@ fn guess_unit_s(
         return Some((*unit, false));
     }
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
-    let calm: Vec<f64> = units
-        .iter()
-        .copied()
-        .filter(|u| rows as f64 * period * u >= slowest_s)
-        .collect();
     let is_assumed = units.len() > 1;
-    if !calm.is_empty() {
-        units = calm;
+    let is_calm = |u: &f64| rows as f64 * period * u >= slowest_s;
+    if units.iter().any(is_calm) {
+        units.retain(is_calm);
     }
     let distance = |u: &f64| (rate_hz(*u) / LIKELY_RATE_HZ).ln().abs();
     let likely = units

@@ -368,20 +368,14 @@ impl Batch {
 
     /// The first rows alone.
     pub(crate) fn first(&self, rows: usize) -> Batch {
-        let cut = |n: usize| rows.min(n);
+        fn cut<T: Copy>(values: &[T], rows: usize) -> Vec<T> {
+            values[..rows.min(values.len())].to_vec()
+        }
         Batch {
-            columns: self
-                .columns
-                .iter()
-                .map(|c| c[..cut(c.len())].to_vec())
-                .collect(),
-            texts: self
-                .texts
-                .iter()
-                .map(|t| t[..cut(t.len())].to_vec())
-                .collect(),
+            columns: self.columns.iter().map(|c| cut(c, rows)).collect(),
+            texts: self.texts.iter().map(|t| cut(t, rows)).collect(),
             words: self.words.clone(),
-            lines: self.lines[..cut(self.lines.len())].to_vec(),
+            lines: cut(&self.lines, rows),
             ..Batch::default()
         }
     }

@@ -131,10 +131,8 @@ impl Format {
 
     /// Columns of accelerometer and gyroscope.
     pub(crate) fn channels(&self) -> Vec<usize> {
-        self.accel
-            .into_iter()
-            .chain(self.gyro.into_iter().flatten())
-            .collect()
+        let gyro = self.gyro.into_iter().flatten();
+        self.accel.into_iter().chain(gyro).collect()
     }
 
     pub(crate) fn is_axis(&self, column: usize) -> bool {

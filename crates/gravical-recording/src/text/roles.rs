@@ -283,18 +283,14 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let number = || {
-        wanted
-            .parse::<usize>()
-            .ok()
-            .filter(|n| (1..=found.len()).contains(n))
-    };
+    let number = wanted.parse::<usize>().ok();
+    let number = number.filter(|n| (1..=found.len()).contains(n));
     let mut fits: Vec<usize> = (0..found.len()).filter(|i| names[*i] == wanted).collect();
     if fits.is_empty() {
         fits = (0..found.len()).filter(|i| has_words(&found[*i])).collect();
     }
     if fits.is_empty() {
-        fits.extend(number().map(|n| n - 1));
+        fits.extend(number.map(|n| n - 1));
     }
     match fits[..] {
         [one] => Ok(one),
