@@ -85,10 +85,7 @@ impl BatchReader {
             held.push_back(Batch {
                 text: std::mem::take(&mut batch.text),
                 lines: batch.lines.clone(),
-                columns: stamps
-                    .map(|c| batch.columns[c].clone())
-                    .into_iter()
-                    .collect(),
+                columns: stamps.iter().map(|c| batch.columns[*c].clone()).collect(),
                 ..Batch::default()
             });
             head.append(batch);

@@ -224,10 +224,8 @@ impl Error {
     /// True if writing failed because the reader of the output was closed.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
-        self.0
-            .source
-            .as_ref()
-            .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+        let source = self.0.source.as_ref();
+        source.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     }
 }
 

@@ -422,12 +422,8 @@ impl Later {
             return None;
         }
         let axes = accel.iter().chain(gyro);
-        let joined: Vec<Vec<f64>> = self
-            .tail
-            .iter()
-            .zip(axes)
-            .map(|(t, a)| [&t[..], a].concat())
-            .collect();
+        let axes = self.tail.iter().zip(axes);
+        let joined: Vec<Vec<f64>> = axes.map(|(t, a)| [&t[..], a].concat()).collect();
         let row =
             judging::slipped_row(&self.format, std::array::from_fn(|i| joined[i].as_slice()))?;
         Some(row.saturating_sub(self.tail[0].len()))

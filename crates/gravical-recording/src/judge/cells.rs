@@ -90,10 +90,8 @@ pub fn fill_cells(
         _ => "; they stay empty",
     };
     // If cells are empty throughout the file, their lines are of no use.
-    let marked = lines
-        .iter()
-        .zip(marked)
-        .filter(|(_, m)| *m && holds == [false; 2]);
+    let marked = lines.iter().zip(marked);
+    let marked = marked.filter(|(_, m)| *m && holds == [false; 2]);
     let sensor = if names[0] == "gx" {
         "gyroscope"
     } else {

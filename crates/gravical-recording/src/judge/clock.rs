@@ -105,10 +105,9 @@ pub struct Clock {
 /// The stamps never advance, or give a usual rate in no unit.
 pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
     let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
+    let is_absent = |row: &usize| stamps[*row].is_nan();
     let mut clock = Clock {
-        absent: (0..stamps.len())
-            .filter(|row| stamps[*row].is_nan())
-            .collect(),
+        absent: (0..stamps.len()).filter(is_absent).collect(),
         ..Clock::default()
     };
     clock.bad = mend(&mut stamps, usual);
@@ -314,10 +313,8 @@ impl Clock {
             return;
         }
         let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
-        let (sum, count) = steps
-            .iter()
-            .filter(near)
-            .fold((0.0, 0), |(s, n), v| (s + v, n + 1));
+        let near = steps.iter().filter(near);
+        let (sum, count) = near.fold((0.0, 0), |(s, n), v| (s + v, n + 1));
         let period = if count > 0 {
             sum / f64::from(count)
         } else {
@@ -393,11 +390,8 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 /// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
 /// rare and of different lengths, and the stamps between them are evenly spaced.
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
-    let mut waits: Vec<f64> = steps
-        .iter()
-        .copied()
-        .filter(|s| *s > PAUSE * usual)
-        .collect();
+    let mut waits = steps.to_vec();
+    waits.retain(|s| *s > PAUSE * usual);
     let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
     let even = steps.iter().filter(is_even).count();
     // Allows for some lost samples.

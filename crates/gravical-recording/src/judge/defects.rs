@@ -133,11 +133,9 @@ fn slip_by(channels: [&[f64]; 6], named: &[f64], shifted: &[f64]) -> Option<(usi
     let first = (0..blocks).find(is_shifted)?;
     let last = (0..first).rev().find(is_named)?;
     let stays = (first..blocks).filter(is_named).count() * 20 <= count;
-    let jump = |row: usize| {
-        channels
-            .iter()
-            .map(|c| (c[row] - c[row - 1]).abs())
-            .sum::<f64>()
+    let jump = |row: usize| -> f64 {
+        let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
+        steps.sum()
     };
     let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
     let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;

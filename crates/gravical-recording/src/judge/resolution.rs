@@ -51,20 +51,13 @@ impl Axis {
         while channel.len().div_ceil(stride) > MAX_VALUES {
             stride *= 2;
         }
-        let first = channel
-            .iter()
-            .copied()
-            .find(|v| v.is_finite())
-            .unwrap_or(f64::NAN);
+        let first = channel.iter().copied().find(|v| v.is_finite());
+        let first = first.unwrap_or(f64::NAN);
+        let some = channel.iter().copied().step_by(stride);
         let others = channel.iter().map(|v| (v - first).abs());
         Axis {
             rows: channel.len(),
-            some: channel
-                .iter()
-                .step_by(stride)
-                .copied()
-                .filter(|v| v.is_finite())
-                .collect(),
+            some: some.filter(|v| v.is_finite()).collect(),
             least: others
                 .filter(|off| *off > SAME * first.abs())
                 .fold(f64::INFINITY, f64::min),
@@ -107,11 +100,8 @@ fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
 
 /// Groups of equal values in a sorted list.
 fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
-    let ends = [sorted.first(), sorted.last()];
-    let largest = ends
-        .into_iter()
-        .flatten()
-        .fold(0.0, |most: f64, v| most.max(v.abs()));
+    let ends = [sorted.first(), sorted.last()].into_iter().flatten();
+    let largest = ends.fold(0.0, |most: f64, v| most.max(v.abs()));
     sorted.chunk_by(move |a, b| b - a <= SAME * largest)
 }
 

@@ -257,10 +257,8 @@ impl<'a> Channel<'a> {
 
     fn times(&self) -> Vec<f64> {
         let is_comma = self.delimiter == Some(',');
-        self.rows
-            .iter()
-            .map(|r| parse_cell(r.stamp, !is_comma).unwrap_or(f64::NAN))
-            .collect()
+        let cells = self.rows.iter().map(|r| parse_cell(r.stamp, !is_comma));
+        cells.map(|cell| cell.unwrap_or(f64::NAN)).collect()
     }
 
     /// Its value at each row of another channel: row by row, or by their stamps.

@@ -338,10 +338,8 @@ impl Batch {
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));
-        self.texts
-            .iter_mut()
-            .filter(|t| !t.is_empty())
-            .for_each(|t| retain(t, keep));
+        let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| retain(t, keep));
         retain(&mut self.lines, keep);
         let mut kept_before = vec![0; keep.len() + 1];
         for (row, k) in keep.iter().enumerate() {

@@ -155,11 +155,8 @@ impl RowParser {
         let next = self.next_batch();
         let mut batch = std::mem::replace(&mut self.batch, next);
         let rows = batch.rows();
-        batch
-            .texts
-            .iter_mut()
-            .filter(|t| !t.is_empty())
-            .for_each(|t| t.resize(rows, 0));
+        let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| t.resize(rows, 0));
         batch.words.clone_from(&self.words);
         batch.ledger.lines = self.line_number;
         self.place = None;

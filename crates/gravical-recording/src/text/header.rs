@@ -44,11 +44,8 @@ impl Header {
         }
         let has_letter = |n: &&String| n.chars().any(char::is_alphabetic);
         let is_named = |f: &Vec<String>| f.iter().filter(has_letter).count() * 2 > f.len();
-        let names = end
-            .checked_sub(1)
-            .and_then(parts)
-            .filter(is_named)
-            .unwrap_or_default();
+        let names = end.checked_sub(1).and_then(parts).filter(is_named);
+        let names = names.unwrap_or_default();
         let named = end.checked_sub(1).filter(|_| !names.is_empty());
         let line = named.map_or(0, |at| above[at].0 + 1);
         let mut header = Header { names, units, line };
@@ -117,12 +114,8 @@ impl Header {
             }
         }
         if upper.len() == self.names.len() && repeats(&upper) && repeats(&self.names) {
-            for (name, upper) in self
-                .names
-                .iter_mut()
-                .zip(upper)
-                .filter(|(_, u)| !u.is_empty())
-            {
+            let names = self.names.iter_mut().zip(upper);
+            for (name, upper) in names.filter(|(_, u)| !u.is_empty()) {
                 *name = format!("{upper}.{name}");
             }
         }

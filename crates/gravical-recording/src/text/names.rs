@@ -199,11 +199,8 @@ fn without_axis(words: &[String], unit: String) -> Column {
         _ => Role::Other,
     };
     let unit = if unit.is_empty() {
-        words
-            .iter()
-            .filter_map(|w| time_unit(w))
-            .collect::<Vec<_>>()
-            .join(" ")
+        let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
+        units.join(" ")
     } else {
         unit
     };

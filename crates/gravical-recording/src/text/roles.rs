@@ -238,10 +238,8 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
             own[axis].get_or_insert(c);
         }
     }
-    let mut found: Vec<[usize; 3]> = sensors
-        .values()
-        .filter_map(|own| Some([own[0]?, own[1]?, own[2]?]))
-        .collect();
+    let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
+    let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
     let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
     if !found.iter().all(is_linear) {
@@ -255,10 +253,8 @@ fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
     let words = |t: &[usize; 3]| columns[t[0]].sensor.split(' ').filter(|w| !w.is_empty());
     let is_common = |word: &&str| found.iter().all(|t| words(t).any(|w| w == *word));
     let rest = |t: &[usize; 3]| {
-        words(t)
-            .filter(|w| !is_common(w))
-            .collect::<Vec<_>>()
-            .join("-")
+        let words: Vec<&str> = words(t).filter(|w| !is_common(w)).collect();
+        words.join("-")
     };
     let names: Vec<String> = found.iter().map(rest).collect();
     let name = |(i, name): (usize, &String)| {
@@ -395,10 +391,8 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     if format.has_no_clock {
         return;
     }
-    let names_clock = format
-        .columns
-        .iter()
-        .any(|c| c.is_given && c.role == Role::Time);
+    let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
+    let names_clock = format.columns.iter().any(is_given_clock);
     for c in 0..format.columns.len() {
         let column = &format.columns[c];
         let is_open = !column.is_dropped && !column.is_given && !names_clock;
@@ -406,10 +400,8 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
             format.columns[c].role = Role::Time;
         }
     }
-    let has_clock = format
-        .columns
-        .iter()
-        .any(|c| matches!(c.role, Role::Time | Role::Step));
+    let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
+    let has_clock = format.columns.iter().any(is_clock);
     if has_clock || format.names.is_empty() {
         return;
     }
@@ -483,8 +475,6 @@ pub(crate) fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
     }
     let is_code = |v: &f64| v.fract() == 0.0 && (0.0..16.0).contains(v);
     let values = batch.columns[column].iter().filter(|v| !v.is_nan());
-    values
-        .clone()
-        .all(is_code)
-        .then(|| values.map(|v| *v as u8).collect())
+    let are_codes = values.clone().all(is_code);
+    are_codes.then(|| values.map(|v| *v as u8).collect())
 }

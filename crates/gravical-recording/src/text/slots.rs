@@ -76,17 +76,19 @@ fn digits(bytes: &[u8]) -> usize {
     bytes.iter().take_while(|b| b.is_ascii_digit()).count()
 }
 
+/// How many of the first bytes are of a kind.
+fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
+    let bytes = bytes.iter().take(MAX_WORD);
+    bytes.take_while(|b| is(*b)).count()
+}
+
 /// Length of the number, or of the time of day with its date, that a text starts with.
 fn number_length(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     if let Some(n) = time_length(bytes) {
         return Some(n);
     }
-    let day = bytes
-        .iter()
-        .take(MAX_WORD)
-        .take_while(|b| b.is_ascii_digit() || b"-/.".contains(b))
-        .count();
+    let day = prefix(bytes, |b| b.is_ascii_digit() || b"-/.".contains(b));
     if (8..=10).contains(&day)
         && matches!(bytes.get(day), Some(b' ' | b'T'))
         && let Some(n) = time_length(&bytes[day + 1..])
@@ -106,11 +108,7 @@ fn number_length(text: &str) -> Option<usize> {
 
 /// Length of `hh:mm`, `h:m:s.f` or `h:m:s:ffff`.
 fn time_length(bytes: &[u8]) -> Option<usize> {
-    let n = bytes
-        .iter()
-        .take(MAX_WORD)
-        .take_while(|b| b.is_ascii_digit() || **b == b':')
-        .count();
+    let n = prefix(bytes, |b| b.is_ascii_digit() || *b == b':');
     let lengths: Vec<usize> = bytes[..n].split(|b| *b == b':').map(<[u8]>::len).collect();
     let is_time = match lengths.len() {
         2 => lengths.iter().all(|l| *l == 2),

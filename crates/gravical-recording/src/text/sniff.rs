@@ -168,10 +168,8 @@ impl Format {
 
     fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
         self.head_lines = head_lines;
-        self.metadata = lines[..head_lines]
-            .iter()
-            .map(|l| (*l).to_owned())
-            .collect();
+        let above = lines[..head_lines].iter();
+        self.metadata = above.map(|l| (*l).to_owned()).collect();
         self.rate_hz = metadata::rate_hz(&self.metadata);
         self.board = BoardSettings::last(&self.metadata);
         for (column, cell) in self.columns.iter_mut().zip(first_row) {

@@ -40,11 +40,8 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
         findings.push(Finding::new(FindingKind::ColumnsGuessed, text));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
-        let names: Vec<&str> = format
-            .unnamed_clocks
-            .iter()
-            .map(|c| name(format, *c))
-            .collect();
+        let clocks = format.unnamed_clocks.iter();
+        let names: Vec<&str> = clocks.map(|c| name(format, *c)).collect();
         let what = if others.is_empty() {
             "rises steadily and is used as the time"
         } else {
@@ -111,11 +108,8 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
-        for (row, code) in rows.texts[column]
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| **c > 0)
-        {
+        let codes = rows.texts[column].iter().enumerate();
+        for (row, code) in codes.filter(|(_, c)| **c > 0) {
             lines.push(u64::from(rows.lines[row]));
             first = first.or(rows.words[column].get(usize::from(*code) - 1));
         }
@@ -153,12 +147,10 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
-    let irregular: Vec<u64> = rows
-        .blanks
-        .iter()
-        .filter(|(_, n)| regular > 0 && *n > regular)
-        .map(|(row, _)| u64::from(rows.lines[*row]) - 1)
-        .collect();
+    let irregular = rows.blanks.iter();
+    let irregular = irregular.filter(|(_, n)| regular > 0 && *n > regular);
+    let irregular = irregular.map(|(row, _)| u64::from(rows.lines[*row]) - 1);
+    let irregular: Vec<u64> = irregular.collect();
     if !irregular.is_empty() {
         let text = format!(
             "more blank lines than between other rows in {} places: breaks between segments",
