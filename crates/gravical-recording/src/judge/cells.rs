@@ -43,7 +43,7 @@ pub fn fill_cells(
 ) -> (Option<Finding>, bool) {
     let rows = lines.len();
     let mut marked = vec![false; rows];
-    let (mut counts, mut holds, mut incomplete) = (vec![0; 7], [false; 2], 0);
+    let (mut counts, mut holds) = ([0; 7], [false; 2]);
     let sensors = [Some((accel, f64::INFINITY)), gyro.map(|g| (g, GYRO_HELD))];
     for (k, sensor) in sensors.into_iter().enumerate() {
         let Some((axes, max_distances)) = sensor else {
@@ -54,9 +54,6 @@ pub fn fill_cells(
                 *marked |= v.is_nan();
                 counts[3 * k + axis] += usize::from(v.is_nan());
             }
-        }
-        if k == 0 {
-            incomplete = marked.iter().filter(|m| **m).count();
         }
         let mut held = Held::of(axes.each_ref().map(Vec::as_slice), max_distances);
         holds[k] = held.is_some();
@@ -80,30 +77,19 @@ pub fn fill_cells(
         let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
         parts.push(format!("{impossible} of them outside {low} to {high} °C"));
     }
-    let done = match holds {
-        [true, _] => {
-            ": each channel is written when it arrives; the last value of the others is held"
-        }
-        [_, true] => {
-            "; each channel of the gyroscope is written when it arrives: its last value is held for a few rows"
-        }
-        _ => "; they stay empty",
-    };
-    // If cells are empty throughout the file, their lines are of no use.
-    let marked = lines.iter().zip(marked);
-    let marked = marked.filter(|(_, m)| *m && holds == [false; 2]);
-    let sensor = if names[0] == "gx" {
-        "gyroscope"
+    let is_held = holds.contains(&true);
+    let done = if is_held {
+        "each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows"
     } else {
-        "accelerometer"
+        "they stay empty"
     };
-    let found = (total > 0).then(|| {
-        let text = format!(
-            "{total} empty cells ({}); {incomplete} of {rows} rows lack a value of the {sensor}{done}",
-            parts.join(", ")
-        );
-        Finding::new(FindingKind::EmptyCells, text).at_lines(&marked.map(|(line, _)| u64::from(*line)).collect())
-    });
+    let parts = parts.join(", ");
+    let lacking = marked.iter().filter(|m| **m).count();
+    let text = format!("{total} empty cells in {lacking} of {rows} rows ({parts}); {done}");
+    // If cells are empty throughout the file, their lines are of no use.
+    let lines = lines.iter().zip(marked).filter(|(_, m)| *m && !is_held);
+    let lines = lines.map(|(line, _)| u64::from(*line)).collect();
+    let found = (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines));
     (found, holds[0])
 }
 
