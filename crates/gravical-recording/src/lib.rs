@@ -69,7 +69,7 @@ pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_g
 pub use judge::UnitDoubt;
 pub use later::{Later, Readings};
 pub use meter::{Meter, Progress};
-pub use options::{ColumnChoice, ColumnsSpec, ReadOptions, parse_columns};
+pub use options::{ColumnsSpec, ReadOptions, parse_columns};
 pub use range_end::range_end;
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use recording::{

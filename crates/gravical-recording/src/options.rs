@@ -132,19 +132,9 @@ impl ReadOptions {
 pub enum ColumnsSpec {
     /// Channel and name of its column; `None` if the channel must not be read
     Named(Vec<(Role, Option<String>)>),
-    /// The columns in order
-    Ordered(Vec<ColumnChoice>),
-}
-
-/// One column of an ordered list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ColumnChoice {
-    /// This channel
-    Channel(Role),
-    /// Recognised
-    AsRecognised,
-    /// Not read
-    Skipped,
+    /// The columns in order: channel, [`Role::Other`] for one that is not read, `None` for one that
+    /// is recognised
+    Ordered(Vec<Option<Role>>),
 }
 
 /// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read) or
@@ -197,9 +187,9 @@ pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
         return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
     }
     let ordered = text.split(',').map(|name| match name.trim() {
-        "_" | "" => Ok(ColumnChoice::AsRecognised),
-        "-" => Ok(ColumnChoice::Skipped),
-        name => channel(name).map(ColumnChoice::Channel),
+        "_" | "" => Ok(None),
+        "-" => Ok(Some(Role::Other)),
+        name => channel(name).map(Some),
     });
     Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
 }
@@ -220,12 +210,9 @@ fn of_accelerometer(spec: &ColumnsSpec) -> Option<ColumnsSpec> {
             Some(ColumnsSpec::Named(pairs))
         }
         ColumnsSpec::Ordered(order) => {
-            let any = |is: fn(&Role) -> bool| {
-                let of = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(role) if is(role));
-                order.iter().any(of)
-            };
+            let names = |is: fn(&Role) -> bool| order.iter().flatten().any(is);
             let gyro_alone =
-                any(|r| matches!(r, Role::Gyro(_))) && !any(|r| matches!(r, Role::Accel(_)));
+                names(|r| matches!(r, Role::Gyro(_))) && !names(|r| matches!(r, Role::Accel(_)));
             (!gyro_alone).then(|| spec.clone())
         }
     }
