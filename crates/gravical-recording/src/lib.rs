@@ -48,7 +48,6 @@ mod meter;
 #[doc(hidden)]
 pub mod option_text;
 mod options;
-mod range_end;
 mod read;
 mod recording;
 mod role;
@@ -65,12 +64,12 @@ pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, FindingKind, Severity};
 pub use follow::{Follow, Form, LinesRead, Sample};
+pub use full_scale::range_end;
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
 pub use judge::UnitDoubt;
 pub use later::{Later, Readings};
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions, parse_columns};
-pub use range_end::range_end;
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use recording::{
     CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
