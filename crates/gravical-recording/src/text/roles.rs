@@ -87,13 +87,8 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
         (other == sensor, words.count())
     };
     // `max_by_key` returns the last of equals.
-    format.gyro = gyro.iter().rev().max_by_key(shared).copied();
-    if format
-        .gyro
-        .is_some_and(|g| g.iter().any(|c| sample.is_text(*c)))
-    {
-        format.gyro = None;
-    }
+    let gyro = gyro.iter().rev().max_by_key(shared).copied();
+    format.gyro = gyro.filter(|axes| !axes.iter().any(|c| sample.is_text(*c)));
     Ok(())
 }
 

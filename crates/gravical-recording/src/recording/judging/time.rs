@@ -199,14 +199,12 @@ pub(crate) fn find_clock(
         };
         candidates.push((is_step, stamps, unit_s));
     }
-    if candidates.len() > 1 {
-        // The last of equals: files begin with the coarser clock.
-        let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
-            judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
-        };
-        candidates.sort_by(|a, b| score(a).total_cmp(&score(b)));
-    }
-    let (_, stamps, unit_s) = candidates.pop()?;
+    let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
+        judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
+    };
+    // The last of equals: files begin with the coarser clock.
+    let candidates = candidates.into_iter();
+    let (_, stamps, unit_s) = candidates.max_by(|a, b| score(a).total_cmp(&score(b)))?;
     let given = format.options.time_unit.map(TimeUnit::seconds);
     let unit_s = given.or(unit_s);
     Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
