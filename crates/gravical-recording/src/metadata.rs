@@ -83,15 +83,8 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
 }
 
 /// Names of a serial number, in lower case.
-const SERIAL: [&str; 7] = [
-    "serial number",
-    "serial no",
-    "serialnumber",
-    "device serial",
-    "device id",
-    "deviceid",
-    "serial code",
-];
+const SERIAL: &str =
+    "serial number,serial no,serialnumber,device serial,device id,deviceid,serial code";
 /// Largest number of characters of a serial number.
 const MAX_SERIAL_CHARS: usize = 64;
 
@@ -102,9 +95,8 @@ pub fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
         // ASCII lower case leaves byte positions unchanged.
         let small = line.to_ascii_lowercase();
-        let behind = SERIAL
-            .iter()
-            .find_map(|name| small.find(name).map(|at| at + name.len()))?;
+        let mut names = SERIAL.split(',');
+        let behind = names.find_map(|name| small.find(name).map(|at| at + name.len()))?;
         let value = line
             .get(behind..)?
             .trim_start_matches(|c: char| !c.is_alphanumeric())

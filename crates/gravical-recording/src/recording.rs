@@ -218,16 +218,12 @@ impl Recording {
     ///
     /// `averaged` (usage).
     pub fn refuse_averaged(&self, hint: &str) -> Result<()> {
-        if self.is_averaged() {
-            Err(Error::usage(
-                "averaged",
-                "the rows of this recording are means of neighbouring samples",
-            )
-            .at(self.name.as_ref(), None)
-            .with_hint(hint))
-        } else {
-            Ok(())
+        if !self.is_averaged() {
+            return Ok(());
         }
+        let text = "the rows of this recording are means of neighbouring samples";
+        let error = Error::usage("averaged", text).at(self.name.as_ref(), None);
+        Err(error.with_hint(hint))
     }
 
     /// True if there is a break within `rows`.

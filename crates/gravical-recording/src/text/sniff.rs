@@ -218,15 +218,8 @@ impl Format {
     /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
     /// of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
     fn name_known_columns(&mut self, above: &[&str], first_row: &[&str]) {
-        const GENEACTIV: [&str; 7] = [
-            "time",
-            "x (g)",
-            "y (g)",
-            "z (g)",
-            "light (lux)",
-            "button",
-            "temperature (C)",
-        ];
+        const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
+        let geneactiv: Vec<String> = GENEACTIV.split(',').map(str::to_owned).collect();
         let is_geneactiv = above.iter().any(|line| {
             let mut words = line.split(|c: char| !c.is_alphanumeric());
             line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
@@ -235,8 +228,8 @@ impl Format {
         let is_ros = first_row
             .get(2)
             .is_some_and(|frame| frame.parse::<f64>().is_err());
-        if is_geneactiv && self.columns.len() == GENEACTIV.len() {
-            self.names = GENEACTIV.map(str::to_owned).to_vec();
+        if is_geneactiv && self.columns.len() == geneactiv.len() {
+            self.names = geneactiv;
         } else if is_ros && self.columns.len() == ros.len() {
             self.names = ros;
         }
