@@ -73,7 +73,7 @@ impl BatchReader {
     ) -> Result<Self> {
         let (format, mut batches) = open_batches(&mut input, name, options, copied)?;
         let here = Path::new(name);
-        let (mut head, mut held) = (Batch::default(), VecDeque::new());
+        let (mut head, mut held) = (Batch::new(format.columns.len()), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
         let mut times = (0..format.columns.len()).filter(is_time);
         let stamps = times.next();
