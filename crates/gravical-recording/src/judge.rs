@@ -17,7 +17,7 @@ pub use clock::{
     sum_steps,
 };
 pub(crate) use defects::{MAX_REPEATS, resolves_noise, unread_runs};
-pub use defects::{mark_hung, mark_zeros, slip};
+pub use defects::{mark_hung, slip};
 pub(crate) use encoding::are_unsigned;
 pub use encoding::{Encoding, decode};
 pub use frozen::{frozen_axes, repeated_rows};

@@ -170,12 +170,10 @@ impl Means {
         let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
         let clipped = self.clipping.iter();
         let clipped = clipped.filter_map(|(_, name, c)| c.finding(name));
-        recording
-            .findings
-            .retain(|n| n.kind != FindingKind::Clipped);
-        recording.findings.extend(clipped);
-        let finding = Finding::new(FindingKind::SamplesAveraged, text);
-        recording.findings.push(finding);
+        let findings = &mut recording.findings;
+        findings.retain(|n| n.kind != FindingKind::Clipped);
+        findings.extend(clipped);
+        findings.push(Finding::new(FindingKind::SamplesAveraged, text));
         Ok(recording)
     }
 }

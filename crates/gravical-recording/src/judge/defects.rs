@@ -19,18 +19,6 @@ const MAX_RESOLUTION_G: f64 = 0.002;
 /// Rows of a block whose magnitude tells whether channels are shifted.
 const SLIP_ROWS: usize = 10;
 
-/// False for the rows in which all channels are zero. A recording that holds nothing else keeps
-/// them.
-#[must_use]
-pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
-    let rows = channels.first().map_or(0, |c| c.len());
-    let is_measured = |row: usize| channels.iter().any(|c| c[row].is_finite() && c[row] != 0.0);
-    let has_any = (0..rows).any(is_measured);
-    (0..rows)
-        .map(|row| !has_any || channels.iter().any(|c| c[row] != 0.0))
-        .collect()
-}
-
 /// Rows in a row in which the accelerometer reads zero on all axes: it was not read. `before`: so
 /// many such rows precede the first. Returns also how many there are at the end.
 pub(crate) fn unread_runs(accel: [&[f64]; 3], before: usize) -> (Vec<Range<usize>>, usize) {

@@ -336,7 +336,9 @@ fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Opti
     let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
     if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
-        let keep = judge::mark_zeros(&rows.slices(&channels));
+        let values = rows.slices(&channels);
+        let is_read = |row: usize| values.iter().any(|c| c[row] != 0.0);
+        let keep: Vec<bool> = (0..rows.rows()).map(is_read).collect();
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
     }

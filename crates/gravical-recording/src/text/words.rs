@@ -287,25 +287,20 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
 
 /// The words that name sensors, and the axis with which they begin.
 fn heads_of(label: &str) -> (Vec<String>, usize) {
-    let names = |part: &str| words(part).iter().any(|w| names_sensor(w));
+    let names = |part: &&str| words(part).iter().any(|w| names_sensor(w));
     let last = label.split_whitespace().last().unwrap_or_default();
-    match Column::from_name(label).role {
+    // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
+    let parts: Vec<&str> = label.split('/').collect();
+    let heads = match Column::from_name(label).role {
         Role::Accel(i) | Role::Gyro(i) if axis(&last.to_lowercase()).is_some() => {
-            (vec![label[..label.len() - last.len()].trim().to_owned()], i)
+            return (vec![label[..label.len() - last.len()].trim().to_owned()], i);
         }
-        Role::Other | Role::Temperature | Role::Label => {
-            // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
-            let parts: Vec<&str> = label.split('/').collect();
-            if !label.contains('(') && parts.iter().all(|p| names(p)) {
-                (parts.iter().map(|p| (*p).to_owned()).collect(), 0)
-            } else if names(label) {
-                (vec![label.to_owned()], 0)
-            } else {
-                (Vec::new(), 0)
-            }
-        }
-        _ => (Vec::new(), 0),
-    }
+        Role::Accel(_) | Role::Gyro(_) | Role::Time | Role::Step => Vec::new(),
+        _ if !label.contains('(') && parts.iter().all(names) => parts,
+        _ if names(&label) => vec![label],
+        _ => Vec::new(),
+    };
+    (heads.into_iter().map(str::to_owned).collect(), 0)
 }
 
 /// `rest: ax=` → `ax=`, if the words behind the colon name an axis by themselves.
