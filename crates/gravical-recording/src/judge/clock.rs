@@ -2,13 +2,12 @@
 
 use super::cells::{median, trend};
 use crate::units::TimeUnit;
+use crate::utc::UtcTime;
 
 /// Rates of recordings, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
-/// Seconds since 1970 of a recording: the years 2000 to 2100.
-const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
 /// A sensor cannot warm faster, °C/s.
@@ -208,7 +207,7 @@ fn guess_unit_s(
         let share = options.rate_hz.map(|nominal| rate_hz(**u) / nominal);
         share.is_some_and(|s| (s - 1.0).abs() < 0.5)
     };
-    let is_dated = |u: &&f64| DATES_S.contains(&(start * **u));
+    let is_dated = |u: &&f64| UtcTime::of_stamp(start * **u).is_some();
     let ticks = TimeUnit::HundredMicroseconds.seconds();
     if is_nominal(&&ticks) && !units.iter().any(|u| is_nominal(&u)) {
         return Some((ticks, false));

@@ -132,18 +132,8 @@ fn axis_in_word(words: &[String], unit: &str) -> Option<Column> {
             sensor(stem)
         };
         if let (Some(axis), Some(role)) = (axis(last), role) {
-            let rest = words.iter().filter(|w| *w != word).map(String::as_str);
-            let (units, others): (Vec<&str>, Vec<&str>) =
-                rest.partition(|w| is_listed(UNIT_WORDS, w));
-            let unit = if unit.is_empty() {
-                join_unit(&units)
-            } else {
-                unit.to_owned()
-            };
-            return Some(Column {
-                sensor: others.join(" "),
-                ..Column::new(role(axis), unit)
-            });
+            let rest = words.iter().filter(|w| *w != word);
+            return Some(of_axis(role(axis), rest, unit));
         }
     }
     None
@@ -165,27 +155,26 @@ fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
         .filter(|k| *k < at || *k != at && words[*k].len() > 1)
         .filter_map(|k| Some((k, sensor(&words[k])?)))
         .max_by_key(|(k, _)| words[*k].len())?;
-    let rest = words
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| *k != at && *k != named_at);
-    let (units, others): (Vec<&str>, Vec<&str>) = rest
-        .map(|(_, w)| w.as_str())
-        .partition(|w| is_listed(UNIT_WORDS, w));
-    let unit = if unit.is_empty() || index.is_some() {
-        join_unit(&units)
+    let rest = words.iter().enumerate();
+    let rest = rest.filter(|(k, _)| *k != at && *k != named_at);
+    let unit = if index.is_some() { "" } else { unit };
+    Some(of_axis(role(axis), rest.map(|(_, w)| w), unit))
+}
+
+/// A column of an axis by the other words of its name: its unit, where none is in brackets (`m`, `s`,
+/// `2` are `m/s2`), and its sensor.
+fn of_axis<'a>(role: Role, rest: impl Iterator<Item = &'a String>, unit: &str) -> Column {
+    let rest = rest.map(String::as_str);
+    let (units, others): (Vec<&str>, Vec<&str>) = rest.partition(|w| is_listed(UNIT_WORDS, w));
+    let unit = if unit.is_empty() {
+        units.join("/").replace("/2", "2")
     } else {
         unit.to_owned()
     };
-    Some(Column {
+    Column {
         sensor: others.join(" "),
-        ..Column::new(role(axis), unit)
-    })
-}
-
-/// `m`, `s`, `2` → `m/s2`.
-fn join_unit(words: &[&str]) -> String {
-    words.join("/").replace("/2", "2")
+        ..Column::new(role, unit)
+    }
 }
 
 fn without_axis(words: &[String], unit: String) -> Column {

@@ -308,15 +308,10 @@ fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
 
 /// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.
 fn counts_epochs(metadata: &[String]) -> bool {
-    metadata
-        .iter()
-        .filter(|l| l.to_lowercase().contains("epoch"))
-        .any(|line| {
-            let words = line
-                .split([' ', ',', ';', '\t'])
-                .filter(|w| w.contains(':'));
-            words.filter_map(|w| parse_cell(w, false)).any(|s| s > 0.0)
-        })
+    let lines = metadata.iter();
+    let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
+    let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
+    words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
 }
 
 /// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
