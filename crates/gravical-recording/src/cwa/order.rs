@@ -158,26 +158,15 @@ impl Order {
                 let s = if n == 1 { "" } else { "s" };
                 format!("{n} {noun}{s}")
             };
-            let mut what = Vec::new();
-            if *blocks > 0 {
-                let missing = count(*blocks, "block");
-                what.push(format!("{missing} missing by the sequence numbers"));
-            }
-            if *jumps > 0 {
-                let jumps = count(*jumps, "jump");
-                what.push(format!("{jumps} of the time stamps without missing blocks"));
-            }
+            let (blocks, jumps) = (count(*blocks, "block"), count(*jumps, "jump"));
             let text = format!(
-                "{}; each place is a break, first: {first} the one before",
-                what.join(", ")
+                "{blocks} missing by the sequence numbers, {jumps} of the time stamps without missing blocks; each place is a break, first: {first} the one before"
             );
             findings.push(Finding::new(FindingKind::MissingBlocks, text).at_lines(&self.breaks));
         }
         if self.sessions > 1 {
-            let text = format!(
-                "{} sessions in one file; a break between them",
-                self.sessions
-            );
+            let sessions = self.sessions;
+            let text = format!("{sessions} sessions in one file; a break between them");
             findings.push(Finding::new(FindingKind::SeveralSessions, text));
         }
         findings

@@ -274,14 +274,13 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let number = wanted.parse::<usize>().ok();
-    let number = number.filter(|n| (1..=found.len()).contains(n));
-    let mut fits: Vec<usize> = (0..found.len()).filter(|i| names[*i] == wanted).collect();
+    let all = || 0..found.len();
+    let mut fits: Vec<usize> = all().filter(|i| names[*i] == wanted).collect();
     if fits.is_empty() {
-        fits = (0..found.len()).filter(|i| has_words(&found[*i])).collect();
+        fits = all().filter(|i| has_words(&found[*i])).collect();
     }
     if fits.is_empty() {
-        fits.extend(number.map(|n| n - 1));
+        fits = all().filter(|i| wanted == (i + 1).to_string()).collect();
     }
     match fits[..] {
         [one] => Ok(one),
