@@ -69,16 +69,12 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
             .iter()
             .position(|w| *w == "range" || *w == "scale")
             .filter(|_| !words.iter().any(foreign))?;
-        let (number, unit) = match words[at + 1..] {
-            [number, "g", ..] => (number, true),
-            [number, ..] => (
-                number.strip_suffix('g').unwrap_or(number),
-                number.ends_with('g'),
-            ),
-            [] => return None,
+        let [number, rest @ ..] = &words[at + 1..] else {
+            return None;
         };
-        let range: f64 = number.parse().ok()?;
-        (unit && RANGES_G.contains(&range)).then_some(range)
+        let has_unit = number.ends_with('g') || rest.first() == Some(&"g");
+        let range: f64 = number.strip_suffix('g').unwrap_or(number).parse().ok()?;
+        (has_unit && RANGES_G.contains(&range)).then_some(range)
     })
 }
 

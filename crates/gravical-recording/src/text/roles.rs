@@ -318,13 +318,11 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
         6 | 9 => {}
         // In the order of the sensor's registers the temperature is in the middle; otherwise it is
         // last.
-        7 if spread(&sample.columns[from + 3]) <= spread(&sample.columns[from + 6]) => {
-            format.columns[from + 3].role = Role::Temperature;
-            return Some((axes(0), Some(axes(4))));
-        }
         7 => {
-            format.columns[from + 6].role = Role::Temperature;
-            return Some((axes(0), Some(axes(3))));
+            let [middle, last] = [3, 6].map(|k| spread(&sample.columns[from + k]));
+            let (temperature, gyro) = if middle <= last { (3, 4) } else { (6, 3) };
+            format.columns[from + temperature].role = Role::Temperature;
+            return Some((axes(0), Some(axes(gyro))));
         }
         _ => return None,
     }
