@@ -5,7 +5,7 @@ mod time;
 
 pub(crate) use time::{find_clock, gap_text};
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
@@ -20,6 +20,8 @@ use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
 use time::JudgedTime;
 
+/// Sensors that are listed.
+const MAX_SENSORS: usize = 256;
 /// Names of the channels in messages.
 const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
 const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
@@ -203,18 +205,14 @@ pub(crate) fn keep_sensor(
     column: usize,
 ) -> Result<Option<Finding>, Error> {
     let label = |row: usize| cell_label(rows, column, row);
-    let mut labels: Vec<String> = Vec::new();
-    let mut numbers: BTreeSet<u64> = BTreeSet::new();
-    for row in 0..rows.rows() {
-        let value = rows.columns[column][row];
-        if value >= 0.0 && value.fract() == 0.0 {
-            numbers.insert(value as u64);
-        } else if labels.len() < 16 && !labels.contains(&label(row)) {
-            labels.push(label(row));
+    let mut all: Vec<String> = Vec::new();
+    for label in (0..rows.rows()).map(label) {
+        if !label.is_empty() && all.len() < MAX_SENSORS && !all.contains(&label) {
+            all.push(label);
         }
     }
-    labels.retain(|l| !l.is_empty());
-    let all: Vec<String> = numbers.iter().map(u64::to_string).chain(labels).collect();
+    // Words stay in order.
+    all.sort_by_key(|label| label.parse::<u64>().unwrap_or(u64::MAX));
     let wanted = match &format.options.sensor {
         Some(wanted) if all.contains(wanted) => wanted,
         Some(wanted) => return Err(sensor_unknown(wanted, &all)),
