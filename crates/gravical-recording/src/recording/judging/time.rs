@@ -42,7 +42,9 @@ impl JudgedTime {
             timing,
             ..JudgedTime::default()
         };
-        let (low, high) = temperature_range(temperature_c);
+        let possible = temperature_c.into_iter().flatten();
+        let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
+        let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
@@ -157,14 +159,6 @@ impl JudgedTime {
 pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
-}
-
-fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
-    let possible = temperature_c
-        .into_iter()
-        .flatten()
-        .filter(|t| judge::POSSIBLE_C.contains(t));
-    possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)))
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
