@@ -185,10 +185,23 @@ impl Error {
     /// The whole text, with the option in the words of its surface: a flag, a keyword.
     #[must_use]
     pub fn worded(&self, word: impl Fn(&str) -> String) -> String {
-        let text = self.to_string();
-        self.0.option.map_or(text.clone(), |option| {
-            text.replacen(&format!("{option}: "), &format!("{}: ", word(option)), 1)
-        })
+        let mut text = String::new();
+        if let Some(place) = &self.0.location {
+            let name = match place.path.to_str() {
+                Some("-") => "standard input".into(),
+                Some("") => "the recording".into(),
+                _ => place.path.to_string_lossy(),
+            };
+            text += &one_line(&name);
+            for number in [place.line, place.column].into_iter().flatten() {
+                text += &format!(":{number}");
+            }
+            text += ": ";
+        }
+        if let Some(option) = self.0.option {
+            text += &format!("{}: ", word(option));
+        }
+        text + &one_line(&self.0.message)
     }
 
     /// The hint, if any.
@@ -224,34 +237,14 @@ impl Error {
     /// True if writing failed because the reader of the output was closed.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
-        self.0
-            .source
-            .as_ref()
-            .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+        let source = self.0.source.as_ref();
+        source.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(place) = &self.0.location {
-            let name = match place.path.to_str() {
-                Some("-") => "standard input".into(),
-                Some("") => "the recording".into(),
-                _ => place.path.to_string_lossy(),
-            };
-            f.write_str(&one_line(&name))?;
-            if let Some(line) = place.line {
-                write!(f, ":{line}")?;
-            }
-            if let Some(column) = place.column {
-                write!(f, ":{column}")?;
-            }
-            f.write_str(": ")?;
-        }
-        if let Some(option) = self.0.option {
-            write!(f, "{option}: ")?;
-        }
-        f.write_str(&one_line(&self.0.message))
+        f.write_str(&self.worded(str::to_owned))
     }
 }
 

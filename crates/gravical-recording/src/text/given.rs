@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use crate::error::Error;
-use crate::options::{ColumnChoice, ColumnsSpec};
+use crate::options::ColumnsSpec;
 use crate::role::Role;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
@@ -18,7 +18,7 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Error> {
     let mut unread: Vec<Role> = Vec::new();
     match spec {
         ColumnsSpec::Ordered(order) => {
-            let names_gyro = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(Role::Gyro(_)));
+            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
             if format.options.is_gyroscope && !order.iter().any(names_gyro) {
                 return Ok(());
             }
@@ -27,13 +27,8 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Error> {
                 let text = format!("{named} columns are named, the file has {columns}");
                 return Err(missing(text).with_hint("leave the last ones out"));
             }
-            for (column, choice) in order.into_iter().enumerate() {
-                match choice {
-                    ColumnChoice::Channel(role) => given.push((column, role)),
-                    ColumnChoice::Skipped => given.push((column, Role::Other)),
-                    ColumnChoice::AsRecognised => {}
-                }
-            }
+            let columns = order.into_iter().enumerate();
+            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
         }
         ColumnsSpec::Named(pairs) => {
             for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {

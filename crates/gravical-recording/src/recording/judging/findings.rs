@@ -40,11 +40,8 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
         findings.push(Finding::new(FindingKind::ColumnsGuessed, text));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
-        let names: Vec<&str> = format
-            .unnamed_clocks
-            .iter()
-            .map(|c| name(format, *c))
-            .collect();
+        let clocks = format.unnamed_clocks.iter();
+        let names: Vec<&str> = clocks.map(|c| name(format, *c)).collect();
         let what = if others.is_empty() {
             "rises steadily and is used as the time"
         } else {
@@ -76,22 +73,11 @@ fn raw_and_calibrated(format: &Format) -> Option<String> {
 
 /// The columns as the option `--columns` names them.
 fn spec(format: &Format) -> String {
-    let channel = |c: usize| {
-        let axis = |axes: [usize; 3]| {
-            axes.iter()
-                .position(|a| *a == c)
-                .map(|i| ["x", "y", "z"][i])
-        };
-        let accel = axis(format.accel).map(|axis| format!("a{axis}"));
-        let gyro = || format.gyro.and_then(axis).map(|axis| format!("g{axis}"));
-        accel.or_else(gyro).unwrap_or_else(|| {
-            match format.columns[c].role {
-                Role::Time => "t",
-                Role::Temperature => "temp",
-                _ => "-",
-            }
-            .to_owned()
-        })
+    let channel = |c: usize| match format.role(c) {
+        role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(c),
+        Role::Time => "t".to_owned(),
+        Role::Temperature => "temp".to_owned(),
+        _ => "-".to_owned(),
     };
     let all: Vec<String> = (0..format.columns.len()).map(channel).collect();
     all.join(",")
@@ -122,11 +108,8 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
-        for (row, code) in rows.texts[column]
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| **c > 0)
-        {
+        let codes = rows.texts[column].iter().enumerate();
+        for (row, code) in codes.filter(|(_, c)| **c > 0) {
             lines.push(u64::from(rows.lines[row]));
             first = first.or(rows.words[column].get(usize::from(*code) - 1));
         }
@@ -143,16 +126,11 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
 
 /// Lines that were set aside; none for those that every good file has.
 pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
-    let marks = judge::Marks {
-        blanks: &rows.blanks,
-        ..judge::Marks::default()
-    };
-    let regular = marks.regular_blanks(rows.rows());
+    let regular = judge::regular_blanks(&rows.blanks, rows.rows());
     let mut findings = Vec::new();
     for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.
-        let mut kinds = FindingKind::ALL.iter().copied();
-        let kind = kinds.find(|kind| kind.name() == reason.name());
+        let kind = FindingKind::of_name(reason.name());
         let Some(kind) = kind.filter(|kind| *kind != FindingKind::BlankRows || regular == 0) else {
             continue;
         };
@@ -169,12 +147,10 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
-    let irregular: Vec<u64> = rows
-        .blanks
-        .iter()
-        .filter(|(_, n)| regular > 0 && *n > regular)
-        .map(|(row, _)| u64::from(rows.lines[*row]) - 1)
-        .collect();
+    let irregular = rows.blanks.iter();
+    let irregular = irregular.filter(|(_, n)| regular > 0 && *n > regular);
+    let irregular = irregular.map(|(row, _)| u64::from(rows.lines[*row]) - 1);
+    let irregular: Vec<u64> = irregular.collect();
     if !irregular.is_empty() {
         let text = format!(
             "more blank lines than between other rows in {} places: breaks between segments",
@@ -183,10 +159,6 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         findings.push(
             Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
         );
-    }
-    if rows.rejected > 0 {
-        let text = format!("the logger rejected {} samples", rows.rejected);
-        findings.push(Finding::new(FindingKind::RejectedSamples, text));
     }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
