@@ -316,7 +316,7 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
     } else if let Some(map) = axes.renamed(&all) {
         finding!(
             NamesTurned,
-            "the names describe another way of sitting in the case than --axes {axes}, which is believed; --axes {map} explains all names"
+            "the names describe another way of sitting in the case than the axes {axes}, which are believed; --axes {map} explains all names"
         )
     } else {
         finding!(
