@@ -41,7 +41,8 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
         return Err(
             Error::usage("exists", "this folder holds the figures of an earlier run")
                 .at(folder, None)
-                .with_hint("name another folder, or add --force to replace all of them"),
+                .with_hint("name another folder, or replace all of them")
+                .advise("force", "true"),
         );
     }
     Ok(())
