@@ -1,23 +1,18 @@
 //! A recording of any size: judged by its first rows, read batch by batch.
 
 use std::collections::VecDeque;
-use std::io;
 use std::path::Path;
 
-use crate::bytes::{Input, peek, truncated};
-use crate::cwa;
-use crate::error::{Error, Result};
+use crate::bytes::Input;
+use crate::error::Result;
 use crate::finding::Finding;
-use crate::foreign::{self, in_file};
+use crate::foreign::in_file;
 use crate::later::{Later, Readings};
 use crate::options::ReadOptions;
-use crate::read::open_text;
+use crate::read::{Batches, note_input, open_batches};
 use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
-
-/// Batches by which a recording is judged: 262,144 rows.
-const HEAD_BATCHES: usize = 4;
 
 /// Rows of a recording, with the text of the columns that are copied.
 pub struct Rows {
@@ -27,7 +22,8 @@ pub struct Rows {
     pub lines: Vec<u32>,
     /// Channels, times and breaks as they are read
     pub readings: Readings,
-    /// Stamps as they are written, if they are wanted and one column holds them
+    /// Stamps as they are written, if one column holds them, of a recording that is judged by its
+    /// head
     pub stamps: Option<Vec<f64>>,
 }
 
@@ -37,7 +33,7 @@ pub struct BatchReader {
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
-    /// The only column of time stamps, if it is wanted.
+    /// The only column of time stamps, unless the recording is judged as a whole.
     stamps: Option<usize>,
     name: String,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
@@ -54,77 +50,52 @@ pub struct BatchReader {
     findings: Vec<Finding>,
 }
 
-type Batches = Box<dyn Iterator<Item = io::Result<Batch>>>;
-
 impl BatchReader {
-    /// Opens a recording and judges its first rows. `copied` says which columns keep their text,
-    /// `wants_stamps` whether the stamps as written are wanted; `name` is used in messages.
-    ///
-    /// # Errors
-    ///
-    /// As [`read`](crate::read()).
-    pub fn open(
-        input: Input,
-        name: &str,
-        options: &ReadOptions,
-        wants_stamps: bool,
-        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-    ) -> Result<Self> {
-        Self::open_head(input, name, options, HEAD_BATCHES, wants_stamps, copied)
-    }
+    /// Batches by which a recording is judged: 262,144 rows.
+    pub const HEAD: usize = 4;
+    /// The recording is judged, and held, as a whole: its channels may be changed before the first
+    /// rows are taken.
+    pub const WHOLE: usize = usize::MAX;
 
-    /// The same of a recording that is judged, and held, as a whole: its channels may be changed
-    /// before the first rows are taken.
+    /// Opens a recording and judges its first batches, [`HEAD`](Self::HEAD) or
+    /// [`WHOLE`](Self::WHOLE). `copied` says which columns keep their text; `name` is used in
+    /// messages.
     ///
     /// # Errors
     ///
     /// As [`read_samples`](crate::read_samples).
-    pub fn open_whole(
-        input: Input,
-        name: &str,
-        options: &ReadOptions,
-        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-    ) -> Result<Self> {
-        Self::open_head(input, name, options, usize::MAX, false, copied)
-    }
-
-    fn open_head(
+    pub fn open(
         mut input: Input,
         name: &str,
         options: &ReadOptions,
-        head_batches: usize,
-        wants_stamps: bool,
+        judged: usize,
         copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
     ) -> Result<Self> {
         let (format, mut batches) = open_batches(&mut input, name, options, copied)?;
         let here = Path::new(name);
-        let (mut head, mut held) = (Batch::default(), VecDeque::new());
+        let (mut head, mut held) = (Batch::new(format.columns.len()), VecDeque::new());
         let is_time = |c: &usize| format.columns[*c].role == Role::Time;
         let mut times = (0..format.columns.len()).filter(is_time);
-        let stamps = times
-            .next()
-            .filter(|_| wants_stamps && times.next().is_none());
-        while held.len() < head_batches
+        let stamps = times.next();
+        let stamps = stamps.filter(|_| judged == Self::HEAD && times.next().is_none());
+        while held.len() < judged
             && let Some(batch) = batches.next()
         {
             let mut batch = batch.map_err(|e| in_file(e, here))?;
             held.push_back(Batch {
                 text: std::mem::take(&mut batch.text),
                 lines: batch.lines.clone(),
-                columns: stamps
-                    .map(|c| batch.columns[c].clone())
-                    .into_iter()
-                    .collect(),
+                columns: stamps.iter().map(|c| batch.columns[*c].clone()).collect(),
                 ..Batch::default()
             });
             head.append(batch);
             head.check_size().map_err(|e| in_file(e, here))?;
         }
         let (ledger, rows) = (head.ledger.clone(), head.rows());
-        let (judged, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let judged_ledger = judged.ledger.clone();
+        let (recording, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
+        let judged_ledger = recording.ledger.clone();
         Ok(BatchReader {
-            recording: judged.with_name(name),
+            recording: recording.with_name(name),
             format,
             stamps,
             name: name.to_owned(),
@@ -214,13 +185,7 @@ impl BatchReader {
     /// called after the last row. `only_measured`: rows that are no measurements are set aside.
     pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
         let mut findings = self.findings;
-        if self.input.is_cut_off() {
-            findings.push(truncated(self.rows));
-        }
-        if self.input.is_gzip {
-            self.recording.description.insert_str(0, "gzip, ");
-        }
-        self.recording.sha256 = self.input.sha256();
+        findings.extend(note_input(&mut self.recording, &self.input, self.rows));
         let (later_ledger, later_findings) = self.later.finish();
         findings.extend(later_findings);
         if only_measured {
@@ -229,26 +194,4 @@ impl BatchReader {
         }
         (self.recording, self.ledger, findings)
     }
-}
-
-/// Opens a recording. `copied` says which columns keep their text.
-fn open_batches(
-    input: &mut Input,
-    name: &str,
-    options: &ReadOptions,
-    copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-) -> Result<(Format, Batches)> {
-    options.validate()?;
-    let here = Path::new(name);
-    let io = |e| Error::io(here, e);
-    let (magic, reader) = peek(input.take_reader(), cwa::MAGIC_BYTES).map_err(io)?;
-    foreign::refuse_container(&magic, here)?;
-    if cwa::is_one(&magic) {
-        let (format, samples) = cwa::open(reader, options).map_err(|e| in_file(e, here))?;
-        let batches = samples.with_text(&copied(&format));
-        return Ok((format, Box::new(batches)));
-    }
-    let (format, text) = open_text(reader, here, options)?;
-    let batches = format.batches(text).with_text(&copied(&format));
-    Ok((format, Box::new(batches)))
 }

@@ -9,7 +9,7 @@ use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
-use crate::finding::{Finding, FindingKind};
+use crate::error::Error;
 use crate::hash::hex;
 
 /// Bytes that decide on the encoding.
@@ -48,34 +48,37 @@ impl Input {
     }
 }
 
-/// A packed file that is damaged.
-pub(crate) fn truncated(rows: usize) -> Finding {
-    let text =
-        format!("the packed file is damaged or ends in the middle; {rows} rows could be unpacked");
-    Finding::new(FindingKind::TruncatedFile, text)
-}
-
 /// Opens any reader.
 ///
 /// # Errors
 ///
-/// Errors of the reader while the first bytes are examined.
+/// Errors of the reader while the first bytes are examined; `is-an-archive` within one.
 pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
     let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
-    let raw: Box<dyn Read> = match &digest {
-        Some(digest) => Box::new(Hashing {
-            inner: raw,
-            digest: digest.clone(),
+    let raw = match digest.clone() {
+        Some(digest) => tap(raw, move |bytes| {
+            if let Ok(mut digest) = digest.lock() {
+                digest.update(bytes);
+            }
+            Ok(())
         }),
         None => raw,
     };
-    let (magic, raw) = peek(raw, 2)?;
-    let is_gzip = magic == [0x1f, 0x8b];
+    let (magic, raw) = peek(raw, 4)?;
+    if magic == b"PK\x03\x04" {
+        let error = Error::input("is-an-archive", "this is a ZIP archive, not a recording");
+        let error = error.with_hint("unpack it and give the recording in it");
+        return Err(io::Error::other(error));
+    }
+    let is_gzip = magic.starts_with(&[0x1f, 0x8b]);
     let cut_off = Arc::new(AtomicBool::new(false));
     let plain: Box<dyn Read> = if is_gzip {
         // Several gzip members in one file are one recording (a log packed piece by piece).
-        let decoder = MultiGzDecoder::new(raw);
-        Box::new(UntilCut::new(decoder, &cut_off))
+        Box::new(UntilCut {
+            inner: MultiGzDecoder::new(raw),
+            ended: false,
+            cut_off: Arc::clone(&cut_off),
+        })
     } else {
         raw
     };
@@ -103,16 +106,6 @@ struct UntilCut<R> {
     cut_off: Arc<AtomicBool>,
 }
 
-impl<R> UntilCut<R> {
-    fn new(inner: R, cut_off: &Arc<AtomicBool>) -> Self {
-        UntilCut {
-            inner,
-            ended: false,
-            cut_off: Arc::clone(cut_off),
-        }
-    }
-}
-
 impl<R: Read> Read for UntilCut<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.ended {
@@ -129,17 +122,23 @@ impl<R: Read> Read for UntilCut<R> {
     }
 }
 
-struct Hashing {
+/// Shows the bytes that are read to a function, which may end the reading.
+pub(crate) fn tap(
     inner: Box<dyn Read>,
-    digest: Arc<Mutex<Sha256>>,
+    see: impl FnMut(&[u8]) -> io::Result<()> + 'static,
+) -> Box<dyn Read> {
+    Box::new(Tap { inner, see })
 }
 
-impl Read for Hashing {
+struct Tap<F> {
+    inner: Box<dyn Read>,
+    see: F,
+}
+
+impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        if let Ok(mut digest) = self.digest.lock() {
-            digest.update(&buffer[..n]);
-        }
+        (self.see)(&buffer[..n])?;
         Ok(n)
     }
 }

@@ -9,16 +9,17 @@ mod order;
 use std::collections::VecDeque;
 use std::io::{self, BufReader, Read};
 
+use crate::bytes::read_head;
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
-use crate::text::{BATCH_ROWS, Batch, CopiedText, Format};
+use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
 
-use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
-use order::{Event, Order, Place, Placed};
+use block::{BLOCK_BYTES, Block, HEADER_BYTES, Header};
+use order::{Event, Order, Placed};
 
-pub use means::{read, read_samples};
+pub use means::read;
 
 /// Bytes by which [`is_one`] decides.
 pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
@@ -27,22 +28,11 @@ pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
 const MAX_FIRST_BLOCKS: usize = 512;
 /// Skipped blocks across which the stamp of the next block is looked for.
 const MAX_SKIPPED: usize = 64;
-/// Rows by which columns are recognised.
-const SAMPLE_ROWS: usize = 200;
 /// Bytes that are read at once.
 const READ_BYTES: usize = 1 << 18;
 
 /// Names of the columns; without a gyroscope there are no rates.
-const COLUMNS: [&str; 8] = [
-    "time_s",
-    "ax_g",
-    "ay_g",
-    "az_g",
-    "gx_deg_s",
-    "gy_deg_s",
-    "gz_deg_s",
-    "temperature_c",
-];
+const COLUMNS: &str = "time_s,ax_g,ay_g,az_g,gx_deg_s,gy_deg_s,gz_deg_s,temperature_c";
 
 /// Decimals of the time as text, s, and of the samples: a 2048th of a g, a 32768th of a range and
 /// a 256th of a °C are exact.
@@ -68,25 +58,21 @@ pub fn whole_blocks(head: &[u8]) -> usize {
 /// Reading fails, it is no `.cwa` file, or the options ask for columns that it does not have.
 pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
     let mut reader = BufReader::with_capacity(READ_BYTES, reader);
-    let mut head = [0; MAGIC_BYTES];
-    let length = fill(&mut reader, &mut head)?;
-    let header = Header::parse(&head[..length]).ok_or_else(|| {
+    let head = read_head(&mut reader, MAGIC_BYTES)?;
+    let header = Header::parse(&head).ok_or_else(|| {
         let what = "the header of a .cwa file is missing";
         io::Error::new(io::ErrorKind::InvalidData, what)
     })?;
     let mut samples = Samples {
-        blocks: Blocks {
-            begun: head[HEADER_BYTES..].to_vec(),
-            reader,
-            read: 0,
-            order: Order::default(),
-        },
+        reader,
+        begun: head[HEADER_BYTES..].to_vec(),
+        read: 0,
+        order: Order::default(),
         ahead: VecDeque::new(),
         is_at_end: false,
         last_stamp: None,
         line: 0,
         batch: Batch::default(),
-        first: None,
         copied: Vec::new(),
         error: None,
     };
@@ -94,13 +80,13 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let first = samples.find_first_block()?;
     let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), |b| b.0);
     let rate_hz = first.map_or(header.rate_hz, |b| b.1);
-    let names = COLUMNS.iter().filter(|c| has_gyro || !c.starts_with('g'));
-    let names: Vec<String> = names.map(|c| (*c).to_owned()).collect();
+    let names = COLUMNS
+        .split(',')
+        .filter(|c| has_gyro || !c.starts_with('g'));
+    let names: Vec<String> = names.map(str::to_owned).collect();
     samples.batch = Batch::new(names.len());
-    samples.first = samples.read_batch();
-    let empty = Batch::new(names.len());
-    let sample = samples.first.as_ref().unwrap_or(&empty).first(SAMPLE_ROWS);
-    let mut format = Format::of_table(&names, names.len(), &sample, options)?;
+    // The names tell the columns without rows.
+    let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
     format.metadata = vec![
         format!("Serial number: {}", header.device),
@@ -112,7 +98,12 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
 
 /// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
 pub struct Samples<R> {
-    blocks: Blocks<R>,
+    reader: BufReader<R>,
+    /// Bytes of the first block that were read with the header.
+    begun: Vec<u8>,
+    /// Blocks read.
+    read: u64,
+    order: Order,
     /// Blocks that were read for the stamp of the next one.
     ahead: VecDeque<Event>,
     is_at_end: bool,
@@ -121,8 +112,6 @@ pub struct Samples<R> {
     /// Lines so far.
     line: usize,
     batch: Batch,
-    /// The batch that determined the format.
-    first: Option<Batch>,
     copied: Vec<(usize, usize)>,
     error: Option<io::Error>,
 }
@@ -156,7 +145,7 @@ impl<R: Read> Samples<R> {
             }
         }
         if self.is_at_end && self.ahead.is_empty() {
-            self.batch.findings = std::mem::take(&mut self.blocks.order).findings();
+            self.batch.findings = std::mem::take(&mut self.order).findings();
         }
         if self.batch.rows() == 0
             && self.batch.ledger.total() == 0
@@ -184,7 +173,7 @@ impl<R: Read> Samples<R> {
                 if placed.is_after_gap {
                     self.last_stamp = None;
                     self.batch.breaks.push(self.batch.rows());
-                    self.blocks.order.breaks.push(self.line as u64 + 1);
+                    self.order.breaks.push(self.line as u64 + 1);
                 }
                 self.add_samples(&placed)?;
             }
@@ -240,9 +229,22 @@ impl<R: Read> Samples<R> {
     }
 
     fn read_ahead(&mut self) -> io::Result<()> {
-        let next = self.blocks.next()?;
-        self.is_at_end = next.is_none();
-        self.ahead.extend(next);
+        let mut bytes = std::mem::take(&mut self.begun);
+        let missing = BLOCK_BYTES - bytes.len();
+        bytes.append(&mut read_head(&mut self.reader, missing)?);
+        self.is_at_end = bytes.is_empty();
+        if self.is_at_end {
+            return Ok(());
+        }
+        self.read += 1;
+        let block = match <&[u8; BLOCK_BYTES]>::try_from(&bytes[..]) {
+            Ok(bytes) => Block::parse(bytes),
+            Err(_) => Err((Reason::CorruptBlock, "cut off")),
+        };
+        self.ahead.push_back(match block {
+            Ok(block) => self.order.place(self.read, block),
+            Err(defect) => self.order.skip(self.read, defect),
+        });
         Ok(())
     }
 
@@ -272,62 +274,10 @@ impl<R: Read> Iterator for Samples<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let batch = self.first.take().or_else(|| self.read_batch());
-        let Some(mut batch) = batch else {
+        let Some(mut batch) = self.read_batch() else {
             return self.error.take().map(Err);
         };
         batch.text = self.text(&batch);
         Some(Ok(batch))
     }
-}
-
-/// The blocks of a file.
-struct Blocks<R> {
-    reader: BufReader<R>,
-    /// Bytes of the first block that were read with the header.
-    begun: Vec<u8>,
-    /// Blocks read.
-    read: u64,
-    order: Order,
-}
-
-impl<R: Read> Blocks<R> {
-    /// `None` at the end of the file.
-    fn next(&mut self) -> io::Result<Option<Event>> {
-        let mut bytes = [0; BLOCK_BYTES];
-        let begun = self.begun.len();
-        bytes[..begun].copy_from_slice(&self.begun);
-        self.begun.clear();
-        let length = begun + fill(&mut self.reader, &mut bytes[begun..])?;
-        if length == 0 {
-            return Ok(None);
-        }
-        self.read += 1;
-        let place = Place {
-            number: self.read,
-            byte: HEADER_BYTES as u64 + (self.read - 1) * BLOCK_BYTES as u64,
-        };
-        let block = match length {
-            BLOCK_BYTES => Block::parse(&bytes),
-            _ => Err(Defect::Truncated),
-        };
-        Ok(Some(match block {
-            Ok(block) => self.order.place(place, block),
-            Err(defect) => self.order.skip(place, defect.reason(), defect.text()),
-        }))
-    }
-}
-
-/// Fills `bytes` as far as there is input; returns how far.
-fn fill(reader: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
-    let mut length = 0;
-    while length < bytes.len() {
-        match reader.read(&mut bytes[length..]) {
-            Ok(0) => break,
-            Ok(n) => length += n,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(length)
 }

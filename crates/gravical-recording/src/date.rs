@@ -35,12 +35,8 @@ fn parse_clock(text: &str) -> Option<(f64, f64, f64)> {
         None if text.matches(':').count() == 3 => text.rsplit_once(':')?,
         None => (text, ""),
     };
-    let mut parts = [0.0; 3];
-    let mut count = 0;
-    for part in whole.split(':') {
-        *parts.get_mut(count)? = f64::from(part.parse::<u32>().ok()?);
-        count += 1;
-    }
+    let parts = whole.split(':').map(|part| part.parse().ok());
+    let parts: Vec<u32> = parts.collect::<Option<_>>()?;
     let fraction_s = match fraction {
         "" => 0.0,
         f if f.bytes().all(|b| b.is_ascii_digit()) => {
@@ -48,45 +44,34 @@ fn parse_clock(text: &str) -> Option<(f64, f64, f64)> {
         }
         _ => return None,
     };
-    match count {
-        3 => Some((parts[0], parts[1], parts[2] + fraction_s)),
-        2 if !fraction.is_empty() => Some((0.0, parts[0], parts[1] + fraction_s)),
-        2 => Some((parts[0], parts[1], 0.0)),
-        _ => None,
-    }
+    let (h, m, s) = match parts[..] {
+        [h, m, s] => (h, m, s),
+        [m, s] if !fraction.is_empty() => (0, m, s),
+        [h, m] => (h, m, 0),
+        _ => return None,
+    };
+    Some((h.into(), m.into(), f64::from(s) + fraction_s))
 }
 
 /// Seconds from 1970 to a day: `2024-3-1`, `1.3.2024`, `3/1/2024` (month first unless it cannot
 /// be), `01-Mar-2024`.
 fn parse_day(day: &str, is_day_first: bool) -> Option<f64> {
-    let mut parts = [0; 3];
-    let mut count = 0;
-    let mut has_name = false;
-    for part in day.split(['-', '/', '.']) {
-        *parts.get_mut(count)? = match part.parse::<u16>() {
-            Ok(n) => i64::from(n),
-            Err(_) => {
-                has_name = true;
-                month(part)?
-            }
-        };
-        count += 1;
-    }
-    let [a, b, c] = parts;
+    let number = |part: &str| part.parse().ok().or_else(|| month(part));
+    let parts = day.split(['-', '/', '.']).map(number);
+    let parts: Vec<i64> = parts.collect::<Option<_>>()?;
+    let [a, b, c] = parts[..] else {
+        return None;
+    };
+    let has_name = day.contains(char::is_alphabetic);
     let (year, month, day) = match () {
-        _ if count < 3 => return None,
         _ if a > 31 => (a, b, c),
         _ if a > 12 || has_name || day.contains('.') || is_day_first => (c, b, a),
         _ => (c, a, b),
     };
-    // Days of the civil calendar, years beginning in March (Hinnant, chrono-compatible algorithms).
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let days = 365 * year + year / 4 - year / 100 + year / 400 + (month * 306 + 5) / 10 + day - 1;
-    Some((days - 719_468) as f64 * 86_400.0)
+    let (month, day) = (month.try_into().ok()?, day.try_into().ok()?);
+    let date = jiff::civil::Date::new(year.try_into().ok()?, month, day).ok()?;
+    let midnight = jiff::tz::Offset::UTC.to_timestamp(date.at(0, 0, 0, 0));
+    Some(midnight.ok()?.as_second() as f64)
 }
 
 fn month(name: &str) -> Option<i64> {

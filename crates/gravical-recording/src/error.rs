@@ -197,7 +197,16 @@ impl Error {
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         let mut text = String::new();
         if let Some(place) = &self.0.location {
-            text += &format!("{place}: ");
+            let name = match place.path.to_str() {
+                Some("-") => "standard input".into(),
+                Some("") => "the recording".into(),
+                _ => place.path.to_string_lossy(),
+            };
+            text += &one_line(&name);
+            for number in [place.line, place.column].into_iter().flatten() {
+                text += &format!(":{number}");
+            }
+            text += ": ";
         }
         if let Some(option) = self.0.option {
             text += &format!("{}: ", word(&Advice::new(option, "")));
@@ -249,25 +258,8 @@ impl Error {
     /// True if writing failed because the reader of the output was closed.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
-        self.0
-            .source
-            .as_ref()
-            .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-    }
-}
-
-impl fmt::Display for Location {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = match self.path.to_str() {
-            Some("-") => "standard input".into(),
-            Some("") => "the recording".into(),
-            _ => self.path.to_string_lossy(),
-        };
-        f.write_str(&one_line(&name))?;
-        for number in [self.line, self.column].into_iter().flatten() {
-            write!(f, ":{number}")?;
-        }
-        Ok(())
+        let source = self.0.source.as_ref();
+        source.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     }
 }
 

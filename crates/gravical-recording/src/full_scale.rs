@@ -19,25 +19,34 @@ const MIN_END_COUNT: f64 = 32764.0;
 /// unknown.
 const MAX_END_COUNT: f64 = 32768.0;
 
-/// Ends of a sensor's range, in the unit of the file.
-#[derive(Debug, Clone)]
-pub struct FullScale {
-    /// Intervals of magnitudes that are at the end.
+/// Detects clipping of a channel.
+#[derive(Debug, Clone, Default)]
+pub struct Clipping {
+    /// Intervals of magnitudes at an end of the range, in the unit of the file.
     ends: Vec<[f64; 2]>,
     /// The values are counts, whose end is certain. In physical units a single value at a full
     /// scale can be a coincidence; clipping shows as repeats of one value.
     counts: bool,
+    lines: LineSpans,
+    largest: f64,
+    last: f64,
+    repeats: u64,
 }
 
-impl FullScale {
-    fn of_counts() -> Self {
-        FullScale {
-            ends: vec![[MIN_END_COUNT, MAX_END_COUNT]],
-            counts: true,
+impl Clipping {
+    fn new(ends: Vec<[f64; 2]>, counts: bool) -> Self {
+        Clipping {
+            ends,
+            counts,
+            ..Clipping::default()
         }
     }
 
-    /// Of an accelerometer.
+    fn of_counts() -> Self {
+        Clipping::new(vec![[MIN_END_COUNT, MAX_END_COUNT]], true)
+    }
+
+    /// Of an accelerometer; nothing seen yet.
     #[must_use]
     pub fn of_accel(scale: &AccelScale) -> Self {
         if scale.unit == AccelUnit::Counts {
@@ -45,17 +54,13 @@ impl FullScale {
         }
         let per_g = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
         let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
-        let ranges = FULL_SCALES_G.into_iter().chain(given);
-        FullScale {
+        let ranges_g: Vec<f64> = FULL_SCALES_G.into_iter().chain(given).collect();
+        let ends = per_g.into_iter().flat_map(|per_g| {
+            let full = ranges_g.iter().map(move |g| g * per_g);
             // Within two counts of the full scale.
-            ends: per_g
-                .map(|per_g| ranges.map(move |g| g * per_g))
-                .into_iter()
-                .flatten()
-                .map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])
-                .collect(),
-            counts: false,
-        }
+            full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])
+        });
+        Clipping::new(ends.collect(), false)
     }
 
     /// Of a gyroscope. If the unit is unknown, °/s or rad/s is assumed.
@@ -64,9 +69,8 @@ impl FullScale {
         if scale.unit == GyroUnit::Counts {
             return Self::of_counts();
         }
-        let given_deg_s = scale.lsb_per_deg_s.map(|lsb| 32768.0 / lsb);
-        let full_deg_s: Vec<f64> = match given_deg_s {
-            Some(given) => vec![given],
+        let full_deg_s: Vec<f64> = match scale.lsb_per_deg_s {
+            Some(lsb) => vec![32768.0 / lsb],
             None => LSB_PER_DEG_S
                 .into_iter()
                 .map(|lsb| 32767.0 / lsb)
@@ -79,70 +83,28 @@ impl FullScale {
             GyroUnit::DegreePerSecond => &[1.0],
             _ => &[1.0, radian],
         };
-        let ends = full_deg_s
-            .iter()
-            .flat_map(|deg_s| units.iter().map(move |unit| deg_s * unit));
-        FullScale {
+        let ends = full_deg_s.iter().flat_map(|deg_s| {
+            let full = units.iter().map(move |unit| deg_s * unit);
             // Tolerance for rounded sensitivities and two decimals.
-            ends: ends
-                .map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
-                .collect(),
-            counts: false,
-        }
+            full.map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
+        });
+        Clipping::new(ends.collect(), false)
     }
 
-    /// Smallest magnitude at the end.
-    #[must_use]
-    pub fn least(&self) -> f64 {
-        self.ends
-            .iter()
-            .fold(f64::INFINITY, |least, e| least.min(e[0]))
-    }
-
-    fn is_at_end(&self, magnitude: f64) -> bool {
-        self.ends
-            .iter()
-            .any(|[from, to]| magnitude >= *from && magnitude <= *to)
-    }
-}
-
-/// Detects clipping of a channel.
-#[derive(Debug, Clone)]
-pub struct Clipping {
-    full: FullScale,
-    lines: LineSpans,
-    largest: f64,
-    last: f64,
-    repeats: u64,
-}
-
-impl Clipping {
-    /// Nothing seen yet.
-    #[must_use]
-    pub fn new(full: FullScale) -> Self {
-        Clipping {
-            full,
-            lines: LineSpans::default(),
-            largest: 0.0,
-            last: f64::NAN,
-            repeats: 0,
-        }
-    }
-
-    /// Processes a value, with the offset subtracted; values below [`FullScale::least`] may be
-    /// left out.
+    /// Processes a value, with the offset subtracted.
     pub fn observe(&mut self, value: f64, line: u64) {
         let magnitude = value.abs();
         if magnitude > self.largest {
             // A value that is exceeded is not the end of the range.
-            if magnitude > 1.004 * self.largest && !self.full.counts {
+            if magnitude > 1.004 * self.largest && !self.counts {
                 self.lines = LineSpans::default();
                 self.repeats = 0;
             }
             self.largest = magnitude;
         }
-        let near_largest = self.full.counts || magnitude > 0.996 * self.largest;
-        if near_largest && self.full.is_at_end(magnitude) {
+        let is_at_end = |[from, to]: &[f64; 2]| (*from..=*to).contains(&magnitude);
+        let near_largest = self.counts || magnitude > 0.996 * self.largest;
+        if near_largest && self.ends.iter().any(is_at_end) {
             self.repeats += u64::from(self.last == value);
             self.last = value;
             self.lines.push(line);
@@ -151,15 +113,14 @@ impl Clipping {
 
     /// Processes the values of rows, with the offset subtracted, and their lines.
     pub fn observe_all(&mut self, values: &[f64], lines: &[u32]) {
-        let least = self.full.least();
-        for (value, line) in values.iter().zip(lines).filter(|(v, _)| v.abs() >= least) {
+        for (value, line) in values.iter().zip(lines) {
             self.observe(*value, u64::from(*line));
         }
     }
 
     /// Number of clipped values.
     fn count(&self) -> u64 {
-        let shown = if self.full.counts {
+        let shown = if self.counts {
             self.largest <= MAX_END_COUNT
         } else {
             self.repeats >= 3
@@ -170,25 +131,129 @@ impl Clipping {
     /// What was found; `None` without clipping.
     #[must_use]
     pub fn finding(&self, channel: &str) -> Option<Finding> {
-        (self.count() > 0).then(|| {
-            Finding::new(
-                FindingKind::Clipped,
-                format!(
-                    "{channel} reaches the end of its range in {} rows: the true value is larger; record at a wider range",
-                    self.lines.count()
-                ),
-            )
-            .at_lines(&self.lines)
-        })
+        let count = self.count();
+        let text = format!(
+            "{channel} reaches the end of its range in {count} rows: the true value is larger; record at a wider range"
+        );
+        (count > 0).then(|| Finding::new(FindingKind::Clipped, text).at_lines(&self.lines))
     }
 }
 
 /// Number of values of a channel at rest that are clipped.
 #[must_use]
 pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
-    let mut clipping = Clipping::new(FullScale::of_accel(scale));
+    let mut clipping = Clipping::of_accel(scale);
     for (value, line) in values.iter().zip(1..) {
         clipping.observe(*value, line);
     }
     clipping.count() as usize
+}
+
+/// Values of a channel at and beyond which it is clipped; none when it never
+/// is. The end of the range is known where the unit is; everywhere it shows as
+/// three or more readings in a row at the channel's own extreme that the signal comes
+/// to, or leaves, in a step far above its last digit: the top of a smooth
+/// motion is reached in small ones.
+#[must_use]
+pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut digit = f64::INFINITY;
+    let mut before = f64::NAN;
+    for &v in channel {
+        low = low.min(v);
+        high = high.max(v);
+        let change = (v - before).abs();
+        if change > 0.0 {
+            digit = digit.min(change);
+        }
+        before = v;
+    }
+    if !digit.is_finite() {
+        return None;
+    }
+    let signed = low < 16384.0;
+    let repeats = |extreme: f64| channel.iter().filter(|v| **v == extreme).take(3).count() == 3;
+    let at_end = |extreme: f64| {
+        known_end(extreme, signed, scale) && (is_counts(scale) || repeats(extreme))
+            || flat_top(channel, extreme, digit)
+    };
+    let (bottom, top) = (at_end(low), at_end(high));
+    (bottom || top).then_some([
+        if bottom { low } else { f64::NEG_INFINITY },
+        if top { high } else { f64::INFINITY },
+    ])
+}
+
+fn is_counts(scale: Option<GyroScale>) -> bool {
+    scale.is_some_and(|s| s.unit == GyroUnit::Counts)
+}
+
+fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
+    let Some(scale) = scale else { return false };
+    if scale.unit == GyroUnit::Counts {
+        // 16-bit values, signed, or unsigned around 32768.
+        return if signed {
+            (32767.0..=32768.0).contains(&extreme.abs())
+        } else {
+            extreme == 65535.0
+        };
+    }
+    scale.nominal().is_some_and(|nominal| {
+        let rate_deg_s = (extreme / nominal).to_degrees().abs();
+        FULL_SCALES_DEG_S
+            .iter()
+            .any(|full| rate_deg_s <= full * 1.0005 && rate_deg_s >= full * (1.0 - 2.5 / 32768.0))
+    })
+}
+
+fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
+    if !channel.windows(3).any(|w| w == [extreme; 3]) {
+        return false;
+    }
+    // Lengths of the runs that begin or end with such a step.
+    let mut lengths = Vec::new();
+    let (mut from, mut longest) = (0, 0);
+    for run in channel.chunk_by(|a, b| a == b) {
+        let to = from + run.len();
+        let beside = [from.checked_sub(1), Some(to)].map(|i| channel.get(i?));
+        let mut steps = beside.into_iter().flatten().map(|v| (v - run[0]).abs());
+        if steps.any(|step| step > 5.0 * digit) {
+            lengths.push(run.len());
+            if run[0] == extreme {
+                longest = longest.max(run.len());
+            }
+        }
+        from = to;
+    }
+    // Where values are held, or read faster than they are measured, each of them
+    // stands in several rows.
+    let quarter = lengths.len() / 4;
+    longest > 0 && longest >= 3 * *lengths.select_nth_unstable(quarter).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flat_top_is_clipped_and_a_round_one_is_not() {
+        let wave = |limit: f64, digit: f64| -> Vec<f64> {
+            (0..400)
+                .map(|i| {
+                    let v = 300.0 * (f64::from(i) * 0.05).sin();
+                    (v / digit).round() * digit
+                })
+                .map(|v| v.clamp(-limit, limit))
+                .collect()
+        };
+        assert_eq!(range_end(&wave(1e9, 0.01), None), None);
+        assert_eq!(range_end(&wave(1e9, 5.0), None), None);
+        let clipped = range_end(&wave(250.0, 0.01), None).unwrap();
+        assert_eq!(clipped, [-250.0, 250.0]);
+        assert_eq!(range_end(&[1.0; 50], None), None);
+        // Every value is held over four rows.
+        let held = |wave: Vec<f64>| wave.into_iter().flat_map(|v| [v; 4]).collect::<Vec<_>>();
+        assert_eq!(range_end(&held(wave(1e9, 0.01)), None), None);
+        assert_eq!(range_end(&held(wave(250.0, 0.01)), None), Some(clipped));
+    }
 }

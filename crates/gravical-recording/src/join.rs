@@ -11,12 +11,13 @@
 
 use std::path::Path;
 
+use crate::bytes::Input;
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
 use crate::read::read_gyroscope;
 use crate::recording::{JoinedFile, Recording};
-use crate::source::{Source, stem};
+use crate::source::{open, open_bytes, stem};
 use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
@@ -39,7 +40,8 @@ const GAP_PERIODS: f64 = 4.5;
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
-    join_source(recording, &Source::Path(path), options)
+    let name = path.display().to_string();
+    join_input(recording, open(path, options)?, &name, options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -53,7 +55,7 @@ pub fn join_gyroscope_bytes(
     name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    join_source(recording, &Source::Bytes(name, bytes), options)
+    join_input(recording, open_bytes(bytes, name, options)?, name, options)
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
@@ -65,12 +67,13 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         meter: None,
         ..options.clone()
     };
-    let read = read_gyroscope(&Source::Path(path), &options);
+    let name = path.display().to_string();
+    let read = open(path, &options).and_then(|input| read_gyroscope(input, &name, &options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.column_names;
-        let named = !names.is_empty() && !names.iter().any(bare);
-        named || is_named_gyroscope(path)
+        let is_told = !names.is_empty() && !names.iter().any(bare);
+        is_told || is_named_gyroscope(path)
     })
 }
 
@@ -81,29 +84,28 @@ pub fn is_named_gyroscope(path: &Path) -> bool {
     stem.contains("gyr") && !stem.contains("acc")
 }
 
-fn refuse_second(recording: &Recording) -> Result<()> {
-    if recording.gyro.is_none() {
-        return Ok(());
-    }
-    Err(Error::usage(
-        "gyro-twice",
-        "this recording has a gyroscope of its own, and --gyro gives a second one",
-    )
-    .at(recording.name.as_ref(), None)
-    .with_hint(
-        "omit --gyro, or ignore the recording's own gyroscope with --columns gx=-,gy=-,gz=-",
-    ))
-}
-
-fn join_source(
+fn join_input(
     recording: &mut Recording,
-    source: &Source<'_>,
+    input: Input,
+    name: &str,
     options: &ReadOptions,
 ) -> Result<()> {
-    let name = &source.name();
-    refuse_second(recording)?;
+    if recording.gyro.is_some() {
+        return Err(Error::usage(
+            "gyro-twice",
+            "this recording has a gyroscope of its own, and a second one is given",
+        )
+        .at(recording.name.as_ref(), None)
+        .with_hint("leave the second one out, or ignore the recording's own")
+        .advise("gyro", "")
+        .advise("columns", "gx=-,gy=-,gz=-"));
+    }
     recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
-    let mut gyro = read_beside(recording, source, options)?;
+    let options = ReadOptions {
+        likely_time_unit: recording.timing.unit,
+        ..options.clone()
+    };
+    let mut gyro = read_gyroscope(input, name, &options)?;
     if gyro.restarted {
         let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
         let line = gyro.findings.iter().find(restart);
@@ -113,62 +115,34 @@ fn join_source(
         ));
     }
     let channels = gyro.gyro.take().unwrap_or_default();
-    let own = absolute(recording.time_s.clone(), recording.time_origin_s);
+    let times_s = absolute(recording.time_s.clone(), recording.time_origin_s);
     let stamps_s = absolute(gyro.time_s.take(), gyro.time_origin_s);
-    let mut findings = Vec::new();
-    let joined = match (own, stamps_s) {
-        (Some(own), Some(other)) if own == other => channels,
-        (Some(own), Some(other)) => {
+    let (channels, finding) = match (times_s, stamps_s) {
+        (Some(times_s), Some(stamps_s)) if times_s == stamps_s => (channels, None),
+        (Some(times_s), Some(stamps_s)) => {
             if recording.restarted {
                 return Err(restarted(&recording.name, None));
             }
-            by_stamps(recording, &own, &gyro, &channels, &other, &mut findings)?
+            by_stamps(recording, &times_s, &gyro, &channels, &stamps_s)?
         }
-        _ => row_by_row(recording, &gyro, channels, name, &mut findings)?,
+        _ => {
+            check_rows(recording, &gyro, channels[0].len())?;
+            let text = "one of the files has no time stamps: joined row by row";
+            let finding = Finding::new(FindingKind::GyroRowByRow, text).in_file(name);
+            (channels, Some(finding))
+        }
     };
     // Of the measured values, before interpolation.
     recording.resolution[3..].copy_from_slice(&gyro.gyro_resolution());
     recording.gyro_scale = gyro.gyro_scale;
-    recording.gyro = Some(joined);
+    recording.gyro = Some(channels);
     recording.gyro_file = Some(JoinedFile {
-        name: name.clone(),
+        name: name.to_owned(),
         sha256: gyro.sha256,
     });
     recording.findings.append(&mut gyro.findings);
-    for mut finding in findings {
-        finding.file.get_or_insert_with(|| name.clone());
-        recording.findings.push(finding);
-    }
+    recording.findings.extend(finding);
     Ok(())
-}
-
-/// The gyroscope in `source`, read as any recording. Without a unit of its stamps from the header
-/// or the user they are in the unit of those of `recording`, if that gives it a rate of similar
-/// size.
-fn read_beside(
-    recording: &Recording,
-    source: &Source<'_>,
-    options: &ReadOptions,
-) -> Result<Recording> {
-    let by_header = read_gyroscope(source, options)?;
-    let is_unit_assumed = by_header
-        .findings
-        .iter()
-        .any(|f| f.kind == FindingKind::TimeUnitAssumed);
-    let Some(unit) = recording.timing.unit.filter(|_| is_unit_assumed) else {
-        return Ok(by_header);
-    };
-    let options = ReadOptions {
-        time_unit: Some(unit),
-        ..options.clone()
-    };
-    if !source.is_reopenable() {
-        return Ok(by_header);
-    }
-    let by_unit = read_gyroscope(source, &options)?;
-    let rates = recording.timing.rate_hz().zip(by_unit.timing.rate_hz());
-    let similar = rates.is_some_and(|(accel, gyro)| (0.02..50.0).contains(&(accel / gyro)));
-    Ok(if similar { by_unit } else { by_header })
 }
 
 fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {
@@ -188,155 +162,113 @@ fn restarted(file: &str, line: Option<u64>) -> Error {
     .with_hint("split both files where the board was reset, and read the parts separately")
 }
 
-fn row_by_row(
-    recording: &Recording,
-    gyro: &Recording,
-    channels: [Vec<f64>; 3],
-    name: &str,
-    findings: &mut Vec<Finding>,
-) -> Result<[Vec<f64>; 3]> {
-    let (own, other) = (recording.rows(), channels[0].len());
-    if own != other {
-        return Err(Error::input(
-            "gyro-length",
-            format!("{other} rows of the gyroscope, {own} of the accelerometer, without time stamps in both files to join them by"),
-        )
-        .at(name.as_ref(), None)
-        .with_hint("give files with time stamps, or with equal numbers of rows"));
+/// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
+fn check_rows(recording: &Recording, gyro: &Recording, others: usize) -> Result<()> {
+    let refused = |text: String, hint: &str| {
+        let error = Error::input("gyro-length", text);
+        Err(error.at(gyro.name.as_ref(), None).with_hint(hint))
+    };
+    let rows = recording.rows();
+    if rows != others {
+        return refused(
+            format!(
+                "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
+            ),
+            "give files with time stamps, or with equal numbers of rows",
+        );
     }
     let apart =
         |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
-    if let Some(row) = (0..own).find(apart) {
-        let line = recording.line(row);
-        return Err(Error::input(
-            "gyro-length",
-            format!("rows were set aside before line {line} in one of the files, and there are no time stamps in both to join them by"),
-        )
-        .at(name.as_ref(), None)
-        .with_hint("give files with time stamps, or without such rows"));
+    match (0..rows).find(apart) {
+        None => Ok(()),
+        Some(row) => refused(
+            format!(
+                "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
+                recording.line(row)
+            ),
+            "give files with time stamps, or without such rows",
+        ),
     }
-    findings.push(Finding::new(
-        FindingKind::GyroRowByRow,
-        "one of the files has no time stamps: joined row by row",
-    ));
-    Ok(channels)
 }
 
-/// Source of the rate for one row of the accelerometer.
-enum Cover {
-    Same(usize),
-    Between(usize, usize, f64),
-    Nothing,
-}
-
+/// The rates at the times of the accelerometer's rows, and a finding about rows without any.
 fn by_stamps(
     recording: &Recording,
-    own: &[f64],
+    times_s: &[f64],
     gyro: &Recording,
     channels: &[Vec<f64>; 3],
-    stamps: &[f64],
-    findings: &mut Vec<Finding>,
-) -> Result<[Vec<f64>; 3]> {
+    stamps_s: &[f64],
+) -> Result<([Vec<f64>; 3], Option<Finding>)> {
     // Interpolation needs increasing times: repeated stamps and steps back, reported by the
     // reader, are skipped.
-    let mut rising: Vec<usize> = Vec::with_capacity(stamps.len());
-    let mut latest = f64::NEG_INFINITY;
-    for (row, &t) in stamps.iter().enumerate() {
-        if t > latest {
-            latest = t;
-            rising.push(row);
-        }
-    }
-    let (first, last) = match (rising.first(), rising.last()) {
-        (Some(&a), Some(&b)) => (stamps[a], stamps[b]),
-        _ => (f64::NAN, f64::NAN),
+    let mut latest_s = f64::NEG_INFINITY;
+    let mut rises = |row: &usize| {
+        let rises = stamps_s[*row] > latest_s;
+        latest_s = latest_s.max(stamps_s[*row]);
+        rises
     };
+    let rising: Vec<usize> = (0..stamps_s.len()).filter(|row| rises(row)).collect();
     let period_s = gyro.timing.rate_hz().map_or(f64::NAN, f64::recip);
-    let near = SAME_STAMP * period_s;
-    let mut joined: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(own.len()));
+    let near_s = SAME_STAMP * period_s;
+    // Rows of the gyroscope around a time, and where between them it is.
+    let around = |t: f64| -> Option<(usize, usize, f64)> {
+        let at = rising.partition_point(|row| stamps_s[*row] < t);
+        let below = at.checked_sub(1).map(|before| rising[before]);
+        match (below, rising.get(at).copied()) {
+            (_, Some(b)) if stamps_s[b] - t <= near_s => Some((b, b, 0.0)),
+            (Some(a), _) if t - stamps_s[a] <= near_s => Some((a, a, 0.0)),
+            (Some(a), Some(b)) => {
+                let step_s = stamps_s[b] - stamps_s[a];
+                let is_near = step_s < GAP_PERIODS * period_s && !gyro.is_broken(&(a..b + 1));
+                is_near.then(|| (a, b, (t - stamps_s[a]) / step_s))
+            }
+            _ => None,
+        }
+    };
+    let mut joined: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(times_s.len()));
     let mut uncovered = LineSpans::default();
-    let mut between = 0_u64;
-    let mut at = 0;
-    for (row, &t) in own.iter().enumerate() {
-        // A step back of the stamps restarts the search.
-        if at > 0 && rising.get(at - 1).is_some_and(|&r| stamps[r] > t) {
-            at = rising.partition_point(|&r| stamps[r] < t);
+    for (row, t) in times_s.iter().enumerate() {
+        let around = around(*t);
+        if around.is_none() {
+            uncovered.push(recording.line(row));
         }
-        while rising.get(at).is_some_and(|&r| stamps[r] < t) {
-            at += 1;
-        }
-        let below = at.checked_sub(1).and_then(|i| rising.get(i)).copied();
-        let above = rising.get(at).copied();
-        let cover = match (below, above) {
-            _ if !t.is_finite() => Cover::Nothing,
-            (_, Some(r)) if stamps[r] - t <= near => Cover::Same(r),
-            (Some(r), _) if t - stamps[r] <= near => Cover::Same(r),
-            (Some(a), Some(b))
-                if stamps[b] - stamps[a] < GAP_PERIODS * period_s
-                    && !gyro.is_broken(&(a..b + 1)) =>
-            {
-                Cover::Between(a, b, (t - stamps[a]) / (stamps[b] - stamps[a]))
-            }
-            _ => Cover::Nothing,
+        let rate = |channel: &Vec<f64>, (a, b, share): (usize, usize, f64)| {
+            channel[a] + share * (channel[b] - channel[a])
         };
-        let value = |axis: usize| match cover {
-            Cover::Same(r) => channels[axis][r],
-            Cover::Between(a, b, share) => {
-                let (from, to) = (channels[axis][a], channels[axis][b]);
-                from + share * (to - from)
-            }
-            Cover::Nothing => f64::NAN,
-        };
-        for (axis, channel) in joined.iter_mut().enumerate() {
-            channel.push(value(axis));
-        }
-        match cover {
-            Cover::Same(_) => {}
-            Cover::Between(..) => between += 1,
-            Cover::Nothing => uncovered.push(recording.line(row)),
+        for (joined, channel) in joined.iter_mut().zip(channels) {
+            joined.push(around.map_or(f64::NAN, |rows| rate(channel, rows)));
         }
     }
-    let rows = own.len() as u64;
+    let rows = times_s.len() as u64;
     if uncovered.count() == rows {
-        return Err(no_overlap(recording, own, [first, last], &gyro.name));
+        let edge = |row: Option<&usize>| row.map_or(f64::NAN, |row| stamps_s[*row]);
+        let edges_s = [edge(rising.first()), edge(rising.last())];
+        return Err(no_overlap(recording, times_s, edges_s, &gyro.name));
     }
-    if !uncovered.is_empty() {
-        findings.push(
-            Finding::new(
-                FindingKind::GyroUncovered,
-                format!(
-                    "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
-                    uncovered.count(),
-                    100.0 * uncovered.count() as f64 / rows as f64,
-                    1e3 * GAP_PERIODS * period_s
-                ),
-            )
-            .at_lines(&uncovered)
-            .in_file(&recording.name),
+    let finding = (!uncovered.is_empty()).then(|| {
+        let text = format!(
+            "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
+            uncovered.count(),
+            100.0 * uncovered.count() as f64 / rows as f64,
+            1e3 * GAP_PERIODS * period_s
         );
-    }
-    if between > 0 {
-        findings.push(
-            Finding::new(
-                FindingKind::GyroInterpolated,
-                format!("{between} of {rows} rows of the accelerometer lie between two stamps of the gyroscope; its rate is interpolated there"),
-            )
-            .counting(between),
-        );
-    }
-    Ok(joined)
+        let finding = Finding::new(FindingKind::GyroUncovered, text);
+        finding.at_lines(&uncovered).in_file(&recording.name)
+    });
+    Ok((joined, finding))
 }
 
-fn no_overlap(recording: &Recording, own: &[f64], other: [f64; 2], name: &str) -> Error {
-    let low = own.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = own.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+fn no_overlap(recording: &Recording, times_s: &[f64], other_s: [f64; 2], name: &str) -> Error {
+    let low = times_s.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = times_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     Error::input(
         "gyro-overlap",
         format!(
             "the two files have no time in common: {} runs from {low:.3} to {high:.3} s, this one from {:.3} to {:.3} s",
-            recording.name, other[0], other[1]
+            recording.name, other_s[0], other_s[1]
         ),
     )
     .at(name.as_ref(), None)
-    .with_hint("give the two files of one recording, stamped by one clock; --time-unit sets the unit of both")
+    .with_hint("give the two files of one recording, stamped by one clock, or the time unit of both")
+    .advise("time_unit", "")
 }

@@ -10,9 +10,9 @@ use clock::LaterClock;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
-use crate::judge::{self, Encoding, Marks};
+use crate::judge::{self, Encoding, Held};
 use crate::recording::Recording;
-use crate::recording::judging::{self, celsius, find_thermometer, keep_sensor};
+use crate::recording::judging::{self, cell_label, celsius, find_thermometer, keep_sensor};
 use crate::text::{Batch, Format, Ledger, MIN_ROWS_GONE, Reason, split_hint};
 
 /// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
@@ -67,12 +67,13 @@ pub struct Later {
     accel_held: Option<[Held; 3]>,
     gyro_held: Option<[Held; 3]>,
     /// Column of the sensors, and the sensor that is read.
-    sensor: Option<(usize, Cell)>,
+    sensor: Option<(usize, String)>,
     thermometer: Option<usize>,
     /// Whether repeats of all channels mean that the sensor hung.
     marks_hung: bool,
-    /// Channels of the last row, and length of the run in which they repeat.
-    last: (Vec<f64>, usize),
+    repeats: Repeats,
+    /// Last rows in a row in which the accelerometer reads zero.
+    zeros: usize,
     /// Gravity in the unit of the file, and the last rows: shifted channels are recognised by them.
     gravity: Option<f64>,
     tail: [Vec<f64>; 6],
@@ -92,56 +93,22 @@ pub struct Later {
     pub(crate) contradicts: bool,
 }
 
-/// A number, or a word of its column.
-#[derive(Clone, Copy, PartialEq, Debug)]
-enum Cell {
-    Number(f64),
-    Word(u8),
+/// Channels of the last row, and length of the run in which they repeat.
+#[derive(Clone, Debug, Default)]
+struct Repeats {
+    values: Vec<f64>,
+    run: usize,
 }
 
-impl Cell {
-    fn of(batch: &Batch, column: usize, row: usize) -> Self {
-        match batch.texts[column].get(row) {
-            Some(word) if *word > 0 => Cell::Word(*word),
-            _ => Cell::Number(batch.columns[column][row]),
-        }
-    }
-}
-
-/// The last value of a channel, and for how many more rows it holds.
-#[derive(Clone, Copy, Debug)]
-struct Held {
-    value: f64,
-    rows: f64,
-    max_rows: f64,
-}
-
-impl Held {
-    /// `None` for a sensor whose cells are rarely empty.
-    fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
-        let rows = axes[0].len();
-        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
-        judge::is_sparse(lacking.count(), rows).then(|| {
-            axes.map(|axis| {
-                let known = axis.iter().filter(|v| !v.is_nan()).count();
-                Held {
-                    value: f64::NAN,
-                    rows: 0.0,
-                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
-                }
-            })
-        })
-    }
-
-    fn fill(&mut self, channel: &mut [f64], is_measured: &[bool]) {
-        for (v, _) in channel.iter_mut().zip(is_measured).filter(|(_, m)| **m) {
-            if !v.is_nan() {
-                (self.value, self.rows) = (*v, 0.0);
-            } else if self.rows < self.max_rows {
-                *v = self.value;
-                self.rows += 1.0;
-            }
-        }
+impl Repeats {
+    /// Length of the run that ends in this row.
+    fn push(&mut self, channels: &[&[f64]], row: usize) -> usize {
+        let values = channels.iter().map(|c| c[row]);
+        let repeats = values.clone().eq(self.values.iter().copied());
+        self.run = if repeats { self.run + 1 } else { 1 };
+        self.values.clear();
+        self.values.extend(values);
+        self.run
     }
 }
 
@@ -155,83 +122,78 @@ impl Later {
         let (mut finding, mut sensor) = (None, None);
         if let Some((column, _)) = format.sensor {
             finding = keep_sensor(format, &mut head, column)?;
-            sensor = (head.rows() > 0).then(|| (column, Cell::of(&head, column, 0)));
+            sensor = (head.rows() > 0).then(|| (column, cell_label(&head, column, 0)));
         }
-        let columns = format.channels();
-        let channels = slices(&head, &columns);
+        let channels = head.slices(&format.channels());
         let is_unsigned = |c: &&[f64]| {
             c.iter()
                 .all(|v| v.is_nan() || v.fract() == 0.0 && *v >= 0.0)
         };
+        let decodes_gyro = channels[3..].iter().all(is_unsigned);
+        let is_signed = !channels[..3].iter().all(is_unsigned);
         let axes = |columns: [usize; 3]| columns.map(|c| head.columns[c].as_slice());
-        let mut later = Later {
-            encoding: None,
-            decodes_gyro: channels[3..].iter().all(is_unsigned),
-            is_signed: !channels[..3].iter().all(is_unsigned),
-            zero_offset: 0.0,
-            accel_held: Held::of(axes(format.accel), f64::INFINITY),
-            gyro_held: format
-                .gyro
-                .and_then(|g| Held::of(axes(g), judge::GYRO_HELD)),
-            sensor,
-            thermometer: find_thermometer(format, &head),
-            marks_hung: false,
-            last: (Vec::new(), 0),
-            gravity: None,
-            tail: Default::default(),
-            unit_finding: None,
-            clock: Some(LaterClock::new(format, &head)),
-            is_broken: false,
-            rows_gone: 0,
-            clipping: Vec::new(),
-            first_line: None,
-            ledger: Ledger::default(),
-            contradicts: true,
-            format: format.clone(),
-        };
-        let rows = head.rows();
-        let short = (0..rows).filter(|row| {
-            let run = later.push_repeat(&channels, *row, row.checked_sub(1));
+        let mut accel_held = Held::of(axes(format.accel), f64::INFINITY);
+        let gyro = format.gyro.map(axes);
+        let mut gyro_held = gyro.and_then(|gyro| Held::of(gyro, judge::GYRO_HELD));
+        let zeros = judge::unread_runs(axes(format.accel), 0).1;
+        let mut repeats = Repeats::default();
+        let is_short = |row: &usize| {
+            let run = repeats.push(&channels, *row);
             (2..=judge::MAX_REPEATS).contains(&run)
-        });
-        let repeats_are_rare = short.count() * 20 <= rows;
-        later.last.0 = channels.iter().filter_map(|c| c.last().copied()).collect();
+        };
+        let repeats_are_rare = (0..head.rows()).filter(is_short).count() * 20 <= head.rows();
+        let thermometer = find_thermometer(format, &head);
+        let stamps = LaterClock::stamps(format, &head);
         let last_line = head.lines.last().copied();
 
         let mut recording = Recording::judge(format, head)?;
         recording.findings.extend(finding);
-        let accel = recording.accel.each_ref().map(Vec::as_slice);
-        later.marks_hung = repeats_are_rare && judge::resolves_noise(accel);
-        later.gravity = judge::quiet_norm(accel);
-        later.zero_offset = recording.zero_offset;
-        let is_decoded = |n: &Finding| n.kind == FindingKind::UnsignedCounts;
-        later.encoding = recording.findings.iter().any(is_decoded).then_some({
-            let is_offset = recording.zero_offset != 0.0;
-            if is_offset {
-                Encoding::OffsetBinary
-            } else {
-                Encoding::TwosComplement
-            }
-        });
-        let accel = later.accel_held.iter_mut().flatten().zip(&recording.accel);
+        let mut kinds = recording.findings.iter().map(|finding| finding.kind);
+        let is_decoded = kinds.any(|kind| kind == FindingKind::UnsignedCounts);
+        let encoding = if recording.zero_offset != 0.0 {
+            Encoding::OffsetBinary
+        } else {
+            Encoding::TwosComplement
+        };
+        let accel = accel_held.iter_mut().flatten().zip(&recording.accel);
         let gyro = recording.gyro.iter().flatten();
-        for (held, channel) in accel.chain(later.gyro_held.iter_mut().flatten().zip(gyro)) {
+        for (held, channel) in accel.chain(gyro_held.iter_mut().flatten().zip(gyro)) {
             held.value = channel.last().copied().unwrap_or(f64::NAN);
         }
-        later.keep_tail(&recording.accel, recording.gyro.as_ref());
-        let mut clock = later.clock.take();
-        later.clock = clock.take_if(|clock| clock.set(&recording));
-        later.is_broken = recording.lines.last().copied() != last_line;
+        let accel = recording.accel.each_ref().map(Vec::as_slice);
         let ends = recording.ends_of_ranges(format).into_iter();
-        later.clipping = ends
-            .map(|(_, name, end)| (name, Clipping::new(end)))
-            .collect();
+        let mut later = Later {
+            format: format.clone(),
+            encoding: is_decoded.then_some(encoding),
+            decodes_gyro,
+            is_signed,
+            zero_offset: recording.zero_offset,
+            accel_held,
+            gyro_held,
+            sensor,
+            thermometer,
+            marks_hung: repeats_are_rare && judge::resolves_noise(accel),
+            repeats,
+            zeros,
+            gravity: judge::quiet_norm(accel),
+            tail: Default::default(),
+            unit_finding: None,
+            clock: LaterClock::new(format, stamps, &recording),
+            is_broken: recording.lines.last().copied() != last_line,
+            rows_gone: 0,
+            clipping: ends.map(|(_, name, end)| (name, end)).collect(),
+            first_line: None,
+            ledger: Ledger::default(),
+            contradicts: true,
+        };
+        later.keep_tail(&recording.accel, recording.gyro.as_ref());
         Ok((recording, later))
     }
 
     /// Reads the rows of the next batch and takes its channels and temperature; stamps stay.
     ///
-    /// A run of repeats that goes on from one batch to the next may leave 20 rows before it.
+    /// A run of repeats that goes on from one batch to the next may leave 20 rows in the first, one
+    /// of zeros four.
     ///
     /// # Errors
     ///
@@ -253,10 +215,7 @@ impl Later {
             return Err(at(0, (SENSOR, &text)));
         }
         let columns = self.format.channels();
-        let channels: Vec<&[f64]> = columns
-            .iter()
-            .map(|c| batch.columns[*c].as_slice())
-            .collect();
+        let channels = batch.slices(&columns);
         let mut is_measured = vec![false; lines.len()];
         let reads_zeros = self.format.columns[columns[0]].is_linear;
         for row in &own {
@@ -281,10 +240,12 @@ impl Later {
             channels.for_each(|channel| channel[row] = f64::NAN);
         }
         if !reads_zeros {
-            for run in judge::unread_runs(accel.each_ref().map(Vec::as_slice)) {
-                accel
-                    .iter_mut()
-                    .for_each(|axis| axis[run.clone()].fill(f64::NAN));
+            let axes = accel.each_ref().map(Vec::as_slice);
+            let (runs, zeros) = judge::unread_runs(axes, self.zeros);
+            self.zeros = zeros;
+            for run in runs {
+                let axes = accel.iter_mut();
+                axes.for_each(|axis| axis[run.clone()].fill(f64::NAN));
             }
         }
         if !self.decode(&mut accel, gyro.as_mut()) && self.contradicts {
@@ -305,27 +266,24 @@ impl Later {
         }
         self.keep_tail(&accel, gyro.as_ref());
         let breaks = self.find_breaks(&own, marks, &is_read, &is_measured);
-        for ((_, clipping), axis) in self
-            .clipping
-            .iter_mut()
-            .zip(accel.iter().chain(gyro.iter().flatten()))
-        {
+        let axes = accel.iter().chain(gyro.iter().flatten());
+        for ((_, clipping), axis) in self.clipping.iter_mut().zip(axes) {
             clipping.observe_all(axis, lines);
         }
-        for (held, axis) in self.accel_held.iter_mut().flatten().zip(&mut accel) {
-            held.fill(axis, &is_measured);
-        }
-        let axes = gyro.iter_mut().flatten();
-        for (held, axis) in self.gyro_held.iter_mut().flatten().zip(axes) {
-            held.fill(axis, &is_measured);
+        let accel_axes = self.accel_held.iter_mut().flatten().zip(&mut accel);
+        let gyro_axes = gyro.iter_mut().flatten();
+        let gyro_axes = self.gyro_held.iter_mut().flatten().zip(gyro_axes);
+        for (held, axis) in accel_axes.chain(gyro_axes) {
+            let cells = axis.iter_mut().zip(&is_measured).filter(|(_, m)| **m);
+            held.fill(cells.map(|(v, _)| v));
         }
         if let (Some(column), Some(temperature_c)) = (self.thermometer, &mut temperature_c) {
             celsius(&self.format, column, temperature_c);
-            let possible = |t: &&mut f64| !judge::POSSIBLE_C.contains(*t);
-            temperature_c
-                .iter_mut()
-                .filter(possible)
-                .for_each(|t| *t = f64::NAN);
+            for t in temperature_c {
+                if !judge::POSSIBLE_C.contains(t) {
+                    *t = f64::NAN;
+                }
+            }
         }
         Ok(Readings {
             accel,
@@ -340,7 +298,7 @@ impl Later {
     /// Times of the rows since the first row of the recording, and rows before which clock or
     /// marks break, sorted.
     fn read_clock(&mut self, batch: &Batch, own: &[usize]) -> (Option<Vec<f64>>, Vec<usize>) {
-        let before_s = self.clock.as_ref().map_or(f64::NAN, LaterClock::last_s);
+        let before_s = self.clock.as_ref().map_or(f64::NAN, |clock| clock.last_s);
         let times = self.clock.as_mut().map(|clock| clock.times(batch, own));
         let (time_s, restarts) = times.unzip();
         let mut breaks: Vec<usize> = restarts.unwrap_or_default();
@@ -350,23 +308,18 @@ impl Later {
         // The row before the batch is the first.
         let place = |row: usize| 1 + own.partition_point(|r| *r < row);
         let places = |rows: &[usize]| rows.iter().map(|row| place(*row)).collect::<Vec<_>>();
-        let blanks: Vec<_> = batch
-            .blanks
-            .iter()
-            .map(|(row, n)| (place(*row), *n))
-            .collect();
-        let marks = Marks {
-            gaps: &places(&batch.breaks),
-            headers: &places(&batch.headers),
-            blanks: &blanks,
-        };
+        let blanks = batch.blanks.iter().map(|(row, n)| (place(*row), *n));
+        let blanks: Vec<(usize, usize)> = blanks.collect();
         let known = time_s.as_ref().map(|time_s| {
             let times = own.iter().map(|row| time_s[*row]);
             [before_s].into_iter().chain(times).collect::<Vec<_>>()
         });
-        let rate_hz = self.clock.as_ref().and_then(LaterClock::rate_hz);
-        let places = marks.breaks(&known.unwrap_or_default(), rate_hz, 1 + own.len());
-        breaks.extend(places.into_iter().map(|place| own[place - 1]));
+        let rate_hz = self.clock.as_ref().and_then(|clock| clock.rate_hz);
+        let (known, rows) = (known.unwrap_or_default(), 1 + own.len());
+        let mut parts = judge::breaks(&places(&batch.headers), &blanks, &known, rate_hz, rows);
+        let gaps = places(&batch.breaks).into_iter();
+        parts.extend(gaps.filter(|place| *place < rows));
+        breaks.extend(parts.into_iter().map(|place| own[place - 1]));
         breaks.sort_unstable();
         (time_s, breaks)
     }
@@ -414,69 +367,43 @@ impl Later {
     /// Rows of the sensor that is read.
     fn rows_of_sensor(&self, batch: &Batch) -> Vec<usize> {
         let rows = 0..batch.rows();
-        match self.sensor {
+        match &self.sensor {
             None => rows.collect(),
-            Some((column, cell)) => {
-                let is_own = |row: &usize| Cell::of(batch, column, *row) == cell;
-                rows.filter(is_own).collect()
+            Some((column, label)) => {
+                let is_read = |row: &usize| cell_label(batch, *column, *row) == *label;
+                rows.filter(is_read).collect()
             }
         }
-    }
-
-    /// Length of the run of repeats that ends in this row; `before`: the row before it, if that is
-    /// in this batch.
-    fn push_repeat(&mut self, channels: &[&[f64]], row: usize, before: Option<usize>) -> usize {
-        let (last, run) = &mut self.last;
-        let repeats = match before {
-            Some(before) => channels.iter().all(|c| c[row] == c[before]),
-            None => channels.iter().zip(&*last).all(|(c, last)| c[row] == *last),
-        };
-        *run = if repeats { *run + 1 } else { 1 };
-        *run
     }
 
     fn mark_hung(&mut self, channels: &[&[f64]], own: &[usize], is_measured: &mut [bool]) {
         for (k, row) in own.iter().enumerate() {
-            let before = k.checked_sub(1).map(|k| own[k]);
-            let run = self.push_repeat(channels, *row, before);
-            if run == judge::MAX_REPEATS + 1 {
-                // All but the first row of the run, as far as they are in this batch.
-                let from = k.saturating_sub(run - 2);
-                own[from..=k]
-                    .iter()
-                    .for_each(|row| is_measured[*row] = false);
-            } else if run > judge::MAX_REPEATS {
-                is_measured[*row] = false;
-            }
-        }
-        if let Some(row) = own.last() {
-            self.last.0 = channels.iter().map(|c| c[*row]).collect();
+            let run = self.repeats.push(channels, *row);
+            // All but the first row of the run, as far as they are in this batch.
+            let marked = match run.checked_sub(judge::MAX_REPEATS) {
+                None | Some(0) => continue,
+                Some(1) => k.saturating_sub(run - 2)..k + 1,
+                Some(_) => k..k + 1,
+            };
+            own[marked].iter().for_each(|row| is_measured[*row] = false);
         }
     }
 
     /// Undoes the encoding and subtracts the zero offset; false if the numbers are written in
     /// another way.
     fn decode(&self, accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> bool {
-        let is_unsigned = |v: &f64| v.is_nan() || v.fract() == 0.0 && (0.0..65_536.0).contains(v);
         match self.encoding {
-            Some(_) if !accel.iter().flatten().all(is_unsigned) => return false,
+            Some(_) if !accel.iter().all(|c| judge::are_unsigned(c)) => return false,
             Some(Encoding::TwosComplement) => {
                 let gyro = gyro.into_iter().filter(|_| self.decodes_gyro).flatten();
-                let cells = accel.iter_mut().chain(gyro).flatten();
-                cells
-                    .filter(|v| **v > 32_767.0)
-                    .for_each(|v| *v -= 65_536.0);
+                Encoding::TwosComplement.undo(accel.iter_mut().chain(gyro).flatten());
             }
             Some(Encoding::OffsetBinary) => {}
             None if self.is_signed || self.zero_offset != 0.0 => {}
             None => return judge::decode(accel, gyro).is_none(),
         }
-        if self.zero_offset != 0.0 {
-            accel
-                .iter_mut()
-                .flatten()
-                .for_each(|v| *v -= self.zero_offset);
-        }
+        let cells = accel.iter_mut().flatten();
+        cells.for_each(|v| *v -= self.zero_offset);
         true
     }
 
@@ -495,12 +422,8 @@ impl Later {
             return None;
         }
         let axes = accel.iter().chain(gyro);
-        let joined: Vec<Vec<f64>> = self
-            .tail
-            .iter()
-            .zip(axes)
-            .map(|(t, a)| [&t[..], a].concat())
-            .collect();
+        let axes = self.tail.iter().zip(axes);
+        let joined: Vec<Vec<f64>> = axes.map(|(t, a)| [&t[..], a].concat()).collect();
         let row =
             judging::slipped_row(&self.format, std::array::from_fn(|i| joined[i].as_slice()))?;
         Some(row.saturating_sub(self.tail[0].len()))
@@ -513,11 +436,4 @@ impl Later {
             tail.extend_from_slice(&axis[axis.len().saturating_sub(TAIL_ROWS)..]);
         }
     }
-}
-
-fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
-    columns
-        .iter()
-        .map(|c| rows.columns[*c].as_slice())
-        .collect()
 }

@@ -49,7 +49,6 @@ mod meter;
 #[doc(hidden)]
 pub mod option_text;
 mod options;
-mod range_end;
 mod read;
 mod recording;
 mod role;
@@ -57,7 +56,6 @@ pub mod source;
 mod spans;
 mod table;
 mod text;
-mod time_unit;
 pub mod units;
 pub mod utc;
 pub mod write;
@@ -68,12 +66,12 @@ pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, FindingKind, Severity};
 pub use follow::{Follow, Form, LinesRead, Sample};
+pub use full_scale::range_end;
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
 pub use judge::UnitDoubt;
 pub use later::{Later, Readings};
 pub use meter::{Meter, Progress};
-pub use options::{ColumnChoice, ColumnsSpec, ReadOptions, parse_columns};
-pub use range_end::range_end;
+pub use options::{ColumnsSpec, ReadOptions, parse_columns};
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use recording::{
     CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
@@ -88,5 +86,4 @@ pub use text::{
     AsideLines, Batch, Batches, Column, CopiedText, Format, Ledger, Reason, is_prose, sniff,
     sniff_table, split_hint,
 };
-pub use time_unit::TimeUnit;
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit};

@@ -1,7 +1,7 @@
 //! Metadata above the header: sampling rate, range, serial number, start.
 
 use crate::date::parse_date;
-use crate::units::POSSIBLE;
+use crate::units::{POSSIBLE, is_listed};
 
 /// Words and numbers of a line.
 fn words(line: &str) -> Vec<&str> {
@@ -11,20 +11,11 @@ fn words(line: &str) -> Vec<&str> {
 }
 
 /// Words for the sampling rate.
-const NAMES: [&str; 5] = ["fs", "rate", "odr", "sampling", "frequency"];
+const NAMES: &str = "fs rate odr sampling frequency";
 /// Words before `rate` that make it another one.
-const OTHER_RATES: [&str; 4] = ["baud", "bit", "heart", "data"];
+const OTHER_RATES: &str = "baud bit heart data";
 /// Words before a number that make it a property of a filter.
-const OF_FILTER: [&str; 8] = [
-    "cutoff",
-    "cut",
-    "off",
-    "corner",
-    "bandwidth",
-    "filter",
-    "pass",
-    "lowpass",
-];
+const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
@@ -39,17 +30,17 @@ pub fn rate_hz(metadata: &[String]) -> Option<f64> {
             POSSIBLE.contains(&rate).then_some(rate)
         };
         (0..words.len()).find_map(|i| {
-            if NAMES.contains(&words[i]) {
+            if is_listed(NAMES, words[i]) {
                 // The number follows, possibly after its unit or another word.
                 let at = (i + 1..words.len().min(i + 4)).find(|at| number(words[*at]).is_some())?;
                 let beside = &words[i.saturating_sub(2)..at];
                 let before = &words[i.saturating_sub(2)..i];
                 let other_rate = match before {
                     ["output", "data"] => false,
-                    [.., last] => OTHER_RATES.contains(last),
+                    [.., last] => is_listed(OTHER_RATES, last),
                     [] => false,
                 };
-                let of_filter = beside.iter().any(|w| OF_FILTER.contains(w));
+                let of_filter = beside.iter().any(|w| is_listed(OF_FILTER, w));
                 let with_unit = words[at].ends_with("hz")
                     || words[i + 1..words.len().min(at + 2)].contains(&"hz");
                 let clear = with_unit || !matches!(words[i], "sampling" | "frequency");
@@ -78,29 +69,18 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
             .iter()
             .position(|w| *w == "range" || *w == "scale")
             .filter(|_| !words.iter().any(foreign))?;
-        let (number, unit) = match words[at + 1..] {
-            [number, "g", ..] => (number, true),
-            [number, ..] => (
-                number.strip_suffix('g').unwrap_or(number),
-                number.ends_with('g'),
-            ),
-            [] => return None,
+        let [number, rest @ ..] = &words[at + 1..] else {
+            return None;
         };
-        let range: f64 = number.parse().ok()?;
-        (unit && RANGES_G.contains(&range)).then_some(range)
+        let has_unit = number.ends_with('g') || rest.first() == Some(&"g");
+        let range: f64 = number.strip_suffix('g').unwrap_or(number).parse().ok()?;
+        (has_unit && RANGES_G.contains(&range)).then_some(range)
     })
 }
 
 /// Names of a serial number, in lower case.
-const SERIAL: [&str; 7] = [
-    "serial number",
-    "serial no",
-    "serialnumber",
-    "device serial",
-    "device id",
-    "deviceid",
-    "serial code",
-];
+const SERIAL: &str =
+    "serial number,serial no,serialnumber,device serial,device id,deviceid,serial code";
 /// Largest number of characters of a serial number.
 const MAX_SERIAL_CHARS: usize = 64;
 
@@ -111,9 +91,8 @@ pub fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
         // ASCII lower case leaves byte positions unchanged.
         let small = line.to_ascii_lowercase();
-        let behind = SERIAL
-            .iter()
-            .find_map(|name| small.find(name).map(|at| at + name.len()))?;
+        let mut names = SERIAL.split(',');
+        let behind = names.find_map(|name| small.find(name).map(|at| at + name.len()))?;
         let value = line
             .get(behind..)?
             .trim_start_matches(|c: char| !c.is_alphanumeric())
@@ -128,9 +107,9 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 
 /// Dates have the day before the month: `date format d/M/yyyy`.
 #[must_use]
-pub fn is_day_first(metadata: &[String]) -> bool {
+pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
-        let line = line.to_ascii_lowercase();
+        let line = line.as_ref().to_ascii_lowercase();
         let order = line
             .split_once("date format")
             .map(|(_, order)| order.trim_start());

@@ -4,6 +4,8 @@ use std::io::{self, Read};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use crate::bytes::tap;
+
 /// Counts the bytes of recordings as they are read. Give a clone to
 /// [`ReadOptions`](crate::ReadOptions), and query it from another thread.
 ///
@@ -95,25 +97,14 @@ impl Meter {
         }
         self.0.total.store(total.unwrap_or(0), Ordering::Relaxed);
         self.0.read.store(0, Ordering::Relaxed);
-        Box::new(Metered {
-            inner: reader,
-            meter: self.clone(),
+        let meter = self.clone();
+        tap(reader, move |bytes| {
+            let count = bytes.len() as u64;
+            meter.0.read.fetch_add(count, Ordering::Relaxed);
+            if meter.is_stopped() {
+                return Err(io::Error::other("reading was stopped"));
+            }
+            Ok(())
         })
-    }
-}
-
-struct Metered {
-    inner: Box<dyn Read>,
-    meter: Meter,
-}
-
-impl Read for Metered {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.meter.is_stopped() {
-            return Err(io::Error::other("reading was stopped"));
-        }
-        let n = self.inner.read(buffer)?;
-        self.meter.0.read.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
     }
 }

@@ -5,8 +5,7 @@ use serde::Deserialize;
 use crate::error::{Error, Result};
 use crate::meter::Meter;
 use crate::role::Role;
-use crate::time_unit::TimeUnit;
-use crate::units::{AccelUnit, GyroUnit, POSSIBLE};
+use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
 
 /// How a recording is read where it does not say so itself.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -15,40 +14,24 @@ use crate::units::{AccelUnit, GyroUnit, POSSIBLE};
 #[cfg_attr(feature = "clap", command(next_help_heading = "Reading the recording"))]
 pub struct ReadOptions {
     /// m/s^2, g, mg or counts [default: from the data]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "UNIT",
-            hide_possible_values = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub accel_unit: Option<AccelUnit>,
     /// Full scale in g, for counts [default: from the data]
     #[serde(rename = "accel_range")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long = "accel-range", value_name = "G", hide_short_help = true)
-    )]
+    #[cfg_attr(feature = "clap", arg(long = "accel-range", value_name = "G"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub accel_range_g: Option<f64>,
     /// rad/s, deg/s or counts [default: from turns, header]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "UNIT",
-            hide_possible_values = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub gyro_unit: Option<GyroUnit>,
     /// Full scale in °/s, for counts [default: from turns]
     #[serde(rename = "gyro_range")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long = "gyro-range", value_name = "DPS", hide_short_help = true)
-    )]
+    #[cfg_attr(feature = "clap", arg(long = "gyro-range", value_name = "DPS"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub gyro_range_deg_s: Option<f64>,
     /// t=time,ax=acc_x,gx=- or in order: t,ax,ay,az,_,-
     ///
@@ -57,39 +40,23 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
     /// Sensor in the file: part of its name, or its number
-    #[cfg_attr(
-        feature = "clap",
-        arg(long, value_name = "NAME", hide_short_help = true)
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub sensor: Option<String>,
     /// Sampling rate in Hz, where there are no time stamps
     #[serde(rename = "rate")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long = "rate", value_name = "HZ", hide_short_help = true)
-    )]
+    #[cfg_attr(feature = "clap", arg(long = "rate", value_name = "HZ"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub rate_hz: Option<f64>,
     /// s, ms, us or ns [default: from the header or steps]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "UNIT",
-            hide_possible_values = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub time_unit: Option<TimeUnit>,
     /// Subtracted from counts [default: 32768 if unsigned]
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "N",
-            allow_negative_numbers = true,
-            hide_short_help = true
-        )
-    )]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
+    #[cfg_attr(feature = "clap", arg(allow_negative_numbers = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub zero_offset: Option<f64>,
     /// Compute the SHA-256 of the file.
     #[serde(skip)]
@@ -99,6 +66,11 @@ pub struct ReadOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub meter: Option<Meter>,
+    /// Unit of the time stamps if neither header, dates nor the rate tell it.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[doc(hidden)]
+    pub likely_time_unit: Option<TimeUnit>,
     /// The file holds the gyroscope of another one: its axes are read as [`Recording::accel`](crate::Recording::accel), and are not
     /// judged by gravity.
     #[serde(skip)]
@@ -152,19 +124,9 @@ impl ReadOptions {
 pub enum ColumnsSpec {
     /// Channel and name of its column; `None` if the channel must not be read
     Named(Vec<(Role, Option<String>)>),
-    /// The columns in order
-    Ordered(Vec<ColumnChoice>),
-}
-
-/// One column of an ordered list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ColumnChoice {
-    /// This channel
-    Channel(Role),
-    /// Recognised
-    AsRecognised,
-    /// Not read
-    Skipped,
+    /// The columns in order: channel, [`Role::Other`] for one that is not read, `None` for one that
+    /// is recognised
+    Ordered(Vec<Option<Role>>),
 }
 
 /// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read) or
@@ -217,9 +179,9 @@ pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
         return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
     }
     let ordered = text.split(',').map(|name| match name.trim() {
-        "_" | "" => Ok(ColumnChoice::AsRecognised),
-        "-" => Ok(ColumnChoice::Skipped),
-        name => channel(name).map(ColumnChoice::Channel),
+        "_" | "" => Ok(None),
+        "-" => Ok(Some(Role::Other)),
+        name => channel(name).map(Some),
     });
     Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
 }
@@ -240,12 +202,9 @@ fn of_accelerometer(spec: &ColumnsSpec) -> Option<ColumnsSpec> {
             Some(ColumnsSpec::Named(pairs))
         }
         ColumnsSpec::Ordered(order) => {
-            let any = |is: fn(&Role) -> bool| {
-                let of = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(role) if is(role));
-                order.iter().any(of)
-            };
+            let names = |is: fn(&Role) -> bool| order.iter().flatten().any(is);
             let gyro_alone =
-                any(|r| matches!(r, Role::Gyro(_))) && !any(|r| matches!(r, Role::Accel(_)));
+                names(|r| matches!(r, Role::Gyro(_))) && !names(|r| matches!(r, Role::Accel(_)));
             (!gyro_alone).then(|| spec.clone())
         }
     }

@@ -11,8 +11,7 @@ use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::judge::UnitDoubt;
 use crate::text::{Batch, Format, Ledger};
-use crate::time_unit::TimeUnit;
-use crate::units::{AccelScale, AccelUnit, GyroScale, Origin};
+use crate::units::{AccelScale, AccelUnit, GyroScale, Origin, TimeUnit};
 use crate::utc::UtcTime;
 
 pub use judging::findings::CALIBRATED;
@@ -219,16 +218,12 @@ impl Recording {
     ///
     /// `averaged` (usage).
     pub fn refuse_averaged(&self, hint: &str) -> Result<()> {
-        if self.is_averaged() {
-            Err(Error::usage(
-                "averaged",
-                "the rows of this recording are means of neighbouring samples",
-            )
-            .at(self.name.as_ref(), None)
-            .with_hint(hint))
-        } else {
-            Ok(())
+        if !self.is_averaged() {
+            return Ok(());
         }
+        let text = "the rows of this recording are means of neighbouring samples";
+        let error = Error::usage("averaged", text).at(self.name.as_ref(), None);
+        Err(error.with_hint(hint))
     }
 
     /// True if there is a break within `rows`.
@@ -308,23 +303,20 @@ impl Recording {
 /// Ranges between `breaks` in `0..len`, without empty ones.
 #[must_use]
 pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
-    let mut edges = vec![0];
-    edges.extend(breaks.iter().copied());
-    edges.push(len);
-    edges
-        .windows(2)
-        .map(|w| w[0]..w[1])
-        .filter(|r| !r.is_empty())
-        .collect()
+    let edges: Vec<usize> = [&[0], breaks, &[len]].concat();
+    let ranges = edges.windows(2).map(|w| w[0]..w[1]);
+    ranges.filter(|range| !range.is_empty()).collect()
 }
 
 /// The first 256 KiB of a text, without the line that they cut.
 #[must_use]
 pub fn whole_lines(head: &[u8]) -> String {
+    String::from_utf8_lossy(without_cut_line(head)).replace('\0', "")
+}
+
+pub(crate) fn without_cut_line(head: &[u8]) -> &[u8] {
     let is_cut = head.len() == HEAD_BYTES;
-    let end = head
-        .iter()
-        .rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
-    let text = String::from_utf8_lossy(&head[..end.map_or(head.len(), |e| e + 1)]);
-    text.replace('\0', "")
+    let mut line_ends = head.iter();
+    let end = line_ends.rposition(|b| is_cut && matches!(b, b'\n' | b'\r'));
+    &head[..end.map_or(head.len(), |e| e + 1)]
 }

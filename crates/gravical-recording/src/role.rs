@@ -1,7 +1,7 @@
 //! What a column holds.
 
 /// What a column holds. Axes are 0, 1, 2 for x, y, z.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Role {
     /// Time of the row
     Time,
@@ -16,6 +16,7 @@ pub enum Role {
     /// Name of the placement or section
     Label,
     /// Anything else
+    #[default]
     Other,
 }
 

@@ -1,16 +1,14 @@
-//! Where a recording is read from: a path, standard input, three files of one axis each, bytes in memory.
+//! Where a recording is read from: a path, standard input, three files of one axis each, bytes in
+//! memory.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use crate::bytes::{Input, from_reader, peek};
+use crate::bytes::{Input, from_reader};
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
 use crate::text::axes;
-
-/// First bytes of a ZIP archive.
-const ZIP: &[u8] = b"PK\x03\x04";
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
 #[must_use]
@@ -25,47 +23,6 @@ pub fn stem(name: &str) -> String {
     stem.to_owned()
 }
 
-/// Where a recording is read from.
-pub(crate) enum Source<'a> {
-    /// A file, a pipe or, as `-`, standard input.
-    Path(&'a Path),
-    /// Bytes in memory, and their name for messages.
-    Bytes(&'a str, &'a [u8]),
-}
-
-impl Source<'_> {
-    /// Its name in messages.
-    pub fn name(&self) -> String {
-        match self {
-            Source::Path(path) => path.display().to_string(),
-            Source::Bytes(name, _) => (*name).to_owned(),
-        }
-    }
-
-    /// Opens it.
-    ///
-    /// # Errors
-    ///
-    /// As [`open`].
-    pub fn open(&self, options: &ReadOptions) -> Result<Input> {
-        match self {
-            Source::Path(path) => open(path, options),
-            Source::Bytes(name, bytes) => {
-                let reader = Box::new(io::Cursor::new(bytes.to_vec()));
-                input(Path::new(name), reader, Some(bytes.len() as u64), options)
-            }
-        }
-    }
-
-    /// True if it can be opened again: it is no pipe.
-    pub fn is_reopenable(&self) -> bool {
-        match self {
-            Source::Path(path) => *path != Path::new("-") && path.is_file(),
-            Source::Bytes(..) => true,
-        }
-    }
-}
-
 /// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
 ///
 /// # Errors
@@ -74,6 +31,12 @@ impl Source<'_> {
 pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
     let (reader, total) = bytes_at(path)?;
     input(path, reader, total, options)
+}
+
+/// Opens bytes in memory; `name` is used in messages.
+pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Input> {
+    let reader = Box::new(io::Cursor::new(bytes.to_vec()));
+    input(Path::new(name), reader, Some(bytes.len() as u64), options)
 }
 
 /// The bytes at `path`, and their number if it is known.
@@ -108,15 +71,5 @@ fn input(
         Some(meter) => meter.over(&path.display().to_string(), total, reader),
         None => reader,
     };
-    let mut opened = from_reader(reader, options.hash).map_err(|e| Error::io(path, e))?;
-    let (magic, reader) = peek(opened.reader, ZIP.len()).map_err(|e| Error::io(path, e))?;
-    opened.reader = reader;
-    if magic == ZIP {
-        return Err(
-            Error::input("is-an-archive", "this is a ZIP archive, not a recording")
-                .at(path, None)
-                .with_hint("unpack it and give the recording in it"),
-        );
-    }
-    Ok(opened)
+    from_reader(reader, options.hash).map_err(|e| Error::io(path, e))
 }

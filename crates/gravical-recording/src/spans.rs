@@ -17,45 +17,29 @@ impl LineSpans {
 
     /// Adds one line; lines come in rising order.
     pub fn push(&mut self, line: u64) {
-        self.count += 1;
-        let follows = line == self.last + 1 && self.last != 0;
-        self.last = line;
-        let kept = self.spans.len();
-        match self.spans.last_mut() {
-            Some(span) if follows && span[1] + 1 == line => span[1] = line,
-            _ if kept < Self::KEPT => self.spans.push([line, line]),
-            _ => {}
-        }
+        self.push_range(line, line, 1);
     }
 
     /// Adds a range in which `count` lines are concerned; `from` comes after
     /// all lines so far.
     pub fn push_range(&mut self, from: u64, to: u64, count: u64) {
-        self.push(from);
-        self.count += count.saturating_sub(1);
-        if let Some(span) = self.spans.last_mut()
-            && span[1] == from
-        {
-            span[1] = to;
-        }
+        self.count += count;
+        let follows = from == self.last + 1 && self.last != 0;
         self.last = to;
+        let kept = self.spans.len();
+        match self.spans.last_mut() {
+            Some(span) if follows && span[1] + 1 == from => span[1] = to,
+            _ if kept < Self::KEPT => self.spans.push([from, to]),
+            _ => {}
+        }
     }
 
     /// Adds lines that come after all so far.
     pub fn append(&mut self, later: &LineSpans) {
-        if later.is_empty() {
-            return;
+        for [from, to] in &later.spans {
+            self.push_range(*from, *to, 0);
         }
-        for span in &later.spans {
-            let kept = self.spans.len();
-            match self.spans.last_mut() {
-                Some(last) if last[1] == self.last && last[1] + 1 == span[0] => last[1] = span[1],
-                _ if kept < Self::KEPT => self.spans.push(*span),
-                _ => {}
-            }
-            self.last = span[1];
-        }
-        self.last = later.last;
+        self.last = self.last.max(later.last);
         self.count += later.count;
     }
 
@@ -75,12 +59,6 @@ impl LineSpans {
     #[must_use]
     pub fn ranges(&self) -> &[[u64; 2]] {
         &self.spans
-    }
-
-    /// The first line.
-    #[must_use]
-    pub fn first(&self) -> Option<u64> {
-        self.spans.first().map(|s| s[0])
     }
 }
 

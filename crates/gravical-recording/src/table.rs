@@ -46,16 +46,6 @@ pub struct SampleColumns<'a> {
 }
 
 impl SampleColumns<'_> {
-    fn len(&self) -> usize {
-        self.accel[0].len()
-    }
-
-    fn even(&self) -> bool {
-        let all = self.accel.iter().chain(self.gyro.iter().flatten());
-        let others = self.time.iter().chain(self.temperature_c.iter());
-        all.chain(others).all(|column| column.len() == self.len())
-    }
-
     /// The columns with the names of their channels.
     fn columns(&self) -> Vec<(&'static str, &[f64])> {
         let accel = ["ax", "ay", "az"].into_iter().zip(self.accel);
@@ -98,20 +88,9 @@ impl Recording {
         samples: &SampleColumns<'_>,
         options: &ReadOptions,
     ) -> Result<Self> {
-        if !samples.even() {
-            return Err(Error::usage(
-                "samples-length",
-                "the columns of samples have different lengths",
-            )
-            .at(name.as_ref(), None)
-            .with_hint("give one value of each for every sample, NaN where there is none"));
-        }
-        let names: Vec<String> = samples.columns().iter().map(|c| c.0.to_owned()).collect();
-        let columns = samples
-            .columns()
-            .into_iter()
-            .map(|c| TableColumn::Numbers(c.1));
-        let columns: Vec<TableColumn<'_>> = columns.collect();
+        let numbers = |(name, values): (&str, _)| (name.to_owned(), TableColumn::Numbers(values));
+        let columns = samples.columns().into_iter().map(numbers);
+        let (names, columns): (Vec<String>, Vec<TableColumn<'_>>) = columns.unzip();
         let mut recording = Recording::from_table(name, &names, &columns, options)?;
         recording.column_names.clear();
         recording.description = "samples in memory".to_owned();
@@ -155,8 +134,10 @@ impl Recording {
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
                 let text = format!("column {} holds texts, not numbers", column + 1);
-                let hint = "convert it to numbers, or name other columns: --columns t=…,ax=…";
-                return Err(in_file(Error::input("no-values", text).with_hint(hint)));
+                let error = Error::input("no-values", text)
+                    .with_hint("convert it to numbers, or name other columns, as t=…,ax=…")
+                    .advise("columns", "");
+                return Err(in_file(error));
             }
         }
         let judged = Recording::judge(&format, rows).map_err(in_file)?;

@@ -1,41 +1,96 @@
-//! Units of the channels.
+//! Units of the channels and of time.
 
 use std::fmt;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
-use crate::time_unit::time_scale_s;
-
 /// Sampling rates (Hz) and full-scale ranges (g, °/s) that are accepted: much wider than any real
 /// sensor, so that windows, scales and durations computed from them are finite.
 pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
 
-/// Unit of an accelerometer channel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum AccelUnit {
-    /// m/s².
-    #[serde(rename = "m/s^2", alias = "m/s2", alias = "mps2")]
-    #[cfg_attr(feature = "clap", value(name = "m/s^2", aliases = ["m/s2", "mps2"]))]
-    MetrePerSecondSquared,
-    /// Standard gravity, 9.80665 m/s².
-    #[serde(rename = "g")]
-    #[cfg_attr(feature = "clap", value(name = "g"))]
-    StandardGravity,
-    /// A thousandth of standard gravity.
-    #[serde(rename = "mg")]
-    #[cfg_attr(feature = "clap", value(name = "mg"))]
-    MilliGravity,
-    /// Raw counts of the converter.
-    #[serde(rename = "counts")]
-    Counts,
-    /// Given neither by the header nor by the data.
-    #[serde(rename = "unknown")]
-    #[cfg_attr(feature = "clap", value(skip))]
-    #[default]
-    Unknown,
+/// An enum whose values have one name in files and options.
+macro_rules! units {
+    ($(#[$meta:meta])* $unit:ident { $($(#[$value_meta:meta])* $value:ident $name:literal;)* }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+        pub enum $unit {
+            $(
+                $(#[$value_meta])*
+                #[serde(rename = $name)]
+                #[cfg_attr(feature = "clap", value(name = $name))]
+                $value,
+            )*
+        }
+
+        impl $unit {
+            /// Name in files and options; in text it is displayed with its symbol.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $($unit::$value => $name,)*
+                }
+            }
+        }
+    };
+}
+
+units! {
+    /// Unit of an accelerometer channel.
+    #[derive(Default)]
+    AccelUnit {
+        /// m/s².
+        #[serde(alias = "m/s2", alias = "mps2")]
+        #[cfg_attr(feature = "clap", value(aliases = ["m/s2", "mps2"]))]
+        MetrePerSecondSquared "m/s^2";
+        /// Standard gravity, 9.80665 m/s².
+        StandardGravity "g";
+        /// A thousandth of standard gravity.
+        MilliGravity "mg";
+        /// Raw counts of the converter.
+        Counts "counts";
+        /// Given neither by the header nor by the data.
+        #[cfg_attr(feature = "clap", value(skip))]
+        #[default]
+        Unknown "unknown";
+    }
+}
+
+units! {
+    /// Unit of a gyroscope channel.
+    #[derive(Default)]
+    GyroUnit {
+        /// rad/s.
+        RadianPerSecond "rad/s";
+        /// °/s.
+        #[serde(alias = "dps")]
+        #[cfg_attr(feature = "clap", value(alias = "dps"))]
+        DegreePerSecond "deg/s";
+        /// Raw counts of the converter.
+        Counts "counts";
+        /// Given neither by the header nor by the data.
+        #[cfg_attr(feature = "clap", value(skip))]
+        #[default]
+        Unknown "unknown";
+    }
+}
+
+units! {
+    /// Unit of the time stamps.
+    TimeUnit {
+        /// Seconds.
+        Second "s";
+        /// Milliseconds.
+        Millisecond "ms";
+        /// Hundreds of microseconds, the ticks of some motion trackers.
+        HundredMicroseconds "100us";
+        /// Microseconds.
+        Microsecond "us";
+        /// Nanoseconds.
+        Nanosecond "ns";
+    }
 }
 
 impl fmt::Display for AccelUnit {
@@ -57,38 +112,15 @@ impl fmt::Display for GyroUnit {
 }
 
 impl AccelUnit {
-    /// Name in files and options; in text it is displayed with its symbol.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            AccelUnit::MetrePerSecondSquared => "m/s^2",
-            AccelUnit::StandardGravity => "g",
-            AccelUnit::MilliGravity => "mg",
-            AccelUnit::Counts => "counts",
-            AccelUnit::Unknown => "unknown",
-        }
-    }
-
     /// Parses a unit; `None` if it is not a unit of acceleration.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
-        Some(match squeeze(text).as_str() {
-            "m/s2"
-            | "mps2"
-            | "ms-2"
-            | "ms2"
-            | "m/s/s"
-            | "m/sec2"
-            | "m/s2r"
-            | "m.s-2"
-            | "ms2r"
-            | "metre/s2"
-            | "meter/s2"
-            | "meterspersecondsquared" => AccelUnit::MetrePerSecondSquared,
-            "g" | "gs" | "gn" | "g0" => AccelUnit::StandardGravity,
-            "mg" | "millig" => AccelUnit::MilliGravity,
-            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => AccelUnit::Counts,
-            other if listed(&PER_G, other).is_some() => AccelUnit::Counts,
+        let unit = squeeze(text);
+        Some(match () {
+            _ if is_listed(MPS2, &unit) => AccelUnit::MetrePerSecondSquared,
+            _ if is_listed("g gs gn g0", &unit) => AccelUnit::StandardGravity,
+            _ if is_listed("mg millig", &unit) => AccelUnit::MilliGravity,
+            _ if is_listed(COUNTS, &unit) || size(&PER_G, &unit).is_some() => AccelUnit::Counts,
             _ => return None,
         })
     }
@@ -96,104 +128,61 @@ impl AccelUnit {
     /// Counts per g of a unit that is read as counts.
     #[must_use]
     pub fn per_g(text: &str) -> Option<f64> {
-        listed(&PER_G, &squeeze(text))
+        size(&PER_G, &squeeze(text))
     }
 }
 
+const MPS2: &str = "m/s2 mps2 ms-2 ms2 m/s/s m/sec2 m/s2r m.s-2 ms2r metre/s2 meter/s2 \
+    meterspersecondsquared";
+const COUNTS: &str = "counts count lsb raw adc a.u. int16";
+const DEG_S: &str = "deg/s dps degs deg degs-1 deg/sec degree/s degrees/s deg.s-1 °s-1";
+const RAD_S: &str = "rad/s rads rad rps rad/sec rads-1 rad.s-1 radians/s";
+
 /// Names of a unit, and its size.
-type UnitNames = (&'static [&'static str], f64);
+type UnitNames = (&'static str, f64);
 
 /// Units of acceleration that are read as counts of known sensitivity, in units per g.
 const PER_G: [UnitNames; 3] = [
-    (&["cm/s2", "cms-2", "gal"], 980.665),
-    (&["mm/s2", "mms-2"], 9806.65),
-    (&["ug", "µg", "μg"], 1e6),
+    ("cm/s2 cms-2 gal", 980.665),
+    ("mm/s2 mms-2", 9806.65),
+    ("ug µg μg", 1e6),
 ];
 
 /// Units of angular rate that are read as counts of known sensitivity, in units per °/s.
 const PER_DEG_S: [UnitNames; 4] = [
-    (
-        &["mdps", "mdeg/s", "millideg/s", "m°/s", "mdegs-1"],
-        MDPS_PER_DEG_S,
-    ),
-    (
-        &["mrad/s", "mrads-1"],
-        1000.0 * std::f64::consts::PI / 180.0,
-    ),
-    (&["deg/h", "deg/hr", "°/h", "°/hr", "dph"], 3600.0),
-    (&["rpm"], 1.0 / 6.0),
+    ("mdps mdeg/s millideg/s m°/s mdegs-1", MDPS_PER_DEG_S),
+    ("mrad/s mrads-1", 1000.0 * std::f64::consts::PI / 180.0),
+    ("deg/h deg/hr °/h °/hr dph", 3600.0),
+    ("rpm", 1.0 / 6.0),
 ];
 
 /// m°/s in one °/s.
 pub const MDPS_PER_DEG_S: f64 = 1000.0;
 
-fn listed(units: &[UnitNames], text: &str) -> Option<f64> {
-    let of = |(names, size): &UnitNames| names.contains(&text).then_some(*size);
-    units.iter().find_map(of)
+fn size(units: &[UnitNames], text: &str) -> Option<f64> {
+    units.iter().find(|u| is_listed(u.0, text)).map(|u| u.1)
 }
 
-/// Unit of a gyroscope channel.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum GyroUnit {
-    /// rad/s.
-    #[serde(rename = "rad/s")]
-    #[cfg_attr(feature = "clap", value(name = "rad/s"))]
-    RadianPerSecond,
-    /// °/s.
-    #[serde(rename = "deg/s", alias = "dps")]
-    #[cfg_attr(feature = "clap", value(name = "deg/s", alias = "dps"))]
-    DegreePerSecond,
-    /// Raw counts of the converter.
-    #[serde(rename = "counts")]
-    Counts,
-    /// Given neither by the header nor by the data.
-    #[serde(rename = "unknown")]
-    #[cfg_attr(feature = "clap", value(skip))]
-    #[default]
-    Unknown,
+/// Whether a word is one of a list, in which blanks separate the words.
+pub(crate) fn is_listed(list: &str, word: &str) -> bool {
+    !word.is_empty() && list.split(' ').any(|w| w == word)
 }
 
 impl GyroUnit {
-    /// Name in files and options.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            GyroUnit::RadianPerSecond => "rad/s",
-            GyroUnit::DegreePerSecond => "deg/s",
-            GyroUnit::Counts => "counts",
-            GyroUnit::Unknown => "unknown",
-        }
-    }
-
     /// Parses a unit; `None` if it is not a unit of angular rate.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
-        let text = squeeze(text);
+        let unit = squeeze(text);
         // A degree sign lost in a conversion can be any character.
-        let degrees = matches!(
-            text.as_str(),
-            "deg/s"
-                | "dps"
-                | "degs"
-                | "deg"
-                | "degs-1"
-                | "deg/sec"
-                | "degree/s"
-                | "degrees/s"
-                | "deg.s-1"
-                | "°s-1"
-        ) || (text.ends_with("/s")
-            && text.chars().count() == 3
-            && !text.starts_with(|c: char| c.is_ascii_alphanumeric()));
-        Some(match text.as_str() {
-            _ if degrees => GyroUnit::DegreePerSecond,
-            "rad/s" | "rads" | "rad" | "rps" | "rad/sec" | "rads-1" | "rad.s-1" | "radians/s" => {
-                GyroUnit::RadianPerSecond
+        let is_degree = |sign: &str| {
+            sign.chars().count() == 1 && !sign.starts_with(|c: char| c.is_ascii_alphanumeric())
+        };
+        Some(match () {
+            _ if is_listed(DEG_S, &unit) || unit.strip_suffix("/s").is_some_and(is_degree) => {
+                GyroUnit::DegreePerSecond
             }
-            "counts" | "count" | "lsb" | "raw" | "adc" | "a.u." | "int16" => GyroUnit::Counts,
-            other if listed(&PER_DEG_S, other).is_some() => GyroUnit::Counts,
+            _ if is_listed(RAD_S, &unit) => GyroUnit::RadianPerSecond,
+            _ if is_listed(COUNTS, &unit) || size(&PER_DEG_S, &unit).is_some() => GyroUnit::Counts,
             _ => return None,
         })
     }
@@ -201,7 +190,7 @@ impl GyroUnit {
     /// Counts per °/s of a unit that is read as counts.
     #[must_use]
     pub fn per_deg_s(text: &str) -> Option<f64> {
-        listed(&PER_DEG_S, &squeeze(text))
+        size(&PER_DEG_S, &squeeze(text))
     }
 }
 
@@ -221,48 +210,77 @@ fn squeeze(text: &str) -> String {
 }
 
 pub(crate) fn is_celsius(text: &str) -> bool {
-    matches!(
-        text.to_lowercase().as_str(),
-        "c" | "°c" | "℃" | "degc" | "deg c" | "'c" | "degrees celsius" | "celsius"
-    )
+    is_listed("c °c ℃ degc 'c degreescelsius celsius", &squeeze(text))
 }
 
 /// True for the unit of any quantity that recorders measure, as in a row of units.
 #[must_use]
 pub fn is_unit(text: &str) -> bool {
-    let others = [
-        "ut",
-        "µt",
-        "μt",
-        "mt",
-        "nt",
-        "gauss",
-        "mgauss",
-        "hpa",
-        "pa",
-        "kpa",
-        "mbar",
-        "v",
-        "mv",
-        "%",
-        "°",
-        "m",
-        "mm",
-        "m/s",
-        "hz",
-        "nounits",
-        "unitless",
-        "n/a",
-        "-",
-        "localflux",
-        "localfluxunits",
-        "yyyy/mm/ddhh:mm:ss.sss",
-    ];
+    const OTHERS: &str = "ut µt μt mt nt gauss mgauss hpa pa kpa mbar v mv % ° m mm m/s hz nounits \
+        unitless n/a - localflux localfluxunits yyyy/mm/ddhh:mm:ss.sss";
     AccelUnit::parse(text).is_some()
         || GyroUnit::parse(text).is_some()
         || time_scale_s(text).is_some()
         || is_celsius(text)
-        || others.contains(&squeeze(text).as_str())
+        || is_listed(OTHERS, &squeeze(text))
+}
+
+impl TimeUnit {
+    /// Units that are guessed.
+    pub(crate) const GUESSED: [TimeUnit; 4] = [
+        TimeUnit::Second,
+        TimeUnit::Millisecond,
+        TimeUnit::Microsecond,
+        TimeUnit::Nanosecond,
+    ];
+
+    /// Seconds per unit.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        match self {
+            TimeUnit::Second => 1.0,
+            TimeUnit::Millisecond => 1e-3,
+            TimeUnit::HundredMicroseconds => 1e-4,
+            TimeUnit::Microsecond => 1e-6,
+            TimeUnit::Nanosecond => 1e-9,
+        }
+    }
+
+    /// The unit of so many seconds.
+    #[must_use]
+    pub fn of_seconds(seconds: f64) -> Option<Self> {
+        let units = [TimeUnit::HundredMicroseconds];
+        let mut units = TimeUnit::GUESSED.into_iter().chain(units);
+        units.find(|u| (u.seconds() / seconds - 1.0).abs() < 1e-9)
+    }
+
+    /// Parses a unit.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let word = text.trim().to_lowercase();
+        let is = |list: &str| is_listed(list, &word);
+        Some(match () {
+            _ if is("s sec secs second seconds") => TimeUnit::Second,
+            _ if is("ms msec msecs millisec millisecs millis millisecond milliseconds") => {
+                TimeUnit::Millisecond
+            }
+            _ if is("us µs μs usec usecs microsec microsecs micros microsecond microseconds") => {
+                TimeUnit::Microsecond
+            }
+            _ if is("ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds") => {
+                TimeUnit::Nanosecond
+            }
+            _ => return None,
+        })
+    }
+}
+
+/// Seconds of one unit of time, which may have a number: `ms`, `[10ms]`.
+pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
+    let text: String = text.chars().filter(|c| !"[]() ".contains(*c)).collect();
+    let word = text.trim_start_matches(|c: char| c.is_ascii_digit());
+    let many: f64 = text[..text.len() - word.len()].parse().unwrap_or(1.0);
+    (many > 0.0).then_some(many * TimeUnit::parse(word)?.seconds())
 }
 
 /// Source of a unit.

@@ -39,7 +39,7 @@ pub enum Cell {
 }
 
 /// Columns of an output.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Table {
     /// Their names
     pub names: Vec<String>,
@@ -63,14 +63,12 @@ impl Table {
     ) -> Self {
         let (delimiter, decimal_comma) = dialect(format);
         let mut table = Table {
-            names: Vec::new(),
-            cells: Vec::new(),
             delimiter: match delimiter {
                 Delimiter::Byte(byte) => byte,
                 Delimiter::Whitespace => b'\t',
             },
             decimal_comma,
-            copied: Vec::new(),
+            ..Table::default()
         };
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
@@ -106,8 +104,8 @@ impl Table {
             names,
             cells,
             delimiter: b',',
-            decimal_comma: false,
             copied: copied.into_iter().map(|c| (c, c)).collect(),
+            ..Table::default()
         }
     }
 
@@ -163,17 +161,9 @@ pub fn input_name(format: &Format, column: usize) -> String {
     if !format.names.is_empty() {
         return format.names.get(column).cloned().unwrap_or_default();
     }
-    let place = |axes: [usize; 3]| axes.iter().position(|c| *c == column);
-    let axis = |sensor: &str, i: usize| format!("{sensor}{}", ["x", "y", "z"][i]);
-    if let Some(i) = place(format.accel) {
-        return axis("a", i);
-    }
-    if let Some(i) = format.gyro.and_then(place) {
-        return axis("g", i);
-    }
-    let is_dropped = format.columns[column].is_dropped;
-    match format.columns[column].role {
-        _ if is_dropped => format!("column_{}", column + 1),
+    match format.role(column) {
+        role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(column),
+        _ if format.columns[column].is_dropped => format!("column_{}", column + 1),
         Role::Time => "t".to_owned(),
         Role::Temperature => "temperature".to_owned(),
         Role::Label => "label".to_owned(),

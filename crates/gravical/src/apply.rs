@@ -219,11 +219,11 @@ pub fn apply(
     let mut reader = match gyro {
         Some(gyro) => {
             let beside = options.read.beside_gyroscope_file();
-            let mut reader = BatchReader::open_whole(input, name, &beside, copied)?;
+            let mut reader = BatchReader::open(input, name, &beside, BatchReader::WHOLE, copied)?;
             join_gyroscope(&mut reader.recording, gyro, &options.read)?;
             reader
         }
-        None => BatchReader::open(input, name, &options.read, false, copied)?,
+        None => BatchReader::open(input, name, &options.read, BatchReader::HEAD, copied)?,
     };
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;

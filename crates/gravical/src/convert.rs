@@ -127,7 +127,7 @@ pub fn convert_file(
         let column = format.columns.iter().position(|c| c.role == Role::Label);
         column.map(|c| (c, c)).into_iter().collect()
     };
-    let mut reader = BatchReader::open(input, &name, read, true, label)?;
+    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, label)?;
     let stills = find_rests(&reader.recording);
     settle(&mut reader.recording, &stills);
     let start_unix_s = reader

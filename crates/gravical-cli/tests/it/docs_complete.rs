@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gravical::finding::FindingKind;
+use gravical::finding::{FindingKind, Severity};
 
 /// How a code is made.
 const MAKERS: [&str; 3] = ["Error::input(", "Error::usage(", "Error::device("];
@@ -15,14 +15,21 @@ fn document() -> String {
 }
 
 #[test]
-fn every_kind_of_finding_is_documented_with_its_weight() {
+fn every_kind_of_finding_is_documented_with_its_severity() {
     let text = document();
     let (_, findings) = text.split_once("\n## Findings\n").unwrap();
     let (findings, _) = findings.split_once("\n## ").unwrap();
     let rows: Vec<&str> = findings.lines().filter(|l| l.starts_with("| `")).collect();
     for kind in FindingKind::ALL {
-        let row = format!("| `{kind}` | {} |", kind.weight());
-        assert!(rows.iter().any(|r| r.starts_with(&row)), "{row}");
+        let begin = format!("| `{kind}` | ");
+        let row = rows.iter().find_map(|r| r.strip_prefix(&begin));
+        let (severity, _) = row.expect(&begin).split_once(" |").unwrap();
+        let name = match kind.severity() {
+            Severity::Note => "note",
+            Severity::Warning => "warning",
+        };
+        assert!(severity.contains(name), "{kind} is a {name}");
+        assert_eq!(severity.contains("gate"), kind.is_gate(), "{kind}");
     }
     assert_eq!(
         rows.len(),

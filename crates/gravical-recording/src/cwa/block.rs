@@ -97,52 +97,8 @@ impl Header {
     }
 }
 
-/// Why a block cannot be used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Defect {
-    /// All bytes are 0xFF (or all 0): never written.
-    Erased,
-    /// It does not begin as a block of samples.
-    NotABlock,
-    /// The sum of its words is not zero.
-    Checksum,
-    /// The time stamp is no date.
-    NoDate,
-    /// Rate, channels, coding or number of samples that the format does not have.
-    Unknown,
-    /// The file ends within it.
-    Truncated,
-}
-
-impl Defect {
-    /// For messages.
-    pub fn text(self) -> &'static str {
-        match self {
-            Defect::Erased => "never written",
-            Defect::NotABlock => "not a block of samples",
-            Defect::Checksum => "wrong checksum",
-            Defect::NoDate => "time stamp without a date",
-            Defect::Unknown => "unknown coding",
-            Defect::Truncated => "cut off",
-        }
-    }
-
-    pub fn reason(self) -> Reason {
-        match self {
-            Defect::Erased => Reason::ErasedBlock,
-            _ => Reason::CorruptBlock,
-        }
-    }
-}
-
-/// How the numbers of a sample are stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Coding {
-    /// Three numbers of 10 bits, and their common exponent in the two highest bits.
-    Packed,
-    /// 16 bits each: the accelerometer alone, or the gyroscope and then the accelerometer.
-    Plain { gyro: bool },
-}
+/// Why a block cannot be used, also in words.
+pub(super) type Defect = (Reason, &'static str);
 
 /// A block of samples.
 #[derive(Debug, Clone)]
@@ -160,7 +116,9 @@ pub(super) struct Block {
     pub rate_hz: f64,
     /// Number of samples, at least one.
     pub samples: usize,
-    coding: Coding,
+    /// Numbers of 16 bits of a sample: 3 of the accelerometer, behind 3 of the gyroscope if there are
+    /// 6. 0 if it is packed: three numbers of 10 bits, and their common exponent in the two highest.
+    numbers: usize,
     /// g per count.
     accel_g: f64,
     /// °/s per count.
@@ -174,25 +132,26 @@ impl Block {
     /// Why the block cannot be used.
     pub fn parse(bytes: &[u8; BLOCK_BYTES]) -> Result<Self, Defect> {
         if bytes.iter().all(|b| *b == 0xff) || bytes.iter().all(|b| *b == 0) {
-            return Err(Defect::Erased);
+            return Err((Reason::ErasedBlock, "never written"));
         }
         if &bytes[..2] != b"AX" || usize::from(u16_at(bytes, 2)) != BLOCK_BYTES - 4 {
-            return Err(Defect::NotABlock);
+            return Err((Reason::CorruptBlock, "not a block of samples"));
         }
         let words = (0..BLOCK_BYTES).step_by(2).map(|at| u16_at(bytes, at));
         if words.fold(0, u16::wrapping_add) != 0 {
-            return Err(Defect::Checksum);
+            return Err((Reason::CorruptBlock, "wrong checksum"));
         }
         let (rate_hz, _) = rate_and_range(bytes[24]);
-        let (coding, sample_bytes) = match bytes[25] {
-            0x30 => (Coding::Packed, PACKED),
-            0x32 => (Coding::Plain { gyro: false }, 3 * NUMBER),
-            0x62 => (Coding::Plain { gyro: true }, 6 * NUMBER),
-            _ => return Err(Defect::Unknown),
+        let unknown = (Reason::CorruptBlock, "unknown coding");
+        let (numbers, sample_bytes) = match bytes[25] {
+            0x30 => (0, PACKED),
+            0x32 => (3, 3 * NUMBER),
+            0x62 => (6, 6 * NUMBER),
+            _ => return Err(unknown),
         };
         let samples = usize::from(u16_at(bytes, 28));
         if !(1..=DATA.len() / sample_bytes).contains(&samples) || !RATES_HZ.contains(&rate_hz) {
-            return Err(Defect::Unknown);
+            return Err(unknown);
         }
         // With the top bit, the other bits are a fraction of the second; without it, the number
         // of the device.
@@ -208,16 +167,17 @@ impl Block {
         let gyro_range_deg_s = f64::from(8000_u32 >> (scales >> 10 & 7));
         let mut data = [0; DATA.end - DATA.start];
         data.copy_from_slice(&bytes[DATA]);
+        let date_s = date_s(u32_at(bytes, 14));
+        let no_date = (Reason::CorruptBlock, "time stamp without a date");
         Ok(Block {
             session: u32_at(bytes, 6),
             sequence: u32_at(bytes, 10),
-            stamp_s: date_s(u32_at(bytes, 14)).ok_or(Defect::NoDate)?
-                + f64::from(fraction) / 65536.0,
+            stamp_s: date_s.ok_or(no_date)? + f64::from(fraction) / 65536.0,
             stamp_sample: i64::from(stamp_sample) + in_fraction,
             temperature_c: temperature_c(u16_at(bytes, 20) & 1023),
             rate_hz,
             samples,
-            coding,
+            numbers,
             accel_g: 1.0 / f64::from(256_u32 << (scales >> 13)),
             gyro_deg_s: gyro_range_deg_s / 32768.0,
             data,
@@ -226,7 +186,7 @@ impl Block {
 
     /// True if the samples have angular rates.
     pub fn has_gyro(&self) -> bool {
-        self.coding == Coding::Plain { gyro: true }
+        self.numbers == 6
     }
 
     /// Adds the samples to columns of specific force, g, and, where there are six, of angular rate,
@@ -246,10 +206,9 @@ impl Block {
     /// Specific force of sample `i`, g; `i` is below `samples`.
     #[inline]
     fn accel(&self, i: usize) -> [f64; 3] {
-        let counts = match self.coding {
-            Coding::Packed => unpack(u32_at(&self.data, PACKED * i)),
-            Coding::Plain { gyro: false } => self.numbers(3 * i),
-            Coding::Plain { gyro: true } => self.numbers(6 * i + 3),
+        let counts = match self.numbers {
+            0 => unpack(u32_at(&self.data, PACKED * i)),
+            numbers => self.three(numbers * (i + 1) - 3),
         };
         counts.map(|count| f64::from(count) * self.accel_g)
     }
@@ -260,12 +219,12 @@ impl Block {
         if !self.has_gyro() {
             return [f64::NAN; 3];
         }
-        let counts = self.numbers(6 * i);
+        let counts = self.three(6 * i);
         counts.map(|count| f64::from(count) * self.gyro_deg_s)
     }
 
     #[inline]
-    fn numbers(&self, first: usize) -> [i32; 3] {
+    fn three(&self, first: usize) -> [i32; 3] {
         let number = |i| u16_at(&self.data, NUMBER * (first + i)).cast_signed();
         [0, 1, 2].map(|i| i32::from(number(i)))
     }

@@ -1,13 +1,11 @@
 //! Recordings of worn devices: their samples, or of very many the means of neighbours.
 
-use std::io::Read;
+use std::io;
 
-use super::{Samples, open};
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
 use crate::judge;
-use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::recording::judging::resolution;
 use crate::text::{BATCH_ROWS, Batch, Format};
@@ -25,47 +23,42 @@ const MIN_HZ: f64 = 2.5;
 ///
 /// # Errors
 ///
-/// Those of [`open`] and [`Recording::judge`]; the columns take more than a gigabyte.
-pub fn read(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error> {
-    let (format, mut samples) = open(reader, options)?;
-    let mut rows = read_rows(&mut samples, MAX_SAMPLES)?;
+/// Those of reading and of [`Recording::judge`]; the columns take more than a gigabyte.
+pub fn read(
+    format: &Format,
+    mut batches: impl Iterator<Item = io::Result<Batch>>,
+) -> Result<Recording, Error> {
+    let mut rows = read_rows(&mut batches, MAX_SAMPLES)?;
     if rows.rows() < MAX_SAMPLES {
-        return Recording::judge(&format, rows);
+        return Recording::judge(format, rows);
     }
     let steps = rows.columns[0].windows(2).map(|w| w[1] - w[0]);
     let period_s = judge::median(steps).unwrap_or(1.0);
     let count = (1.0 / (MIN_HZ * period_s)).max(1.0) as usize;
     if count == 1 {
-        let rest = read_rows(&mut samples, usize::MAX)?;
+        let rest = read_rows(&mut batches, usize::MAX)?;
         rows.append(rest);
-        return Recording::judge(&format, rows);
+        return Recording::judge(format, rows);
     }
     let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
     let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
     let mut means = Means::new(count, rows.columns.len());
-    means.clipping = find_ends(&format, &rows);
+    means.clipping = find_ends(format, &rows);
     means.add(rows);
-    for batch in samples {
+    for batch in batches {
         means.add(batch?);
         means.rows.check_size()?;
     }
-    means.judge(&format, resolution)
+    means.judge(format, resolution)
 }
 
-/// Reads a `.cwa` file with all its samples.
-///
-/// # Errors
-///
-/// As [`read()`].
-pub fn read_samples(reader: impl Read, options: &ReadOptions) -> Result<Recording, Error> {
-    let (format, samples) = open(reader, options)?;
-    Recording::collect(&format, samples)
-}
-
-fn read_rows(samples: &mut Samples<impl Read>, max_rows: usize) -> Result<Batch, Error> {
+fn read_rows(
+    batches: &mut impl Iterator<Item = io::Result<Batch>>,
+    max_rows: usize,
+) -> Result<Batch, Error> {
     let mut rows = Batch::default();
     while rows.rows() < max_rows
-        && let Some(batch) = samples.next()
+        && let Some(batch) = batches.next()
     {
         rows.append(batch?);
         rows.check_size()?;
@@ -99,7 +92,7 @@ fn find_ends(format: &Format, rows: &Batch) -> Vec<ChannelClipping> {
     let ends = ends.unwrap_or_default().into_iter();
     let named = ends.zip(format.channels());
     named
-        .map(|((_, name, end), column)| (column, name, Clipping::new(end)))
+        .map(|((_, name, end), column)| (column, name, end))
         .collect()
 }
 
@@ -177,12 +170,10 @@ impl Means {
         let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
         let clipped = self.clipping.iter();
         let clipped = clipped.filter_map(|(_, name, c)| c.finding(name));
-        recording
-            .findings
-            .retain(|n| n.kind != FindingKind::Clipped);
-        recording.findings.extend(clipped);
-        let finding = Finding::new(FindingKind::SamplesAveraged, text);
-        recording.findings.push(finding);
+        let findings = &mut recording.findings;
+        findings.retain(|n| n.kind != FindingKind::Clipped);
+        findings.extend(clipped);
+        findings.push(Finding::new(FindingKind::SamplesAveraged, text));
         Ok(recording)
     }
 }
@@ -190,6 +181,7 @@ impl Means {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ReadOptions;
 
     #[test]
     fn single_samples_at_the_end_of_the_range_are_told() {

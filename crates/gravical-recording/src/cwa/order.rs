@@ -1,6 +1,6 @@
 //! Blocks of samples in order: which of them are used, and where something is missing.
 
-use super::block::Block;
+use super::block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES};
 use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
 use crate::text::Reason;
@@ -20,19 +20,9 @@ pub(super) enum Event {
     Block(Box<Placed>),
 }
 
-/// A block of a file.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    /// Its number, from 1.
-    pub number: u64,
-    /// Where it begins.
-    pub byte: u64,
-}
-
-impl Place {
-    fn text(&self) -> String {
-        format!("block {} at byte {}", self.number, self.byte)
-    }
+fn place(number: u64) -> String {
+    let byte = HEADER_BYTES as u64 + (number - 1) * BLOCK_BYTES as u64;
+    format!("block {number} at byte {byte}")
 }
 
 /// A block within its run.
@@ -81,16 +71,16 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// A block that cannot be used, and why.
-    pub fn skip(&mut self, place: Place, reason: Reason, why: &'static str) -> Event {
+    /// A block of this number, from 1, that cannot be used, and why.
+    pub fn skip(&mut self, number: u64, (reason, why): Defect) -> Event {
         // Repeated and late blocks take no number of those that are missing.
         let counts = matches!(reason, Reason::CorruptBlock | Reason::ErasedBlock);
         self.skipped += u64::from(counts);
-        Event::Skipped(reason, format!("{}: {why}", place.text()))
+        Event::Skipped(reason, format!("{}: {why}", place(number)))
     }
 
-    /// Where a block belongs.
-    pub fn place(&mut self, place: Place, block: Block) -> Event {
+    /// Where a block of this number belongs.
+    pub fn place(&mut self, number: u64, block: Block) -> Event {
         let mut first = 0;
         let mut is_after_gap = false;
         let mut began_s = block.earliest_s();
@@ -103,12 +93,12 @@ impl Order {
                     began_s = last.began_s;
                 }
                 if block.sequence == last.sequence {
-                    let why = "the one before again";
-                    return self.skip(place, Reason::RepeatedBlock, why);
+                    let why = (Reason::RepeatedBlock, "the one before again");
+                    return self.skip(number, why);
                 }
                 if block.sequence < last.sequence && !restarted {
-                    let why = "earlier than the one before";
-                    return self.skip(place, Reason::LateBlock, why);
+                    let why = (Reason::LateBlock, "earlier than the one before");
+                    return self.skip(number, why);
                 }
                 if last.sequence.checked_add(1) == Some(block.sequence)
                     && last.continues_with(&block)
@@ -116,7 +106,7 @@ impl Order {
                     first = last.samples;
                 } else {
                     is_after_gap = true;
-                    self.miss(last, &block, place);
+                    self.miss(last, &block, number);
                 }
             }
             Some(_) => {
@@ -142,7 +132,7 @@ impl Order {
         }))
     }
 
-    fn miss(&mut self, last: Last, block: &Block, place: Place) {
+    fn miss(&mut self, last: Last, block: &Block, number: u64) {
         let between = block
             .sequence
             .saturating_sub(last.sequence.saturating_add(1));
@@ -154,7 +144,7 @@ impl Order {
         *jumps += u64::from(jump);
         if jump || missing > 0 {
             let before_s = block.stamp_s - last.stamp_s;
-            let text = || format!("{}, {before_s:.1} s after", place.text());
+            let text = || format!("{}, {before_s:.1} s after", place(number));
             first.get_or_insert_with(text);
         }
     }
@@ -168,26 +158,15 @@ impl Order {
                 let s = if n == 1 { "" } else { "s" };
                 format!("{n} {noun}{s}")
             };
-            let mut what = Vec::new();
-            if *blocks > 0 {
-                let missing = count(*blocks, "block");
-                what.push(format!("{missing} missing by the sequence numbers"));
-            }
-            if *jumps > 0 {
-                let jumps = count(*jumps, "jump");
-                what.push(format!("{jumps} of the time stamps without missing blocks"));
-            }
+            let (blocks, jumps) = (count(*blocks, "block"), count(*jumps, "jump"));
             let text = format!(
-                "{}; each place is a break, first: {first} the one before",
-                what.join(", ")
+                "{blocks} missing by the sequence numbers, {jumps} of the time stamps without missing blocks; each place is a break, first: {first} the one before"
             );
             findings.push(Finding::new(FindingKind::MissingBlocks, text).at_lines(&self.breaks));
         }
         if self.sessions > 1 {
-            let text = format!(
-                "{} sessions in one file; a break between them",
-                self.sessions
-            );
+            let sessions = self.sessions;
+            let text = format!("{sessions} sessions in one file; a break between them");
             findings.push(Finding::new(FindingKind::SeveralSessions, text));
         }
         findings

@@ -12,8 +12,6 @@ use super::Severity;
 enum Weight {
     Note,
     Warning,
-    /// It depends: a warning, unless it is said to be a note.
-    Either,
     /// A warning that makes a calibration poor.
     Gate,
 }
@@ -72,9 +70,8 @@ kinds! {
     NoRecording "no-recording" Note "a file of the folder is not a recording: a text such as a licence, or other columns";
     FolderLeftOut "folder-left-out" Note "a subfolder contains files that may be recordings";
     GyroJoined "gyro-joined" Note "one recording, and one file with only a gyroscope beside it";
-    GyroLeftOut "gyro-left-out" Either "a file with only a gyroscope beside several recordings, or one whose time does not match";
+    GyroLeftOut "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match";
     GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
-    GyroInterpolated "gyro-interpolated" Note "`--gyro`: rows of the accelerometer are between two time stamps of the gyroscope";
     GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
     TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits";
     TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate";
@@ -156,7 +153,7 @@ kinds! {
     GyroNotUsed "gyro-not-used" Warning "the unit of the gyroscope is unknown";
     DeadGyro "dead-gyro" Warning "the gyroscope never changes";
     CovarianceUnknown "covariance-unknown" Note "the calibration has no covariance";
-    GravityOff "gravity-off" Either "without a calibration: at rest the magnitude differs from gravity";
+    GravityOff "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity";
     ValuesReplaced "values-replaced" Warning "values in a move stand at the end of the range, or far from all around them";
     AveragedRowsMove "averaged-rows-move" Warning "the sensor moves within the rows whose mean is subtracted";
     ClosureContradicts "closure-contradicts" Warning "at the end of a move the closure of velocity or tilt exceeds its uncertainty";
@@ -197,18 +194,6 @@ impl FindingKind {
     #[must_use]
     pub fn is_gate(self) -> bool {
         self.row().1 == Weight::Gate
-    }
-
-    /// Its weight in the tables of the documents.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn weight(self) -> &'static str {
-        match self.row().1 {
-            Weight::Note => "note",
-            Weight::Warning => "warning",
-            Weight::Either => "note, or warning",
-            Weight::Gate => "warning, [gate](#quality-gates)",
-        }
     }
 
     /// True if samples were lost or could not be read.

@@ -29,75 +29,46 @@ const SPARSE_ROWS: usize = 20;
 /// integral over longer holding would be meaningless.
 pub(crate) const GYRO_HELD: f64 = 4.5;
 
-/// The channels of a recording.
-#[derive(Debug)]
-pub struct Channels<'a> {
-    /// Specific force
-    pub accel: &'a mut [Vec<f64>; 3],
-    /// Angular rate
-    pub gyro: Option<&'a mut [Vec<f64>; 3]>,
-    /// Temperature, °C
-    pub temperature_c: Option<&'a mut Vec<f64>>,
-}
-
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
 /// value of a channel holds until the next one. `lines`: that of each row. Returns what was found, and
 /// whether values of the accelerometer are held.
 pub fn fill_cells(
-    channels: Channels<'_>,
+    accel: &mut [Vec<f64>; 3],
+    gyro: Option<&mut [Vec<f64>; 3]>,
+    temperature_c: Option<&mut Vec<f64>>,
     lines: &[u32],
     names: [&str; 7],
 ) -> (Option<Finding>, bool) {
-    let Channels {
-        accel,
-        mut gyro,
-        temperature_c,
-    } = channels;
     let rows = lines.len();
-    let is_empty = |channel: &Vec<f64>, row: usize| channel[row].is_nan();
-    let empty = |channel: &Vec<f64>| channel.iter().filter(|v| v.is_nan()).count();
-    let lacks = |sensor: &[Vec<f64>; 3]| -> Vec<bool> {
-        (0..rows)
-            .map(|row| sensor.iter().any(|c| is_empty(c, row)))
-            .collect()
-    };
-    let mut marked = lacks(accel);
-    let incomplete = marked.iter().filter(|m| **m).count();
-    let mut counts = accel.iter().map(empty).collect::<Vec<_>>();
-    let mut holds = [is_sparse(incomplete, rows), false];
-    match &gyro {
-        Some(gyro) => {
-            let lacking = lacks(gyro);
-            holds[1] = is_sparse(lacking.iter().filter(|l| **l).count(), rows);
-            marked.iter_mut().zip(lacking).for_each(|(m, l)| *m |= l);
-            counts.extend(gyro.iter().map(empty));
-        }
-        None => counts.extend([0; 3]),
-    }
-    let (mut impossible, mut missing) = (0, 0);
-    if let Some(temperature_c) = temperature_c {
-        for (row, t) in temperature_c.iter_mut().enumerate() {
-            if t.is_finite() && !POSSIBLE_C.contains(t) {
-                *t = f64::NAN;
-                impossible += 1;
-                marked[row] = true;
+    let mut marked = vec![false; rows];
+    let (mut counts, mut holds) = ([0; 7], [false; 2]);
+    let sensors = [Some((accel, f64::INFINITY)), gyro.map(|g| (g, GYRO_HELD))];
+    for (k, sensor) in sensors.into_iter().enumerate() {
+        let Some((axes, max_distances)) = sensor else {
+            continue;
+        };
+        for (axis, channel) in axes.iter().enumerate() {
+            for (marked, v) in marked.iter_mut().zip(channel) {
+                *marked |= v.is_nan();
+                counts[3 * k + axis] += usize::from(v.is_nan());
             }
-            missing += usize::from(t.is_nan());
+        }
+        let mut held = Held::of(axes.each_ref().map(Vec::as_slice), max_distances);
+        holds[k] = held.is_some();
+        for (held, channel) in held.iter_mut().flatten().zip(axes) {
+            held.fill(channel.iter_mut());
         }
     }
-    counts.push(missing);
-    if holds[0] {
-        accel.iter_mut().for_each(|c| hold(c, f64::INFINITY));
-    }
-    for channel in gyro
-        .iter_mut()
-        .filter(|_| holds[1])
-        .flat_map(|g| g.iter_mut())
-    {
-        let distance = rows as f64 / (rows - empty(channel)).max(1) as f64;
-        hold(channel, GYRO_HELD * distance);
+    let mut impossible = 0;
+    for (row, t) in temperature_c.into_iter().flatten().enumerate() {
+        if t.is_finite() && !POSSIBLE_C.contains(t) {
+            *t = f64::NAN;
+            impossible += 1;
+            marked[row] = true;
+        }
+        counts[6] += usize::from(t.is_nan());
     }
     let total: usize = counts.iter().sum();
     let some = names.iter().zip(&counts).filter(|(_, n)| **n > 0);
@@ -106,49 +77,59 @@ pub fn fill_cells(
         let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
         parts.push(format!("{impossible} of them outside {low} to {high} °C"));
     }
-    let done = match holds {
-        [true, _] => {
-            ": each channel is written when it arrives; the last value of the others is held"
-        }
-        [_, true] => {
-            "; each channel of the gyroscope is written when it arrives: its last value is held for a few rows"
-        }
-        _ => "; they stay empty",
-    };
-    // If cells are empty throughout the file, their lines are of no use.
-    let marked = lines
-        .iter()
-        .zip(marked)
-        .filter(|(_, m)| *m && holds == [false; 2]);
-    let sensor = if names[0] == "gx" {
-        "gyroscope"
+    let is_held = holds.contains(&true);
+    let done = if is_held {
+        "each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows"
     } else {
-        "accelerometer"
+        "they stay empty"
     };
-    let found = (total > 0).then(|| {
-        let text = format!(
-            "{total} empty cells ({}); {incomplete} of {rows} rows lack a value of the {sensor}{done}",
-            parts.join(", ")
-        );
-        Finding::new(FindingKind::EmptyCells, text).at_lines(&marked.map(|(line, _)| u64::from(*line)).collect())
-    });
+    let parts = parts.join(", ");
+    let lacking = marked.iter().filter(|m| **m).count();
+    let text = format!("{total} empty cells in {lacking} of {rows} rows ({parts}); {done}");
+    // If cells are empty throughout the file, their lines are of no use.
+    let lines = lines.iter().zip(marked).filter(|(_, m)| *m && !is_held);
+    let lines = lines.map(|(line, _)| u64::from(*line)).collect();
+    let found = (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines));
     (found, holds[0])
 }
 
-/// Whether so many rows lack a value that each channel is written when it arrives.
-pub(crate) fn is_sparse(incomplete: usize, rows: usize) -> bool {
-    rows >= SPARSE_ROWS && 5 * incomplete > rows
+/// The last value of a channel, and for how many more rows it holds where cells are empty.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    /// The last value; NaN before the first
+    pub value: f64,
+    rows: f64,
+    max_rows: f64,
 }
 
-/// Fills empty cells with the last value, for so many rows at most.
-fn hold(channel: &mut [f64], longest: f64) {
-    let (mut last, mut held) = (f64::NAN, 0.0);
-    for v in channel {
-        if !v.is_nan() {
-            (last, held) = (*v, 0.0);
-        } else if held < longest {
-            *v = last;
-            held += 1.0;
+impl Held {
+    /// For so many usual distances between values; `None` for a sensor whose cells are rarely
+    /// empty.
+    pub(crate) fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
+        let rows = axes[0].len();
+        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
+        let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
+        is_sparse.then(|| {
+            axes.map(|axis| {
+                let known = axis.iter().filter(|v| !v.is_nan()).count();
+                Held {
+                    value: f64::NAN,
+                    rows: 0.0,
+                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
+                }
+            })
+        })
+    }
+
+    /// Fills empty cells.
+    pub(crate) fn fill<'a>(&mut self, cells: impl Iterator<Item = &'a mut f64>) {
+        for v in cells {
+            if !v.is_nan() {
+                (self.value, self.rows) = (*v, 0.0);
+            } else if self.rows < self.max_rows {
+                *v = self.value;
+                self.rows += 1.0;
+            }
         }
     }
 }

@@ -1,14 +1,13 @@
 //! Stamps to times and a rate.
 
 use super::cells::{median, trend};
-use crate::time_unit::TimeUnit;
+use crate::units::TimeUnit;
+use crate::utc::UtcTime;
 
 /// Rates of recordings, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
-/// Seconds since 1970 of a recording: the years 2000 to 2100.
-const DATES_S: std::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
 /// A sensor cannot warm faster, °C/s.
@@ -36,6 +35,8 @@ const REGULAR: f64 = 0.9;
 pub struct ClockOptions<'a> {
     /// Seconds of one unit of the stamps
     pub unit_s: Option<f64>,
+    /// Seconds of their likeliest unit
+    pub likely_unit_s: Option<f64>,
     /// Nominal rate
     pub rate_hz: Option<f64>,
     /// Highest less lowest temperature in the recording, °C
@@ -103,8 +104,9 @@ pub struct Clock {
 /// The stamps never advance, or give a usual rate in no unit.
 pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
     let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
+    let is_absent = |row: &usize| stamps[*row].is_nan();
     let mut clock = Clock {
-        absent: rows_where(&stamps, |s| s.is_nan()),
+        absent: (0..stamps.len()).filter(is_absent).collect(),
         ..Clock::default()
     };
     clock.bad = mend(&mut stamps, usual);
@@ -131,10 +133,6 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
 
 fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0)
-}
-
-fn rows_where(values: &[f64], is: impl Fn(f64) -> bool) -> Vec<usize> {
-    (0..values.len()).filter(|row| is(values[*row])).collect()
 }
 
 /// A usual step advances and is no gap.
@@ -209,27 +207,22 @@ fn guess_unit_s(
         let share = options.rate_hz.map(|nominal| rate_hz(**u) / nominal);
         share.is_some_and(|s| (s - 1.0).abs() < 0.5)
     };
-    let is_dated = |u: &&f64| DATES_S.contains(&(start * **u));
+    let is_dated = |u: &&f64| UtcTime::of_stamp(start * **u).is_some();
     let ticks = TimeUnit::HundredMicroseconds.seconds();
     if is_nominal(&&ticks) && !units.iter().any(|u| is_nominal(&u)) {
         return Some((ticks, false));
     }
-    if let Some(unit) = units
-        .iter()
-        .find(is_nominal)
-        .or_else(|| units.iter().find(is_dated))
-    {
+    let is_likely = |u: &&f64| options.likely_unit_s == Some(**u);
+    let mut told = units.iter().find(is_nominal);
+    told = told.or_else(|| units.iter().find(is_dated));
+    if let Some(unit) = told.or_else(|| units.iter().find(is_likely)) {
         return Some((*unit, false));
     }
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
-    let calm: Vec<f64> = units
-        .iter()
-        .copied()
-        .filter(|u| rows as f64 * period * u >= slowest_s)
-        .collect();
     let is_assumed = units.len() > 1;
-    if !calm.is_empty() {
-        units = calm;
+    let is_calm = |u: &f64| rows as f64 * period * u >= slowest_s;
+    if units.iter().any(is_calm) {
+        units.retain(is_calm);
     }
     let distance = |u: &f64| (rate_hz(*u) / LIKELY_RATE_HZ).ln().abs();
     let likely = units
@@ -319,10 +312,8 @@ impl Clock {
             return;
         }
         let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
-        let (sum, count) = steps
-            .iter()
-            .filter(near)
-            .fold((0.0, 0), |(s, n), v| (s + v, n + 1));
+        let near = steps.iter().filter(near);
+        let (sum, count) = near.fold((0.0, 0), |(s, n), v| (s + v, n + 1));
         let period = if count > 0 {
             sum / f64::from(count)
         } else {
@@ -398,11 +389,8 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 /// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
 /// rare and of different lengths, and the stamps between them are evenly spaced.
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
-    let mut waits: Vec<f64> = steps
-        .iter()
-        .copied()
-        .filter(|s| *s > PAUSE * usual)
-        .collect();
+    let mut waits = steps.to_vec();
+    waits.retain(|s| *s > PAUSE * usual);
     let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
     let even = steps.iter().filter(is_even).count();
     // Allows for some lost samples.
@@ -457,61 +445,46 @@ pub fn steadiness(stamps: &[f64]) -> Option<f64> {
     Some(rises - 0.5 * uneven / usual / steps)
 }
 
-/// What parts the rows beside the clock.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Marks<'a> {
-    /// Rows after a line `# gap:`, and after rows that were set aside
-    pub gaps: &'a [usize],
-    /// Rows after a header that is repeated
-    pub headers: &'a [usize],
-    /// Rows after blank lines, and how many
-    pub blanks: &'a [(usize, usize)],
+/// Rows after a repeated header, or after blank lines (and how many), before which the recording
+/// breaks.
+///
+/// A header or a single blank line is no break if the clock continues across it; several blank
+/// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
+#[must_use]
+pub fn breaks(
+    headers: &[usize],
+    blanks: &[(usize, usize)],
+    time_s: &[f64],
+    rate_hz: Option<f64>,
+    rows: usize,
+) -> Vec<usize> {
+    let usual = rate_hz.map_or(f64::NAN, f64::recip);
+    let continues = |row: usize| match (row.checked_sub(1), time_s.get(row)) {
+        (Some(before), Some(now_s)) => is_usual(now_s - time_s[before], usual),
+        _ => false,
+    };
+    let regular = regular_blanks(blanks, rows);
+    let parts = |(row, n): &&(usize, usize)| *n > regular && (*n > regular + 1 || !continues(*row));
+    let headers = headers.iter().copied().filter(|row| !continues(*row));
+    let blanks = blanks.iter().filter(parts).map(|blank| blank.0);
+    let mut out: Vec<usize> = headers.chain(blanks).collect();
+    out.retain(|row| (1..rows).contains(row));
+    out.sort_unstable();
+    out.dedup();
+    out
 }
 
-impl Marks<'_> {
-    /// Rows before which the recording breaks.
-    ///
-    /// A header or a single blank line is no break if the clock continues across it; several blank
-    /// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
-    #[must_use]
-    pub fn breaks(&self, time_s: &[f64], rate_hz: Option<f64>, rows: usize) -> Vec<usize> {
-        let continues = |row: usize| {
-            let step = row
-                .checked_sub(1)
-                .and_then(|before| Some(time_s.get(row)? - time_s.get(before)?));
-            let usual = rate_hz.map_or(f64::NAN, f64::recip);
-            step.is_some_and(|step| is_usual(step, usual))
-        };
-        let regular = self.regular_blanks(rows);
-        let blanks = self
-            .blanks
-            .iter()
-            .filter(|(row, n)| *n > regular && (*n > regular + 1 || !continues(*row)));
-        let headers = self.headers.iter().copied().filter(|row| !continues(*row));
-        let mut out: Vec<usize> = self.gaps.to_vec();
-        out.extend(headers.chain(blanks.map(|b| b.0)));
-        out.retain(|row| (1..rows).contains(row));
-        out.sort_unstable();
-        out.dedup();
-        out
+/// Blank lines between most rows.
+#[must_use]
+pub fn regular_blanks(blanks: &[(usize, usize)], rows: usize) -> usize {
+    let between = blanks.windows(2).map(|b| (b[1].0 - b[0].0) as f64);
+    let between: Vec<f64> = between.collect();
+    let usual = median(between.iter().copied());
+    let as_usual = between.iter().filter(|n| Some(**n) == usual).count();
+    let is_even = between.len() >= MANY_POSES && as_usual as f64 >= REGULAR * between.len() as f64;
+    let is_often = blanks.len() >= 3 && blanks.len() * REGULAR_ROWS >= rows;
+    if !is_even && !is_often {
+        return 0;
     }
-
-    /// Blank lines between most rows.
-    #[must_use]
-    pub fn regular_blanks(&self, rows: usize) -> usize {
-        let between: Vec<f64> = self
-            .blanks
-            .windows(2)
-            .map(|b| (b[1].0 - b[0].0) as f64)
-            .collect();
-        let usual = median(between.iter().copied());
-        let as_usual = between.iter().filter(|n| Some(**n) == usual).count();
-        let is_even =
-            between.len() >= MANY_POSES && as_usual as f64 >= REGULAR * between.len() as f64;
-        let is_often = self.blanks.len() >= 3 && self.blanks.len() * REGULAR_ROWS >= rows;
-        if !is_even && !is_often {
-            return 0;
-        }
-        median(self.blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize
-    }
+    median(blanks.iter().map(|b| b.1 as f64)).unwrap_or(0.0) as usize
 }

@@ -19,24 +19,25 @@ const MAX_RESOLUTION_G: f64 = 0.002;
 /// Rows of a block whose magnitude tells whether channels are shifted.
 const SLIP_ROWS: usize = 10;
 
-/// False for the rows in which all channels are zero. A recording that holds nothing else keeps
-/// them.
-#[must_use]
-pub fn mark_zeros(channels: &[&[f64]]) -> Vec<bool> {
-    let rows = channels.first().map_or(0, |c| c.len());
-    let is_measured = |row: usize| channels.iter().any(|c| c[row].is_finite() && c[row] != 0.0);
-    let has_any = (0..rows).any(is_measured);
-    (0..rows)
-        .map(|row| !has_any || channels.iter().any(|c| c[row] != 0.0))
-        .collect()
-}
-
-/// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
-pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
-    let is_zero = |row: usize| accel.iter().all(|axis| axis[row] == 0.0);
-    let zeros = runs(accel[0].len(), |row| is_zero(row) && is_zero(row - 1));
-    let is_unread = |run: &Range<usize>| run.len() >= ZEROS_IN_A_ROW && is_zero(run.start);
-    zeros.into_iter().filter(is_unread).collect()
+/// Rows in a row in which the accelerometer reads zero on all axes: it was not read. `before`: so
+/// many such rows precede the first. Returns also how many there are at the end.
+pub(crate) fn unread_runs(accel: [&[f64]; 3], before: usize) -> (Vec<Range<usize>>, usize) {
+    let (mut found, mut from, mut zeros) = (Vec::new(), 0, before);
+    let rows = accel[0].len();
+    for row in 0..rows {
+        if accel.iter().all(|axis| axis[row] == 0.0) {
+            zeros += 1;
+            continue;
+        }
+        if zeros >= ZEROS_IN_A_ROW && from < row {
+            found.push(from..row);
+        }
+        (from, zeros) = (row + 1, 0);
+    }
+    if zeros >= ZEROS_IN_A_ROW && from < rows {
+        found.push(from..rows);
+    }
+    (found, zeros)
 }
 
 /// False for the rows of runs in which all channels repeat exactly for longer than noise allows:
@@ -120,11 +121,9 @@ fn slip_by(channels: [&[f64]; 6], named: &[f64], shifted: &[f64]) -> Option<(usi
     let first = (0..blocks).find(is_shifted)?;
     let last = (0..first).rev().find(is_named)?;
     let stays = (first..blocks).filter(is_named).count() * 20 <= count;
-    let jump = |row: usize| {
-        channels
-            .iter()
-            .map(|c| (c[row] - c[row - 1]).abs())
-            .sum::<f64>()
+    let jump = |row: usize| -> f64 {
+        let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
+        steps.sum()
     };
     let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
     let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;

@@ -34,15 +34,8 @@ pub fn frozen_axes(
             if run.len() < least {
                 continue;
             }
-            let others = [1, 2].map(|k| {
-                let mut other = OtherAxis::default();
-                let channel = &sensor[(axis + k) % 3];
-                run.clone()
-                    .skip(1)
-                    .for_each(|row| other.observe(channel[row - 1], channel[row]));
-                other
-            });
-            if is_frozen(&others, resolution[axis], run.len() as f64) {
+            let others = [1, 2].map(|k| &sensor[(axis + k) % 3][run.clone()]);
+            if is_frozen(others, resolution[axis]) {
                 longest = longest.max(run.len());
                 let line = |row: usize| u64::from(lines[row]);
                 spans.push_range(line(run.start), line(run.end - 1), run.len() as u64);
@@ -108,32 +101,6 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
     })
 }
 
-/// Changes of another axis of the sensor while one axis keeps its value.
-#[derive(Debug, Clone, Copy, Default)]
-struct OtherAxis {
-    squares: f64,
-    /// Lowest and highest value so far, less the first one.
-    first: Option<f64>,
-    low: f64,
-    high: f64,
-}
-
-impl OtherAxis {
-    /// Adds a value; `before` is the value of the row before.
-    #[inline]
-    fn observe(&mut self, before: f64, now: f64) {
-        let step = now - before;
-        // Skip empty cells.
-        if step.is_nan() {
-            return;
-        }
-        self.squares += step * step;
-        let off = now - *self.first.get_or_insert(before);
-        self.low = self.low.min(off);
-        self.high = self.high.max(off);
-    }
-}
-
 /// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
 /// twice that of noise.
 const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
@@ -141,12 +108,20 @@ const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
 /// leave another one unchanged, but not a motion that changes both so much.
 const FAR_RANGE: f64 = 20.0;
 
-/// True if an axis that keeps one value for `rows` rows is faulty: one of the other two scatters
-/// by more than the resolution `step` can hide, or both change by much. At rest with a coarse
-/// resolution an axis may keep its value without a fault.
-fn is_frozen(others: &[OtherAxis; 2], step: f64, rows: f64) -> bool {
-    let lively = others
-        .iter()
-        .any(|o| o.squares > 0.0 && o.squares >= (LIVE_STEP * step).powi(2) * rows);
-    lively || others.iter().all(|o| o.high - o.low > FAR_RANGE * step)
+/// True if an axis is faulty that keeps one value while the two others have these: one of them
+/// scatters by more than the resolution `step` can hide, or both change by much. At rest with a
+/// coarse resolution an axis may keep its value without a fault.
+fn is_frozen(others: [&[f64]; 2], step: f64) -> bool {
+    let rows = others[0].len() as f64;
+    let is_lively = |axis: &[f64]| {
+        let steps = axis.windows(2).map(|w| w[1] - w[0]).filter(|s| !s.is_nan());
+        let squares: f64 = steps.map(|s| s * s).sum();
+        squares > 0.0 && squares >= (LIVE_STEP * step).powi(2) * rows
+    };
+    let is_far = |axis: &[f64]| {
+        let low = axis.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = axis.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        high - low > FAR_RANGE * step
+    };
+    others.iter().any(|axis| is_lively(axis)) || others.iter().all(|axis| is_far(axis))
 }

@@ -23,23 +23,15 @@ const MAX_PLACES: i32 = 9;
 #[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
     let mut axes = sensor.each_ref().map(|channel| Axis::new(channel));
-    let steps = axes.each_mut().map(|axis| match axis.rows {
-        0..MIN_ROWS => Step::Unknown,
-        _ => smallest_difference(axis),
-    });
+    let steps = axes.each_mut().map(smallest_difference);
     // The certain ones first.
-    let sizes = steps.iter().filter_map(|step| match step {
-        Step::Certain(size) => Some((0, *size)),
-        Step::AtMost(size) => Some((1, *size)),
-        Step::Unknown => None,
-    });
-    let least = sizes.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let finest = least.map(|(_, size)| size);
-    let fallback = finest.unwrap_or_else(|| decimal_step(&axes));
+    let known = steps.iter().flatten();
+    let finest = known.min_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)));
+    let fallback = finest.map_or_else(|| decimal_step(&axes), |step| step.1);
     steps.map(|step| match step {
-        Step::Certain(step) => step,
-        Step::AtMost(step) => step.min(fallback),
-        Step::Unknown => fallback,
+        Some((true, step)) => step,
+        Some((false, step)) => step.min(fallback),
+        None => fallback,
     })
 }
 
@@ -59,20 +51,13 @@ impl Axis {
         while channel.len().div_ceil(stride) > MAX_VALUES {
             stride *= 2;
         }
-        let first = channel
-            .iter()
-            .copied()
-            .find(|v| v.is_finite())
-            .unwrap_or(f64::NAN);
+        let first = channel.iter().copied().find(|v| v.is_finite());
+        let first = first.unwrap_or(f64::NAN);
+        let some = channel.iter().copied().step_by(stride);
         let others = channel.iter().map(|v| (v - first).abs());
         Axis {
             rows: channel.len(),
-            some: channel
-                .iter()
-                .step_by(stride)
-                .copied()
-                .filter(|v| v.is_finite())
-                .collect(),
+            some: some.filter(|v| v.is_finite()).collect(),
             least: others
                 .filter(|off| *off > SAME * first.abs())
                 .fold(f64::INFINITY, f64::min),
@@ -80,19 +65,12 @@ impl Axis {
     }
 }
 
-/// Resolution of an axis from its values.
-#[derive(Clone, Copy)]
-enum Step {
-    /// Two values with this difference occur repeatedly.
-    Certain(f64),
-    /// An upper limit: too few different values, or all different.
-    AtMost(f64),
-    /// There is only one value.
-    Unknown,
-}
-
-/// The smallest difference between occurring values.
-fn smallest_difference(axis: &mut Axis) -> Step {
+/// The smallest difference between occurring values, and whether it is certain: both occur
+/// repeatedly. Otherwise it is an upper limit. `None` for too few rows, or a single value.
+fn smallest_difference(axis: &mut Axis) -> Option<(bool, f64)> {
+    if axis.rows < MIN_ROWS {
+        return None;
+    }
     let some = &mut axis.some;
     some.sort_unstable_by(f64::total_cmp);
     // If most values occur repeatedly, a single different row is ignored; if they do not, two
@@ -101,12 +79,13 @@ fn smallest_difference(axis: &mut Axis) -> Step {
     if 2 * again > some.len()
         && let Some(step) = smallest_gap(some, 2)
     {
-        return Step::Certain(step);
+        return Some((true, step));
     }
     // An axis that changes rarely: the smallest distance from the first value, over all rows.
     let rare = || axis.least.is_finite().then_some(axis.least);
-    let step = smallest_gap(some, 1).or_else(rare);
-    step.map_or(Step::Unknown, Step::AtMost)
+    smallest_gap(some, 1)
+        .or_else(rare)
+        .map(|step| (false, step))
 }
 
 /// The smallest gap between sorted values that occur at least `least` times.
@@ -121,11 +100,8 @@ fn smallest_gap(sorted: &[f64], least: usize) -> Option<f64> {
 
 /// Groups of equal values in a sorted list.
 fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
-    let ends = [sorted.first(), sorted.last()];
-    let largest = ends
-        .into_iter()
-        .flatten()
-        .fold(0.0, |most: f64, v| most.max(v.abs()));
+    let ends = [sorted.first(), sorted.last()].into_iter().flatten();
+    let largest = ends.fold(0.0, |most: f64, v| most.max(v.abs()));
     sorted.chunk_by(move |a, b| b - a <= SAME * largest)
 }
 

@@ -30,15 +30,6 @@ pub struct AccelClaim {
     pub without_gravity: bool,
 }
 
-impl From<AccelUnit> for AccelClaim {
-    fn from(unit: AccelUnit) -> Self {
-        AccelClaim {
-            unit: Some(unit),
-            ..AccelClaim::default()
-        }
-    }
-}
-
 /// Why a unit is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnitDoubt {
@@ -176,72 +167,69 @@ impl JudgedUnit {
             let gravity = nominal.map(|n| n * STANDARD_GRAVITY_MPS2);
             gravity.is_some_and(|g| (norm / g - 1.0).abs() <= CLAIM_TOLERANCE)
         };
-        let evidence = match (claimed_lsb, claimed.filter(|c| holds(*c))) {
-            (Some(lsb), _) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
-            (None, Some(unit)) => Evidence::Unit(unit, None),
-            (None, None) => accel_evidence(norm, integers),
+        let evidence = match claimed {
+            _ if claimed_lsb.is_some() => Evidence::Unit(AccelUnit::Counts, claimed_lsb),
+            Some(unit) if holds(unit) => Evidence::Unit(unit, None),
+            _ => accel_evidence(norm, integers),
         };
-        let gravity_shows = matches!(evidence, Evidence::Unit(..));
         let whole_zero = integers && norm >= 1.0;
-        if !gravity_shows && (claim.without_gravity || (norm < MIN_GRAVITY && !whole_zero)) {
-            self.doubt = Some(UnitDoubt::WithoutGravity);
-            self.push(
-            FindingKind::WithoutGravity,
-            format!(
-                "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
-                short(norm)
-            ),
-        );
-            return scale(AccelUnit::Unknown, None, Origin::Assumed);
-        }
-        let mut by_data = |unit: AccelUnit, lsb: Option<f64>| {
-            if let Some(claim) = claimed
-                && claim != unit
-            {
-                self.push(
-                FindingKind::UnitMismatch,
-                format!(
+        let lacks_gravity = claim.without_gravity || norm < MIN_GRAVITY && !whole_zero;
+        let found = match evidence {
+            Evidence::Unit(unit, lsb) => Some((unit, lsb)),
+            _ if lacks_gravity => {
+                self.doubt = Some(UnitDoubt::WithoutGravity);
+                let text = format!(
+                    "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+                    short(norm)
+                );
+                self.push(FindingKind::WithoutGravity, text);
+                return scale(AccelUnit::Unknown, None, Origin::Assumed);
+            }
+            Evidence::None => None,
+            // A given range, or a claim for one of the matching units decides.
+            Evidence::Ambiguous if given_lsb.is_some() => Some((AccelUnit::Counts, given_lsb)),
+            Evidence::Ambiguous => match claimed {
+                Some(AccelUnit::MilliGravity) => Some((AccelUnit::MilliGravity, None)),
+                Some(AccelUnit::Counts) => Some((AccelUnit::Counts, Some(1024.0))),
+                _ => None,
+            },
+        };
+        if let Some((unit, lsb)) = found {
+            if let Some(claim) = claimed.filter(|claim| *claim != unit) {
+                let text = format!(
                     "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
                     short(norm)
-                ),
-            );
+                );
+                self.push(FindingKind::UnitMismatch, text);
             }
             if unit != AccelUnit::Counts {
                 return scale(unit, None, Origin::Data);
             }
             self.warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb);
-            scale(unit, given_lsb.or(lsb), Origin::Data)
-        };
-        match evidence {
-        Evidence::Unit(unit, lsb) => by_data(unit, lsb),
-        Evidence::Ambiguous if given_lsb.is_some() => by_data(AccelUnit::Counts, given_lsb),
-        // A claim for one of the matching units decides.
-        Evidence::Ambiguous => match claimed {
-            Some(AccelUnit::MilliGravity) => by_data(AccelUnit::MilliGravity, None),
-            Some(AccelUnit::Counts) => by_data(AccelUnit::Counts, Some(1024.0)),
-            // cm/s² is rare, and a calibration of one serves for the other.
-            None if !integers => {
-                let text = format!(
-                    "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
-                    short(norm)
-                );
-                self.push(FindingKind::UnitAssumed, text);
-                scale(AccelUnit::MilliGravity, None, Origin::Data)
-            }
-            _ => self.unknown(
-                norm,
-                "mg, cm/s² or counts at 1024 per g; give --accel-unit mg or --accel-unit counts",
-            ),
-        },
-        Evidence::None if claimed == Some(AccelUnit::Counts) || range_lsb.is_some() => {
-            let origin = claimed.map_or(Origin::Given, |_| Origin::Header);
-            scale(AccelUnit::Counts, range_lsb, origin)
+            return scale(unit, given_lsb.or(lsb), Origin::Data);
         }
-        Evidence::None => self.unknown(
-            norm,
-            "gravity in no known unit; check the factor in the program that wrote the file, or give --accel-unit counts, which uses the values as they are",
-        ),
-    }
+        let is_ambiguous = evidence == Evidence::Ambiguous;
+        if is_ambiguous && claimed.is_none() && !integers {
+            // cm/s² is rare, and a calibration of one serves for the other.
+            let text = format!(
+                "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
+                short(norm)
+            );
+            let assumed = Finding::new(FindingKind::UnitAssumed, text);
+            self.findings.push(assumed.advise("accel_unit", ""));
+            return scale(AccelUnit::MilliGravity, None, Origin::Data);
+        }
+        if !is_ambiguous && (claimed == Some(AccelUnit::Counts) || range_lsb.is_some()) {
+            let origin = claimed.map_or(Origin::Given, |_| Origin::Header);
+            return scale(AccelUnit::Counts, range_lsb, origin);
+        }
+        if is_ambiguous {
+            let what = "mg, cm/s² or counts at 1024 per g; give the unit";
+            self.unknown(norm, what, &["mg", "counts"])
+        } else {
+            let what = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
+            self.unknown(norm, what, &["counts"])
+        }
     }
 
     /// Reports a given or claimed range that does not match the magnitude at rest.
@@ -251,42 +239,40 @@ impl JudgedUnit {
         claimed: Option<f64>,
         measured: Option<f64>,
     ) {
-        let differ = |a: f64, b: f64| (a / b - 1.0).abs() > 0.2;
         let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
             return;
         };
-        if !differ(stated, measured) {
+        if (stated / measured - 1.0).abs() <= MAX_OFF {
             return;
         }
-        let message = match given {
-            Some(_) => format!(
+        let text = if given.is_some() {
+            format!(
                 "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
                 short(32768.0 / stated),
                 short(32768.0 / measured)
-            ),
-            None => format!(
+            )
+        } else {
+            format!(
                 "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
                 short(stated),
                 short(measured)
-            ),
+            )
         };
-        self.push(FindingKind::RangeMismatch, message);
+        self.push(FindingKind::RangeMismatch, text);
     }
 
-    fn unknown(&mut self, norm: f64, what: &str) -> AccelScale {
+    fn unknown(&mut self, norm: f64, what: &str, units: &[&str]) -> AccelScale {
         self.doubt = Some(UnitDoubt::NoUnit);
-        let norm_text = short(norm);
+        let found = format!("the magnitude at rest is {}", short(norm));
         if let Some(guess) = wrong_full_scale(norm) {
             self.doubt = Some(UnitDoubt::WrongFullScale);
-            self.push(
-                FindingKind::WrongFullScale,
-                format!("the magnitude at rest is {norm_text}{guess}"),
-            );
+            self.push(FindingKind::WrongFullScale, format!("{found}{guess}"));
         }
-        self.push(
-            FindingKind::UnitUnknown,
-            format!("the magnitude at rest is {norm_text}: {what}"),
-        );
+        let unknown = Finding::new(FindingKind::UnitUnknown, format!("{found}: {what}"));
+        let advised = units
+            .iter()
+            .fold(unknown, |finding, unit| finding.advise("accel_unit", *unit));
+        self.findings.push(advised);
         scale(AccelUnit::Unknown, None, Origin::Assumed)
     }
 
@@ -296,13 +282,11 @@ impl JudgedUnit {
         };
         let g = norm / nominal / STANDARD_GRAVITY_MPS2;
         if !(0.75..=1.25).contains(&g) {
-            self.push(
-            FindingKind::UnitMismatch,
-            format!(
+            let text = format!(
                 "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
                 scale.unit
-            ),
-        );
+            );
+            self.push(FindingKind::UnitMismatch, text);
         }
     }
 }

@@ -1,11 +1,9 @@
 //! Times of rows after those by which a recording was judged.
 
-use std::ops::Range;
-
-use crate::finding::Finding;
+use crate::finding::{Finding, FindingKind};
 use crate::judge::ClockOptions;
 use crate::recording::Recording;
-use crate::recording::judging::{find_clock, gap_finding};
+use crate::recording::judging::{find_clock, gap_text};
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Batch, Format};
@@ -17,13 +15,13 @@ const TAIL_ROWS: usize = 1024;
 #[derive(Clone, Debug)]
 pub(super) struct LaterClock {
     format: Format,
-    rate_hz: Option<f64>,
+    pub rate_hz: Option<f64>,
     /// The last rows up to one of known time; of their columns only those of time.
     tail: Batch,
     /// Which of them has a known time, and that time, s.
     anchor: (usize, f64),
     /// Time of the last row, s; NaN where it is not known.
-    last_s: f64,
+    pub last_s: f64,
     /// Lines of the rows before which more than four are missing, and the longest step, s.
     gaps: LineSpans,
     longest_gap_s: f64,
@@ -31,59 +29,48 @@ pub(super) struct LaterClock {
 
 impl LaterClock {
     /// The stamps of the first rows; to be taken before they are judged.
-    pub fn new(format: &Format, head: &Batch) -> Self {
-        let mut clock = LaterClock {
-            format: format.clone(),
-            rate_hz: None,
-            tail: Batch::new(format.columns.len()),
-            anchor: (0, 0.0),
-            last_s: f64::NAN,
-            gaps: LineSpans::default(),
-            longest_gap_s: 0.0,
-        };
+    pub fn stamps(format: &Format, head: &Batch) -> Batch {
+        let mut stamps = Batch::new(format.columns.len());
         let from = head.rows().saturating_sub(TAIL_ROWS);
-        clock.push(head, from..head.rows());
-        clock
+        push(format, &mut stamps, head, from..head.rows());
+        stamps
     }
 
-    /// Sets the clock; false if the recording has none.
-    pub fn set(&mut self, recording: &Recording) -> bool {
-        let Some(time_s) = &recording.time_s else {
-            return false;
-        };
-        self.rate_hz = recording.timing.rate_hz();
-        self.last_s = time_s.last().copied().unwrap_or(f64::NAN);
+    /// Goes on after a recording with these stamps; `None` if it has no clock.
+    pub fn new(format: &Format, stamps: Batch, recording: &Recording) -> Option<Self> {
+        let time_s = recording.time_s.as_ref()?;
         let known = time_s.iter().zip(&recording.lines).rev();
         let mut known = known.filter(|(t, _)| t.is_finite());
         let last = known.clone().next().map_or(0.0, |(t, _)| *t);
         let in_tail = known.find_map(|(t, line)| {
-            let row = self.tail.lines.binary_search(line).ok()?;
+            let row = stamps.lines.binary_search(line).ok()?;
             Some((row, *t))
         });
-        self.anchor = in_tail.unwrap_or((self.tail.rows().saturating_sub(1), last));
-        true
-    }
-
-    pub fn rate_hz(&self) -> Option<f64> {
-        self.rate_hz
-    }
-
-    /// Time of the last row, s; NaN where it is not known.
-    pub fn last_s(&self) -> f64 {
-        self.last_s
+        Some(LaterClock {
+            format: format.clone(),
+            rate_hz: recording.timing.rate_hz(),
+            anchor: in_tail.unwrap_or((stamps.rows().saturating_sub(1), last)),
+            tail: stamps,
+            last_s: time_s.last().copied().unwrap_or(f64::NAN),
+            gaps: LineSpans::default(),
+            longest_gap_s: 0.0,
+        })
     }
 
     /// What is said of the gaps.
     pub fn gap_finding(&self) -> Option<Finding> {
         let count = self.gaps.count() as usize;
-        (count > 0).then(|| gap_finding(count, self.longest_gap_s).at_lines(&self.gaps))
+        (count > 0).then(|| {
+            let text = gap_text(count, self.longest_gap_s);
+            Finding::new(FindingKind::Gap, text).at_lines(&self.gaps)
+        })
     }
 
     /// Times of these rows of a batch since the first row of the recording, s, NaN in the others;
     /// and rows at which the clock begins again.
     pub fn times(&mut self, batch: &Batch, own: &[usize]) -> (Vec<f64>, Vec<usize>) {
         let before = self.tail.rows();
-        self.push(batch, own.iter().copied());
+        push(&self.format, &mut self.tail, batch, own.iter().copied());
         let place = |row: &usize| before + own.partition_point(|r| r < row);
         let gaps: Vec<usize> = batch.breaks.iter().map(place).collect();
         let blanks = batch.blanks.iter().map(|b| &b.0);
@@ -122,24 +109,22 @@ impl LaterClock {
             Some(k) => (before + k - drop, times_s[own[k]]),
             None => (row.saturating_sub(drop), time_s),
         };
-        keep(&mut self.tail.lines, drop..end);
-        let columns = self.tail.columns.iter_mut().filter(|c| !c.is_empty());
-        columns.for_each(|c| keep(c, drop..end));
+        self.tail.crop(drop..end);
         (times_s, restarts)
-    }
-
-    fn push(&mut self, batch: &Batch, rows: impl Iterator<Item = usize> + Clone) {
-        for (c, column) in self.tail.columns.iter_mut().enumerate() {
-            let is_time = matches!(self.format.columns[c].role, Role::Time | Role::Step);
-            if is_time {
-                column.extend(rows.clone().map(|row| batch.columns[c][row]));
-            }
-        }
-        self.tail.lines.extend(rows.map(|row| batch.lines[row]));
     }
 }
 
-fn keep<T>(values: &mut Vec<T>, rows: Range<usize>) {
-    values.truncate(rows.end);
-    values.drain(..rows.start);
+/// Adds the stamps of rows.
+fn push(
+    format: &Format,
+    stamps: &mut Batch,
+    batch: &Batch,
+    rows: impl Iterator<Item = usize> + Clone,
+) {
+    for (c, column) in stamps.columns.iter_mut().enumerate() {
+        if matches!(format.columns[c].role, Role::Time | Role::Step) {
+            column.extend(rows.clone().map(|row| batch.columns[c][row]));
+        }
+    }
+    stamps.lines.extend(rows.map(|row| batch.lines[row]));
 }

@@ -3,16 +3,15 @@
 pub(crate) mod findings;
 mod time;
 
-pub(crate) use time::{find_clock, gap_finding};
+pub(crate) use time::{find_clock, gap_text};
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
-use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
-use crate::full_scale::{Clipping, FullScale};
-use crate::judge::{self, AccelClaim, Channels, Encoding};
+use crate::full_scale::Clipping;
+use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
@@ -20,6 +19,8 @@ use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
 use time::JudgedTime;
 
+/// Sensors that are listed.
+const MAX_SENSORS: usize = 256;
 /// Names of the channels in messages.
 const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
 const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
@@ -76,45 +77,34 @@ impl Recording {
         if options.zero_offset.is_some() {
             accel.iter_mut().flatten().for_each(|v| *v -= zero_offset);
         }
-        let unit = |axes: &[Vec<f64>; 3]| {
-            let is_unsigned = encoding == Some(Encoding::OffsetBinary);
-            let slices = axes.each_ref().map(Vec::as_slice);
-            judge::accel_unit(slices, is_unsigned, accel_claim(format), options)
-        };
         findings.extend(of_lines);
         findings.extend(text_cells);
         findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
         findings.append(&mut own);
         let (empty, is_held) = judge::fill_cells(
-            Channels {
-                accel: &mut accel,
-                gyro: gyro.as_mut(),
-                temperature_c: temperature_c.as_mut(),
-            },
+            &mut accel,
+            gyro.as_mut(),
+            temperature_c.as_mut(),
             &rows.lines,
-            if options.is_gyroscope {
-                ALONE
-            } else {
-                CHANNELS
-            },
+            names(format),
         );
         findings.extend(empty);
         findings.extend(emptied);
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
-        let judged = unit(&accel);
+        let is_unsigned = encoding == Some(Encoding::OffsetBinary);
+        let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
+        let judged = judge::accel_unit(axes, is_unsigned, claim, options);
         let mut breaks = rows.breaks.clone();
         breaks.extend(time.breaks(&rows, &time_s));
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        let gyro_scale = if options.is_gyroscope {
-            Some(gyro_scale(format, format.accel, &accel))
+        let read_gyro = if options.is_gyroscope {
+            Some((format.accel, &accel))
         } else {
-            format
-                .gyro
-                .zip(gyro.as_ref())
-                .map(|(c, g)| gyro_scale(format, c, g))
+            format.gyro.zip(gyro.as_ref())
         };
+        let gyro_scale = read_gyro.map(|(c, gyro)| gyro_scale(format, c, gyro));
         let is_calibrated_by_board = format.board.is_some_and(|b| b.is_calibrated());
         let reads = |own: &[&str; 3]| {
             let mut pairs = format.accel.iter().zip(own);
@@ -141,7 +131,7 @@ impl Recording {
             zero_offset,
             accel_scale: judged.scale,
             unit_doubt: judged.doubt,
-            header_unit: accel_claim(format).unit,
+            header_unit: claim.unit,
             gyro_scale,
             resolution,
             timing: time.timing,
@@ -160,24 +150,14 @@ impl Recording {
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
-        let gyro_names = ["gx", "gy", "gz"];
-        let accel_names = if format.options.is_gyroscope {
-            gyro_names
-        } else {
-            ["ax", "ay", "az"]
-        };
-        let mut findings =
-            judge::frozen_axes(&self.accel, accel_names, &self.resolution[..3], &self.lines);
+        let [ax, ay, az, gx, gy, gz, _] = names(format);
+        let (accel_step, gyro_step) = self.resolution.split_at(3);
+        let mut findings = judge::frozen_axes(&self.accel, [ax, ay, az], accel_step, &self.lines);
         if let Some(gyro) = &self.gyro {
-            findings.extend(judge::frozen_axes(
-                gyro,
-                gyro_names,
-                &self.resolution[3..],
-                &self.lines,
-            ));
+            let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
+            findings.extend(frozen);
         }
-        for (channel, name, end) in self.ends_of_ranges(format) {
-            let mut clipping = Clipping::new(end);
+        for (channel, name, mut clipping) in self.ends_of_ranges(format) {
             clipping.observe_all(channel, &self.lines);
             findings.extend(clipping.finding(name));
         }
@@ -196,25 +176,24 @@ impl Recording {
         self.findings.append(&mut findings);
     }
 
-    /// Channels, their names and the ends of their ranges.
-    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, FullScale)> {
-        let accel_end = FullScale::of_accel(&self.accel_scale);
-        let gyro_end = self.gyro_scale.as_ref().map(FullScale::of_gyro);
-        let names = if format.options.is_gyroscope {
-            ALONE
-        } else {
-            CHANNELS
-        };
-        let accel = self.accel.iter().map(|channel| (channel, Some(&accel_end)));
-        let gyro = self
-            .gyro
-            .iter()
-            .flatten()
-            .map(|channel| (channel, gyro_end.as_ref()));
-        let channels = accel.chain(gyro).zip(names);
+    /// Channels, their names and what detects the ends of their ranges.
+    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, Clipping)> {
+        let accel_end = Clipping::of_accel(&self.accel_scale);
+        let gyro_end = self.gyro_scale.as_ref().map(Clipping::of_gyro);
+        let accel = self.accel.iter().map(|channel| (channel, &accel_end));
+        let gyro = self.gyro.iter().flatten().zip(gyro_end.iter().cycle());
+        let channels = accel.chain(gyro).zip(names(format));
         channels
-            .filter_map(|((channel, end), name)| Some((channel.as_slice(), name, end?.clone())))
+            .map(|((channel, end), name)| (channel.as_slice(), name, end.clone()))
             .collect()
+    }
+}
+
+fn names(format: &Format) -> [&'static str; 7] {
+    if format.options.is_gyroscope {
+        ALONE
+    } else {
+        CHANNELS
     }
 }
 
@@ -225,18 +204,14 @@ pub(crate) fn keep_sensor(
     column: usize,
 ) -> Result<Option<Finding>, Error> {
     let label = |row: usize| cell_label(rows, column, row);
-    let mut labels: Vec<String> = Vec::new();
-    let mut numbers: BTreeSet<u64> = BTreeSet::new();
-    for row in 0..rows.rows() {
-        let value = rows.columns[column][row];
-        if value >= 0.0 && value.fract() == 0.0 {
-            numbers.insert(value as u64);
-        } else if labels.len() < 16 && !labels.contains(&label(row)) {
-            labels.push(label(row));
+    let mut all: Vec<String> = Vec::new();
+    for label in (0..rows.rows()).map(label) {
+        if !label.is_empty() && all.len() < MAX_SENSORS && !all.contains(&label) {
+            all.push(label);
         }
     }
-    labels.retain(|l| !l.is_empty());
-    let all: Vec<String> = numbers.iter().map(u64::to_string).chain(labels).collect();
+    // Words stay in order.
+    all.sort_by_key(|label| label.parse::<u64>().unwrap_or(u64::MAX));
     let wanted = match &format.options.sensor {
         Some(wanted) if all.contains(wanted) => wanted,
         Some(wanted) => return Err(sensor_unknown(wanted, &all)),
@@ -249,19 +224,18 @@ pub(crate) fn keep_sensor(
     let finding = (format.options.sensor.is_none() && all.len() > 1).then(|| {
         let name = format.names.get(column).map_or("", String::as_str);
         let text = format!(
-            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, --sensor {} chooses another",
+            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
             all.len(),
-            all.join(", "),
-            shell_word(&all[1])
+            all.join(", ")
         );
-        Finding::new(FindingKind::SeveralSensors, text)
+        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", &all[1])
     });
     rows.keep(&keep, Reason::OtherSensor);
     Ok(finding)
 }
 
 /// A cell as text: its word, its number, or nothing.
-fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
+pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
     let code = rows.texts[column].get(row).copied().unwrap_or(0);
     let word = usize::from(code)
         .checked_sub(1)
@@ -282,25 +256,24 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
             rows.ledger.sum()
         )));
     }
-    let (names, sensor, hint) = if format.options.is_gyroscope {
+    let (sensor, hint) = if format.options.is_gyroscope {
         (
-            ["gx", "gy", "gz"],
             "gyroscope",
-            "check that the sketch wakes the gyroscope, or leave --gyro out",
+            "check that the sketch wakes the gyroscope, or leave its file out",
         )
     } else {
         (
-            ["ax", "ay", "az"],
             "accelerometer",
             "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
         )
     };
     let channels = format.accel.map(|c| &rows.columns[c]);
-    for (channel, name) in channels.iter().zip(names) {
+    for (channel, name) in channels.iter().zip(names(format)) {
         if channel.iter().all(|v| v.is_nan()) {
             let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
             return Err(Error::input("no-values", text)
-                .with_hint("choose other columns: --columns ax=…,ay=…,az=…"));
+                .with_hint("choose other columns, as ax=…,ay=…,az=…")
+                .advise("columns", ""));
         }
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
@@ -316,14 +289,11 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
 pub(crate) fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
     let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
     let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
-    let all: Vec<usize> = (0..format.columns.len()).filter(is_one).collect();
-    let alive = all.iter().find(|c| is_alive(&rows.columns[**c]));
-    alive
-        .or_else(|| {
-            all.iter()
-                .find(|c| rows.columns[**c].iter().any(|t| t.is_finite() && *t != 0.0))
-        })
-        .copied()
+    let all = (0..format.columns.len()).filter(is_one);
+    let is_known = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
+    let mut alive = all.clone().filter(|c| is_alive(&rows.columns[*c]));
+    let mut known = all.filter(|c| is_known(&rows.columns[*c]));
+    alive.next().or_else(|| known.next())
 }
 
 /// Converts the counts of our board to °C.
@@ -363,27 +333,22 @@ fn set_aside_defects(format: &Format, rows: &mut Batch, are_means: bool) -> Opti
     let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
     if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
-        let keep = judge::mark_zeros(&slices(rows, &channels));
+        let values = rows.slices(&channels);
+        let is_read = |row: usize| values.iter().any(|c| c[row] != 0.0);
+        let keep: Vec<bool> = (0..rows.rows()).map(is_read).collect();
         rows.keep(&keep, Reason::Zeros);
         emptied = empty_unread(format, rows);
     }
     if !are_means {
-        let values = slices(rows, &channels);
+        let values = rows.slices(&channels);
         let keep = judge::mark_hung([values[0], values[1], values[2]], &values[3..]);
         rows.keep(&keep, Reason::Hung);
     }
     emptied
 }
 
-fn slices<'a>(rows: &'a Batch, columns: &[usize]) -> Vec<&'a [f64]> {
-    columns
-        .iter()
-        .map(|c| rows.columns[*c].as_slice())
-        .collect()
-}
-
 fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
-    let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
+    let (runs, _) = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()), 0);
     let mut lines = Vec::new();
     for run in runs {
         for column in format.accel {
@@ -409,11 +374,8 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
         .gyro
         .map(|g| g.map(|c| std::mem::take(&mut rows.columns[c])));
     let encoding = judge::decode(&mut accel, gyro.as_mut());
-    let columns = format
-        .accel
-        .into_iter()
-        .chain(format.gyro.into_iter().flatten());
-    for (column, values) in columns.zip(accel.into_iter().chain(gyro.into_iter().flatten())) {
+    let values = accel.into_iter().chain(gyro.into_iter().flatten());
+    for (column, values) in format.channels().into_iter().zip(values) {
         rows.columns[column] = values;
     }
     encoding
@@ -421,11 +383,10 @@ fn decode(format: &Format, rows: &mut Batch) -> Option<Encoding> {
 
 /// Accelerometer and gyroscope that stand side by side may be shifted against their names.
 fn set_aside_slipped(format: &Format, rows: &mut Batch) {
-    let channels = format.channels();
-    if channels.len() < 6 {
+    let channels = rows.slices(&format.channels());
+    let Ok(channels) = <[&[f64]; 6]>::try_from(channels) else {
         return;
-    }
-    let channels = std::array::from_fn(|i| rows.columns[channels[i]].as_slice());
+    };
     if let Some(row) = slipped_row(format, channels) {
         let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
         rows.keep(&keep, Reason::Slipped);
@@ -512,7 +473,8 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
             "too-many-labels",
             "the label column holds more than 254 words",
         )
-        .with_hint("leave the column out with --columns label=-, or cut the file"));
+        .with_hint("leave the column out, or cut the file")
+        .advise("columns", "label=-"));
     }
     let mut labels = Labels::default();
     let mut known: HashMap<String, u32> = HashMap::new();

@@ -76,7 +76,7 @@ pub fn files(group: &Path) -> Option<[PathBuf; 3]> {
 ///
 /// # Errors
 ///
-/// A file cannot be read; their rows do not belong together.
+/// A file cannot be read, or is packed and cut off; their rows do not belong together.
 pub fn open(path: &Path) -> Option<Result<String, Error>> {
     let files = files(path).filter(|_| !path.exists())?;
     files.iter().all(|f| f.is_file()).then(|| read(&files))
@@ -92,113 +92,70 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
     let names = files
         .each_ref()
         .map(|f| f.file_name().unwrap_or_default().to_string_lossy());
-    let mut comments = String::new();
-    let mut text = |axis: usize| {
-        let name = &names[axis];
-        let (text, is_cut) = read_file(&files[axis])
-            .map_err(|e| io::Error::new(e.kind(), format!("{name}: {e}")))?;
-        if is_cut {
-            let kind = FindingKind::TruncatedFile.name();
-            let why = "the packed file is damaged or ends in the middle, and so does the recording";
-            comments += &format!("# {kind}: {name}: {why}\n");
-        }
-        Ok::<_, io::Error>(text)
+    let text = |axis: usize| {
+        let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", names[axis]));
+        read_file(&files[axis]).map_err(named)
     };
     let texts = [text(0)?, text(1)?, text(2)?];
     let channel = |axis: usize| {
         let none = || axes_differ(&format!("{} does not hold one channel", names[axis]));
         Channel::parse(&texts[axis]).ok_or_else(none)
     };
-    let mut channels = [channel(0)?, channel(1)?, channel(2)?];
-    let is_cut = !comments.is_empty();
-    let mut lengths = channels.each_ref().map(|c| c.rows.len());
-    lengths.sort_unstable();
-    let [shortest, _, mut longest] = lengths;
-    if is_cut {
-        longest = shortest;
-        if channels.iter().any(|c| c.delimiter.is_none()) {
-            let rows = channels.iter_mut().map(|c| &mut c.rows);
-            rows.for_each(|rows| rows.truncate(shortest));
-        }
+    let [x, y, z] = &[channel(0)?, channel(1)?, channel(2)?];
+    let others = [y.beside(x), z.beside(x)];
+    let is_complete = |row: &usize| others.iter().all(|values| values[*row].is_some());
+    let complete = (0..x.rows.len()).filter(is_complete).count();
+    let lengths = [x, y, z].map(|channel| channel.rows.len());
+    if lengths.iter().any(|rows| complete * 2 < *rows) {
+        let rows = |(rows, name)| format!("{name} has {rows} rows");
+        let lengths: Vec<String> = lengths.into_iter().zip(&names).map(rows).collect();
+        return Err(axes_differ(&format!(
+            "{}, and {complete} time stamps are in all three",
+            lengths.join(", ")
+        )));
     }
-    let [x, y, z] = &channels;
-    let of_row = |row: usize| {
-        (
-            y.rows.get(row).map(|r| r.value),
-            z.rows.get(row).map(|r| r.value),
-        )
-    };
-    let mut values: Vec<(Option<&str>, Option<&str>)> = (0..x.rows.len()).map(of_row).collect();
-    if !(x.is_parallel(y) && x.is_parallel(z)) {
-        let (by_y, by_z) = (y.by_stamp(), z.by_stamp());
-        let at = |stamp: &str| (by_y.get(stamp).copied(), by_z.get(stamp).copied());
-        values = x.rows.iter().map(|r| at(r.stamp)).collect();
-        let complete = values.iter().filter(|v| v.0.and(v.1).is_some()).count();
-        if complete * 2 < longest {
-            let lengths = channels
-                .iter()
-                .zip(&names)
-                .map(|(c, n)| format!("{n} has {} rows", c.rows.len()));
-            let lengths = lengths.collect::<Vec<_>>().join(", ");
-            return Err(axes_differ(&format!(
-                "{lengths}, and {complete} time stamps are in all three"
-            )));
-        }
-        let stamps: HashSet<&str> = x.rows.iter().map(|r| r.stamp).collect();
-        for (channel, name) in [(y, &names[1]), (z, &names[2])] {
-            let is_alone = |row: &&Row<'_>| !stamps.contains(row.stamp);
-            let rows = channel.rows.iter().filter(is_alone).count();
-            if rows > 0 {
-                let kind = FindingKind::MissingSamples.name();
-                let what = format!("rows of {name} with stamps that {} lacks", names[0]);
-                let all = channel.rows.len();
-                comments += &format!("# {kind}: {what} are not used: {rows} of {all}\n");
-            }
-        }
-    }
-    let last = values.iter().rposition(|v| v.0.and(v.1).is_some());
-    // The recording ends where a file is cut; rows there would hold the last value of its axis.
-    let lines = last.filter(|_| is_cut).map(|row| x.rows[row].line + 1);
-    let mut values = x.rows.iter().zip(values).peekable();
     let mut out = String::new();
-    for (number, line) in texts[0]
-        .lines()
-        .enumerate()
-        .take(lines.unwrap_or(usize::MAX))
-    {
-        if let Some((row, (y, z))) = values.next_if(|(row, _)| row.line == number) {
+    let mut rows = x.rows.iter().enumerate().peekable();
+    for (number, line) in texts[0].lines().enumerate() {
+        if let Some((row, first)) = rows.next_if(|(_, row)| row.line == number) {
             if x.delimiter.is_some() {
-                out += row.stamp;
+                out += first.stamp;
                 out.push(';');
             }
-            out += &[row.value, y.unwrap_or_default(), z.unwrap_or_default()].join(";");
+            let [second, third] = [0, 1].map(|k: usize| others[k][row].unwrap_or_default());
+            out += &[first.value, second, third].join(";");
         } else if x.header == Some(number) {
-            out += &header(x, [x, y, z], &texts, &names[0]);
+            out += &header([x, y, z], &texts, &names[0]);
         } else {
             out += line;
         }
         out.push('\n');
     }
-    Ok(out + &comments)
+    for axis in [1, 2] {
+        let used = others[axis - 1].iter().flatten().count();
+        let (all, name) = (lengths[axis], &names[axis]);
+        if used < all {
+            out += &format!(
+                "# {}: rows of {name} with stamps that {} lacks are not used: {} of {all}\n",
+                FindingKind::MissingSamples,
+                names[0],
+                all - used
+            );
+        }
+    }
+    Ok(out)
 }
 
-/// The text of a file, whatever bytes are in it, and whether it is packed and ends in the middle:
-/// then without the line that is cut.
-fn read_file(path: &Path) -> io::Result<(String, bool)> {
+/// The text of a file, whatever bytes are in it.
+fn read_file(path: &Path) -> io::Result<String> {
     let (input, mut text) = open_file(path)?;
     let mut bytes = Vec::new();
     text.read_to_end(&mut bytes)?;
-    if input.is_cut_off() && bytes.is_empty() {
-        return Err(io::ErrorKind::UnexpectedEof.into());
-    }
     if input.is_cut_off() {
-        let end = bytes.iter().rposition(|b| *b == b'\n');
-        bytes.truncate(end.map_or(0, |end| end + 1));
+        let what = "the packed file is damaged or ends in the middle";
+        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
     }
-    Ok((
-        String::from_utf8_lossy(&bytes).into_owned(),
-        input.is_cut_off(),
-    ))
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
@@ -207,21 +164,15 @@ fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
     Ok((input, text))
 }
 
-/// What a comment at the end of joined files says, with the kind of its note.
+/// What a comment at the end of joined files says.
 pub(super) fn parse_comment(text: &str) -> Option<Finding> {
-    let (name, message) = text.split_once(": ")?;
-    let kinds = [FindingKind::TruncatedFile, FindingKind::MissingSamples];
-    let kind = kinds.into_iter().find(|kind| kind.name() == name)?;
+    let kind = FindingKind::MissingSamples;
+    let message = text.strip_prefix(kind.name())?.strip_prefix(": ")?;
     Some(Finding::new(kind, message))
 }
 
 /// Names of the columns: as written where they name the axes, else by sensor and unit.
-fn header(
-    first: &Channel<'_>,
-    channels: [&Channel<'_>; 3],
-    texts: &[String; 3],
-    file: &str,
-) -> String {
+fn header(channels: [&Channel<'_>; 3], texts: &[String; 3], file: &str) -> String {
     let sensor = match sensor_of_file(file) {
         Some(FileSensor::Gyro) => "g",
         Some(FileSensor::Accel { is_linear: true }) => "linear acceleration ",
@@ -231,7 +182,7 @@ fn header(
     for (axis, channel) in channels.into_iter().enumerate() {
         let line = channel.header.and_then(|at| texts[axis].lines().nth(at));
         let (stamp, name) = channel.split(line.unwrap_or_default().trim_start_matches(['#', ' ']));
-        if axis == 0 && first.delimiter.is_some() {
+        if axis == 0 && channel.delimiter.is_some() {
             names.push(stamp.to_owned());
         }
         let role = Column::from_name(name).role;
@@ -306,31 +257,32 @@ impl<'a> Channel<'a> {
 
     fn times(&self) -> Vec<f64> {
         let is_comma = self.delimiter == Some(',');
-        self.rows
-            .iter()
-            .map(|r| parse_cell(r.stamp, !is_comma).unwrap_or(f64::NAN))
-            .collect()
+        let cells = self.rows.iter().map(|r| parse_cell(r.stamp, !is_comma));
+        cells.map(|cell| cell.unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Its value at each row of another channel: row by row, or by their stamps.
+    fn beside(&self, first: &Channel<'_>) -> Vec<Option<&'a str>> {
+        if self.is_parallel(first) {
+            return self.rows.iter().map(|row| Some(row.value)).collect();
+        }
+        let stamped = self.rows.iter().filter(|_| self.delimiter.is_some());
+        let by_stamp: HashMap<&str, &str> = stamped.map(|r| (r.stamp, r.value)).collect();
+        let rows = first.rows.iter();
+        rows.map(|r| by_stamp.get(r.stamp).copied()).collect()
     }
 
     /// Whether each row of the two is of one sample: by their stamps, if both have them.
     fn is_parallel(&self, other: &Channel<'_>) -> bool {
         let rows = self.rows.len();
-        if rows != other.rows.len() {
-            return false;
+        let are_stamped = self.delimiter.is_some() && other.delimiter.is_some();
+        if rows != other.rows.len() || !are_stamped {
+            return rows == other.rows.len();
         }
-        if self.delimiter.is_none() || other.delimiter.is_none() {
-            return true;
-        }
-        let (own, other) = (self.times(), other.times());
-        let period = (own[rows - 1] - own[0]).abs() / rows as f64;
-        own.iter()
-            .zip(&other)
-            .all(|(a, b)| a == b || (a - b).abs() < period / 2.0)
-    }
-
-    fn by_stamp(&self) -> HashMap<&str, &str> {
-        let stamped = self.rows.iter().filter(|_| self.delimiter.is_some());
-        stamped.map(|r| (r.stamp, r.value)).collect()
+        let (times, others) = (self.times(), other.times());
+        let period = (times[rows - 1] - times[0]).abs() / rows as f64;
+        let is_same = |(a, b): (&f64, &f64)| a == b || (a - b).abs() < period / 2.0;
+        times.iter().zip(&others).all(is_same)
     }
 }
 
@@ -416,40 +368,6 @@ mod tests {
         let texts = ["1.2\n", "0.1\n", "9.8\n"].map(long);
         let r = read_bytes("head", texts.each_ref().map(|t| t.as_bytes())).unwrap();
         assert_eq!(r.accel[2][..2], [9.8, 9.8]);
-    }
-
-    #[test]
-    fn a_packed_file_may_end_in_the_middle() {
-        use std::io::Write;
-        let pack = |text: &str| {
-            let mut packed = flate2::write::GzEncoder::new(Vec::new(), Default::default());
-            packed.write_all(text.as_bytes()).unwrap();
-            let packed = packed.finish().unwrap();
-            packed[..packed.len() * 4 / 5].to_vec()
-        };
-        let value = |i: usize, axis: usize| (i * 7919 + axis) % 1009;
-        let rows = |axis: usize| -> String {
-            let row = |i: usize| format!("{},{}\n", 10 * i, value(i, axis));
-            (0..2000).map(row).collect()
-        };
-        let [x, y, z] = [0, 1, 2].map(rows);
-        let r = read_bytes("cut", [x.as_bytes(), &pack(&y), z.as_bytes()]).unwrap();
-        assert!((1500..1700).contains(&r.rows()), "{}", r.rows());
-        let last = r.rows() - 1;
-        assert_eq!(r.accel[1][last], value(last, 1) as f64);
-        let cut = r
-            .findings
-            .iter()
-            .find(|n| n.kind == FindingKind::TruncatedFile);
-        assert!(cut.unwrap().message.starts_with("accel_Y.txt: "));
-        let unstamped = |text: &str| -> String {
-            let values = text.lines().filter_map(|l| l.split_once(','));
-            values.map(|(_, value)| format!("{value}\n")).collect()
-        };
-        let [x, y, z] = [x, y, z].map(|text| unstamped(&text));
-        let r = read_bytes("cut-values", [&pack(&x), y.as_bytes(), z.as_bytes()]).unwrap();
-        let last = r.rows() - 1;
-        assert_eq!(r.accel[2][last], value(last, 2) as f64);
     }
 
     #[test]

@@ -45,6 +45,7 @@ reasons! {
     Metadata "metadata-lines" "before the header; kept out of the data";
     Comment "comment-lines" "comment; kept out of the data";
     NamedGap "named-gap" "the logger reports missing rows; treated as a break between segments";
+    Rejected "rejected-samples" "no row; the logger rejected it";
     Blank "blank-rows" "blank; a break between segments, unless it is a single line and the clock continues";
     RepeatedHeader "repeated-header" "the header repeated; kept out of the data, and a break unless the clock continues";
     OtherSensor "other-sensor" "rows of another sensor; not read";
@@ -172,8 +173,6 @@ pub struct Batch {
     pub headers: Vec<usize>,
     /// Rows before which blank lines stand, and how many
     pub blanks: Vec<(usize, usize)>,
-    /// Samples that a logger says it rejected: lines `# rejected:`
-    pub rejected: usize,
     /// Lines with NUL bytes, which were removed
     pub nul_lines: LineSpans,
     /// Lines without a row
@@ -237,6 +236,11 @@ impl Batch {
         self.lines.len()
     }
 
+    /// The values of columns.
+    pub(crate) fn slices(&self, columns: &[usize]) -> Vec<&[f64]> {
+        columns.iter().map(|c| &self.columns[*c][..]).collect()
+    }
+
     /// Bytes that the columns take.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -294,10 +298,20 @@ impl Batch {
         self.blanks
             .extend(later.blanks.iter().map(|(row, n)| (row + rows, *n)));
         self.headers.extend(later.headers.iter().map(|b| b + rows));
-        self.rejected += later.rejected;
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
         self.findings.append(&mut later.findings);
+    }
+
+    /// Moves the marks before rows to others, or forgets them.
+    fn move_marks(&mut self, to: impl Fn(usize) -> Option<usize>) {
+        for marks in [&mut self.breaks, &mut self.headers] {
+            *marks = marks.iter().filter_map(|row| to(*row)).collect();
+        }
+        let blanks = self.blanks.iter();
+        self.blanks = blanks
+            .filter_map(|(row, n)| Some((to(*row)?, *n)))
+            .collect();
     }
 
     /// Forgets the other rows, but not the lines set aside.
@@ -309,14 +323,7 @@ impl Batch {
         self.columns.iter_mut().for_each(|c| cut(c, &rows));
         self.texts.iter_mut().for_each(|t| cut(t, &rows));
         cut(&mut self.lines, &rows);
-        for marks in [&mut self.breaks, &mut self.headers] {
-            marks.retain(|row| rows.contains(row));
-            marks.iter_mut().for_each(|row| *row -= rows.start);
-        }
-        self.blanks.retain(|(row, _)| rows.contains(row));
-        self.blanks
-            .iter_mut()
-            .for_each(|(row, _)| *row -= rows.start);
+        self.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
         self.ledger.lines = self.rows() + self.ledger.total();
     }
 
@@ -331,29 +338,16 @@ impl Batch {
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));
-        self.texts
-            .iter_mut()
-            .filter(|t| !t.is_empty())
-            .for_each(|t| retain(t, keep));
+        let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| retain(t, keep));
         retain(&mut self.lines, keep);
         let mut kept_before = vec![0; keep.len() + 1];
         for (row, k) in keep.iter().enumerate() {
             kept_before[row + 1] = kept_before[row] + usize::from(*k);
         }
-        let blanks = self.blanks.iter_mut().map(|(row, _)| row);
-        for row in self
-            .breaks
-            .iter_mut()
-            .chain(&mut self.headers)
-            .chain(blanks)
-        {
-            *row = kept_before[*row];
-        }
-        // Marks of rows at the end that are gone.
+        // Marks of rows at the end are gone.
         let rows = self.lines.len();
-        self.breaks.retain(|row| *row < rows);
-        self.headers.retain(|row| *row < rows);
-        self.blanks.retain(|(row, _)| *row < rows);
+        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < rows));
         let least = match reason {
             Reason::Hung | Reason::Slipped => 1,
             Reason::Zeros => MIN_ROWS_GONE,
@@ -372,20 +366,14 @@ impl Batch {
 
     /// The first rows alone.
     pub(crate) fn first(&self, rows: usize) -> Batch {
-        let cut = |n: usize| rows.min(n);
+        fn cut<T: Copy>(values: &[T], rows: usize) -> Vec<T> {
+            values[..rows.min(values.len())].to_vec()
+        }
         Batch {
-            columns: self
-                .columns
-                .iter()
-                .map(|c| c[..cut(c.len())].to_vec())
-                .collect(),
-            texts: self
-                .texts
-                .iter()
-                .map(|t| t[..cut(t.len())].to_vec())
-                .collect(),
+            columns: self.columns.iter().map(|c| cut(c, rows)).collect(),
+            texts: self.texts.iter().map(|t| cut(t, rows)).collect(),
             words: self.words.clone(),
-            lines: self.lines[..cut(self.lines.len())].to_vec(),
+            lines: cut(&self.lines, rows),
             ..Batch::default()
         }
     }

@@ -5,11 +5,11 @@ use std::io::{self, BufRead};
 
 use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
+use super::dialect::{Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
-use super::header::{Header, OTHER_COLUMNS, Same};
+use super::header::{Header, OTHER_COLUMNS};
 use super::lines::Lines;
-use super::number::{parse_cell, parse_long, parse_short};
+use super::number::parse_cell;
 use crate::board::BoardSettings;
 use crate::error::Error;
 
@@ -35,6 +35,7 @@ pub struct Batches<R> {
 }
 
 /// Lines on their way into a batch.
+#[derive(Default)]
 struct RowParser {
     format: Format,
     /// Lines read.
@@ -42,8 +43,6 @@ struct RowParser {
     batch: Batch,
     /// Words of each column, in order of appearance.
     words: Vec<Vec<String>>,
-    /// Columns of the row that hold text.
-    text_cells: Vec<usize>,
     /// Blank lines since the last row.
     blanks: usize,
     has_break: bool,
@@ -67,7 +66,7 @@ pub fn split_hint(line: u64) -> String {
 }
 
 /// Marks rows that are written under other columns.
-pub(crate) fn header_differs(line: usize, why: &'static str) -> io::Error {
+pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
     let error = Error::input("header-differs", format!("the header in line {line} {why}"))
         .at_line(line)
         .with_hint(split_hint(line as u64));
@@ -80,19 +79,11 @@ impl<R: BufRead> Batches<R> {
         Batches {
             lines: Lines::new(bytes, format.line_end),
             parser: RowParser {
-                line_number: 0,
                 batch: Batch::new(fields),
                 words: vec![Vec::new(); fields],
-                text_cells: Vec::new(),
-                blanks: 0,
-                has_break: false,
-                has_header: false,
-                torn_header: None,
-                place: None,
-                copied: Vec::new(),
-                spans: Vec::new(),
                 slots: vec![String::new(); fields],
                 format,
+                ..RowParser::default()
             },
             error: None,
             is_done: false,
@@ -110,17 +101,12 @@ impl<R: BufRead> Batches<R> {
     /// Reads on until a batch is full and a new row would begin.
     pub(crate) fn read_batch(&mut self) -> io::Result<Option<Batch>> {
         while self.error.is_none() {
-            if let Some(bytes) = self.parser.read_row(self.lines.held()) {
-                self.lines.step_over(bytes);
-            } else {
-                let read = match self.lines.next() {
-                    Ok(Some((line, had_nul))) => self.parser.read(line, had_nul),
-                    Ok(None) => break,
-                    Err(e) => Err(e),
-                };
-                // What was read before the error is a batch of its own.
-                self.error = read.err();
-            }
+            // What was read before an error is a batch of its own.
+            self.error = match self.lines.next() {
+                Ok(Some((line, had_nul))) => self.parser.read(line, had_nul).err(),
+                Ok(None) => break,
+                Err(e) => Some(e),
+            };
             if self.error.is_none() && self.parser.is_full() {
                 return Ok(Some(self.parser.finish_batch()));
             }
@@ -157,13 +143,9 @@ impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
         let rows = self.batch.rows();
-        let is_whole = || {
-            matches!(self.format.layout, Layout::Table(_))
-                || self
-                    .place
-                    .is_none_or(|p| self.format.layout.last_place() == p)
-        };
-        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
+        let last_place = self.format.layout.last_place();
+        let is_whole = self.place.is_none_or(|place| place == last_place);
+        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole)
     }
 
     fn finish_batch(&mut self) -> Batch {
@@ -173,11 +155,8 @@ impl RowParser {
         let next = self.next_batch();
         let mut batch = std::mem::replace(&mut self.batch, next);
         let rows = batch.rows();
-        batch
-            .texts
-            .iter_mut()
-            .filter(|t| !t.is_empty())
-            .for_each(|t| t.resize(rows, 0));
+        let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| t.resize(rows, 0));
         batch.words.clone_from(&self.words);
         batch.ledger.lines = self.line_number;
         self.place = None;
@@ -195,81 +174,6 @@ impl RowParser {
         next.lines.reserve_exact(rows);
         next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
         next
-    }
-
-    /// Reads the row that a text begins with in one pass, and returns the bytes up to the next line.
-    /// `None`: the line is anything but a complete row without quotes.
-    fn read_row(&mut self, text: &str) -> Option<usize> {
-        let Layout::Table(dialect) = self.format.layout else {
-            return None;
-        };
-        let is_data = self.line_number >= self.format.head_lines && self.torn_header.is_none();
-        if !is_data || is_comment(text) {
-            return None;
-        }
-        let Some((length, next)) = self.push_cells(text, dialect) else {
-            let rows = self.batch.rows();
-            self.batch.columns.iter_mut().for_each(|c| c.truncate(rows));
-            return None;
-        };
-        self.line_number += 1;
-        self.end_row(&text[..length], dialect);
-        Some(next)
-    }
-
-    /// Length of the row without blanks behind it, and where the next line begins.
-    fn push_cells(&mut self, text: &str, dialect: Dialect) -> Option<(usize, usize)> {
-        let Delimiter::Byte(delimiter) = dialect.delimiter else {
-            return None;
-        };
-        let (bytes, line_end) = (text.as_bytes(), self.format.line_end);
-        let is_end = |b: &u8| *b == delimiter || *b == line_end || matches!(b, b'\r' | b'"');
-        let is_cell = |number: &(f64, usize)| bytes.get(number.1).is_none_or(is_end);
-        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
-        let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-        let (mut from, mut end, mut has_number) = (0, 0, false);
-        self.spans.clear();
-        self.text_cells.clear();
-        for (count, (column, is_read)) in columns.by_ref().enumerate() {
-            let number = if *is_read {
-                let short = parse_short(bytes, from).filter(is_cell);
-                short.or_else(|| parse_long(bytes, from).filter(is_cell))
-            } else {
-                None
-            };
-            if let Some((value, n)) = number {
-                column.push(value);
-                has_number = has_number || value.is_finite();
-                end = n;
-            } else {
-                end = from + bytes[from..].iter().position(is_end)?;
-                if *is_read {
-                    let value = dialect.parse_field(text.get(from..end)?);
-                    has_number |= value.is_some_and(f64::is_finite);
-                    if value.is_none() {
-                        self.text_cells.push(count);
-                    }
-                    column.push(value.unwrap_or(f64::NAN));
-                }
-            }
-            if count < last_copied {
-                self.spans.push((from, end));
-            }
-            if bytes.get(end) != Some(&delimiter) {
-                break;
-            }
-            from = end + 1;
-        }
-        // Blanks before the end of a line are no part of its last cell.
-        if columns.next().is_some() || !has_number || bytes[..end].ends_with(b" ") {
-            return None;
-        }
-        match &bytes[end..] {
-            [] => Some((end, end)),
-            [b, ..] if *b == line_end => Some((end, end + 1)),
-            [b'\r', b, ..] if *b == line_end => Some((end, end + 2)),
-            _ => None,
-        }
     }
 
     fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
@@ -308,20 +212,16 @@ impl RowParser {
         self.batch.ledger.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: …` as our logger writes them (or `# rejected: 3 samples`), what
-    /// joined files leave out, and the settings of our board.
+    /// `# gap: …` and `# rejected: …` as our logger writes them, what joined files leave out, and the
+    /// settings of our board.
     fn read_comment(&mut self, line: &str) -> io::Result<()> {
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
             self.has_break = true;
             reason = Reason::NamedGap;
-        } else if let Some(rest) = text.strip_prefix("rejected:") {
-            let mut words = rest.split_whitespace();
-            let count = words.next().and_then(|n| n.parse().ok());
-            let is_count =
-                matches!(words.next(), Some("sample" | "samples")) && words.next().is_none();
-            self.batch.rejected += count.filter(|_| is_count).unwrap_or(1);
+        } else if text.starts_with("rejected:") {
+            reason = Reason::Rejected;
         } else if let Some(finding) = axes::parse_comment(text) {
             self.batch.findings.push(finding);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
@@ -338,7 +238,7 @@ impl RowParser {
     fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
         let reason = match Header::compare(line, &self.format) {
             None => reason,
-            Some(Same::Yes) => {
+            Some(Ok(())) => {
                 self.has_header = true;
                 self.torn_header = match &self.format.layout {
                     Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
@@ -346,7 +246,7 @@ impl RowParser {
                 };
                 Reason::RepeatedHeader
             }
-            Some(Same::No(why)) => return Err(header_differs(self.line_number, why)),
+            Some(Err(why)) => return Err(header_differs(self.line_number, &why)),
         };
         self.set_aside(reason, line);
         Ok(())
@@ -354,9 +254,8 @@ impl RowParser {
 
     fn read_fields(&mut self, line: &str, dialect: Dialect) -> io::Result<()> {
         let row = self.batch.rows();
-        self.text_cells.clear();
         self.spans.clear();
-        let (mut count, mut has_number) = (0, false);
+        let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
         let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
         let mut cells = fields(line, dialect.delimiter);
         let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
@@ -365,7 +264,7 @@ impl RowParser {
                 let value = dialect.parse_field(field);
                 has_number |= value.is_some_and(f64::is_finite);
                 if value.is_none() {
-                    self.text_cells.push(count);
+                    texts.push((count, field));
                 }
                 column.push(value.unwrap_or(f64::NAN));
             }
@@ -378,7 +277,7 @@ impl RowParser {
         if let Some((header, width)) = self.torn_header
             && count != dialect.fields
             && count == width
-            && 2 * (count - self.text_cells.len()) > width
+            && 2 * (count - texts.len()) > width
         {
             return Err(header_differs(header, OTHER_COLUMNS));
         }
@@ -392,26 +291,15 @@ impl RowParser {
             return self.set_aside_or_refuse(reason, line);
         }
         self.torn_header = None;
-        self.end_row(line, dialect);
-        Ok(())
-    }
-
-    /// Adds the line of a row whose cells are read, its text and its words.
-    fn end_row(&mut self, line: &str, dialect: Dialect) {
         self.begin_row();
         for (first, last) in &self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
-        if let (Some(first), Some(last)) = (self.text_cells.first(), self.text_cells.last()) {
-            let between = last - first + 1;
-            let cells = fields(line, dialect.delimiter).enumerate().skip(*first);
-            for (column, field) in cells.take(between) {
-                if self.text_cells.binary_search(&column).is_ok() {
-                    self.push_word(column, field);
-                }
-            }
+        for (column, word) in texts {
+            self.push_word(column, word);
         }
+        Ok(())
     }
 
     fn push_word(&mut self, column: usize, word: &str) {

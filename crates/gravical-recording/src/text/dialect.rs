@@ -7,9 +7,10 @@ use memchr::memchr;
 use super::number::parse_cell;
 use crate::date::parse_date;
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) enum Delimiter {
     Byte(u8),
+    #[default]
     Whitespace,
 }
 
@@ -25,7 +26,7 @@ impl Delimiter {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Dialect {
     pub delimiter: Delimiter,
     pub decimal_comma: bool,
@@ -40,7 +41,7 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
         line,
         delimiter,
         at: 0,
-        has_quotes: None,
+        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
         span: (0, 0),
     }
 }
@@ -50,8 +51,7 @@ pub(crate) struct Fields<'a> {
     delimiter: Delimiter,
     /// Where the next field begins: after the last one, beyond the end of the line.
     at: usize,
-    /// Whether the rest has quotes, once that was looked for.
-    has_quotes: Option<bool>,
+    has_quotes: bool,
     /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
     pub span: (usize, usize),
 }
@@ -79,10 +79,7 @@ impl<'a> Iterator for Fields<'a> {
                 Some(field).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
-                let has_quotes = *self
-                    .has_quotes
-                    .get_or_insert_with(|| memchr(b'"', rest.as_bytes()).is_some());
-                let end = if has_quotes {
+                let end = if self.has_quotes {
                     let mut quoted = false;
                     rest.bytes().position(|b| {
                         quoted ^= b == b'"';
@@ -94,7 +91,7 @@ impl<'a> Iterator for Fields<'a> {
                 let field = &rest[..end.unwrap_or(rest.len())];
                 self.step_over(self.at + field.len());
                 let field = trim(field);
-                Some(if has_quotes {
+                Some(if self.has_quotes {
                     trim(field.trim_matches('"'))
                 } else {
                     field
@@ -107,11 +104,9 @@ impl<'a> Iterator for Fields<'a> {
 /// Without blanks, and without the NUL bytes that a torn write leaves.
 fn trim(field: &str) -> &str {
     let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
-    let bytes = field.as_bytes();
-    if bytes.first().is_some_and(is_edge) || bytes.last().is_some_and(is_edge) {
-        field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0')
-    } else {
-        field
+    match field.as_bytes() {
+        [first, .., last] if !is_edge(first) && !is_edge(last) => field,
+        _ => field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0'),
     }
 }
 
@@ -144,9 +139,7 @@ impl Tally {
 
 impl Dialect {
     /// A field as [`parse_cell`] reads it.
-    #[inline(never)]
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
-        let field = trim(field);
         let value = parse_cell(field, self.decimal_comma);
         if self.day_first && value.is_some() && field.contains(':') {
             return parse_date(field, true).or(value);

@@ -13,6 +13,12 @@ pub(crate) enum Layout {
     Sentences(Sentences),
 }
 
+impl Default for Layout {
+    fn default() -> Self {
+        Layout::Table(Dialect::default())
+    }
+}
+
 impl Layout {
     /// Place of the last line of a row.
     pub(crate) fn last_place(&self) -> usize {
@@ -24,7 +30,7 @@ impl Layout {
 }
 
 /// What the head of a file says: dialect, roles of columns, claims of units and clock.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Format {
     pub(crate) layout: Layout,
     pub(crate) line_end: u8,
@@ -71,24 +77,10 @@ impl Format {
         Format {
             layout,
             line_end,
-            head_lines: 0,
-            header_line: 0,
-            device: None,
-            board: None,
             is_read: vec![true; fields],
-            metadata: Vec::new(),
             columns: (0..fields).map(column).collect(),
             names,
-            accel: [0; 3],
-            gyro: None,
-            sensor: None,
-            sensors: Vec::new(),
-            is_guessed: false,
-            misfit: None,
-            unnamed_clocks: Vec::new(),
-            has_no_clock: false,
-            options: ReadOptions::default(),
-            rate_hz: None,
+            ..Format::default()
         }
     }
 
@@ -126,12 +118,21 @@ impl Format {
             || matches!(self.layout, Layout::Sentences(_))
     }
 
+    /// What a column is read as.
+    pub(crate) fn role(&self, column: usize) -> Role {
+        let axis = |axes: [usize; 3]| axes.iter().position(|c| *c == column);
+        let accel = axis(self.accel).map(Role::Accel);
+        let gyro = self.gyro.and_then(axis).map(Role::Gyro);
+        accel.or(gyro).unwrap_or(match self.columns[column].role {
+            Role::Accel(_) | Role::Gyro(_) => Role::Other,
+            role => role,
+        })
+    }
+
     /// Columns of accelerometer and gyroscope.
     pub(crate) fn channels(&self) -> Vec<usize> {
-        self.accel
-            .into_iter()
-            .chain(self.gyro.into_iter().flatten())
-            .collect()
+        let gyro = self.gyro.into_iter().flatten();
+        self.accel.into_iter().chain(gyro).collect()
     }
 
     pub(crate) fn is_axis(&self, column: usize) -> bool {

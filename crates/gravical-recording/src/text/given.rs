@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use crate::error::Error;
-use crate::options::{ColumnChoice, ColumnsSpec};
+use crate::options::ColumnsSpec;
 use crate::role::Role;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
@@ -18,7 +18,7 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Error> {
     let mut unread: Vec<Role> = Vec::new();
     match spec {
         ColumnsSpec::Ordered(order) => {
-            let names_gyro = |c: &ColumnChoice| matches!(c, ColumnChoice::Channel(Role::Gyro(_)));
+            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
             if format.options.is_gyroscope && !order.iter().any(names_gyro) {
                 return Ok(());
             }
@@ -27,13 +27,8 @@ pub(crate) fn assign(format: &mut Format) -> Result<(), Error> {
                 let text = format!("{named} columns are named, the file has {columns}");
                 return Err(missing(text).with_hint("leave the last ones out"));
             }
-            for (column, choice) in order.into_iter().enumerate() {
-                match choice {
-                    ColumnChoice::Channel(role) => given.push((column, role)),
-                    ColumnChoice::Skipped => given.push((column, Role::Other)),
-                    ColumnChoice::AsRecognised => {}
-                }
-            }
+            let columns = order.into_iter().enumerate();
+            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
         }
         ColumnsSpec::Named(pairs) => {
             for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
@@ -82,14 +77,13 @@ const MAX_LISTED: usize = 16;
 /// A hint that lists the columns of a file.
 pub(super) fn list_columns(names: &[String]) -> String {
     if names.is_empty() {
-        return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
-            .to_owned();
+        return "the file has no header: give the channels in order, as t,ax,ay,az".to_owned();
     }
     let names = names.iter().map(String::as_str);
     let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
     let more = if list.len() > MAX_LISTED { ", …" } else { "" };
     let shown = list[..list.len().min(MAX_LISTED)].join(", ");
-    format!("its columns are: {shown}{more}; assign them with --columns ax=…,ay=…,az=…")
+    format!("its columns are: {shown}{more}; assign them, as ax=…,ay=…,az=…")
 }
 
 fn find(names: &[String], name: &str) -> Option<usize> {

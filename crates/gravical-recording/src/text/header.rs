@@ -2,13 +2,13 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Delimiter, Dialect, fields};
+use super::dialect::{Delimiter, Dialect, fields, is_blank};
 use super::format::{Format, Layout};
 use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
 use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_unit};
+use crate::units::{AccelUnit, GyroUnit, is_listed, is_unit};
 
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;
@@ -16,25 +16,19 @@ const ROWS: usize = 400;
 /// How a header among the rows differs from the first.
 pub(crate) const OTHER_COLUMNS: &str = "has other columns than the first";
 
-/// Whether a header among the rows names the columns of the first.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Same {
-    Yes,
-    /// What is wrong with it.
-    No(&'static str),
-}
-
 /// Names and units of the columns, from the lines above the rows.
 pub(crate) struct Header {
     pub names: Vec<String>,
     pub units: Vec<String>,
-    /// Which of the lines above the rows holds the names.
-    pub at: Option<usize>,
+    /// Line that holds the names, from 1; 0 without one.
+    pub line: usize,
 }
 
 impl Header {
     pub(crate) fn parse(above: &[&str], rows: &[&str], dialect: Dialect) -> Self {
-        let parts = |i: usize| header_fields(above[i], dialect);
+        let lines = above.iter().enumerate();
+        let above: Vec<(usize, &&str)> = lines.filter(|(_, l)| !is_blank(l)).collect();
+        let parts = |i: usize| header_fields(above[i].1, dialect);
         let mut end = above.len();
         let mut units = Vec::new();
         while end > 1
@@ -50,13 +44,11 @@ impl Header {
         }
         let has_letter = |n: &&String| n.chars().any(char::is_alphabetic);
         let is_named = |f: &Vec<String>| f.iter().filter(has_letter).count() * 2 > f.len();
-        let names = end
-            .checked_sub(1)
-            .and_then(parts)
-            .filter(is_named)
-            .unwrap_or_default();
-        let at = end.checked_sub(1).filter(|_| !names.is_empty());
-        let mut header = Header { names, units, at };
+        let names = end.checked_sub(1).and_then(parts).filter(is_named);
+        let names = names.unwrap_or_default();
+        let named = end.checked_sub(1).filter(|_| !names.is_empty());
+        let line = named.map_or(0, |at| above[at].0 + 1);
+        let mut header = Header { names, units, line };
         if end > 1
             && let Some(upper) = parts(end - 2)
         {
@@ -66,9 +58,9 @@ impl Header {
         header
     }
 
-    /// Whether a line among the rows names the same columns as the head does; `None` for a line
-    /// that names no sensor.
-    pub(crate) fn compare(line: &str, format: &Format) -> Option<Same> {
+    /// Whether a line among the rows names the same columns as the head does, or how it differs;
+    /// `None` for a line that names no sensor.
+    pub(crate) fn compare(line: &str, format: &Format) -> Option<Result<(), String>> {
         let Layout::Table(dialect) = &format.layout else {
             return None;
         };
@@ -79,7 +71,7 @@ impl Header {
             .and_then(|at| format.metadata.get(at));
         let is_long = line.trim().len() > 3;
         if is_long && first.is_some_and(|l| l.contains(line.trim())) {
-            return Some(Same::Yes);
+            return Some(Ok(()));
         }
         let text = line.trim_start_matches(['#', '%', '/', ' ']);
         let bytes = [b',', b';', b'\t'].map(Delimiter::Byte);
@@ -93,11 +85,8 @@ impl Header {
         })?;
         names.pop_if(|last| last.is_empty());
         if delimiter != dialect.delimiter {
-            return Some(Same::No(match delimiter {
-                Delimiter::Byte(b',') => "has its names separated by comma",
-                Delimiter::Byte(b';') => "has its names separated by semicolon",
-                _ => "has its names separated by tab",
-            }));
+            let name = delimiter.name();
+            return Some(Err(format!("has its names separated by {name}")));
         }
         let width = names.len().min(format.names.len());
         let is_same = if format.names.is_empty() {
@@ -110,11 +99,8 @@ impl Header {
             let mut others = others.chain(format.names[width..].iter().map(String::as_str));
             names[..width] == format.names[..width] && others.all(str::is_empty)
         };
-        Some(if is_same {
-            Same::Yes
-        } else {
-            Same::No(OTHER_COLUMNS)
-        })
+        let differs = || OTHER_COLUMNS.to_owned();
+        Some(is_same.then_some(()).ok_or_else(differs))
     }
 
     /// A header of two rows: sensor above, axis below, each more than once.
@@ -128,12 +114,8 @@ impl Header {
             }
         }
         if upper.len() == self.names.len() && repeats(&upper) && repeats(&self.names) {
-            for (name, upper) in self
-                .names
-                .iter_mut()
-                .zip(upper)
-                .filter(|(_, u)| !u.is_empty())
-            {
+            let names = self.names.iter_mut().zip(upper);
+            for (name, upper) in names.filter(|(_, u)| !u.is_empty()) {
                 *name = format!("{upper}.{name}");
             }
         }
@@ -196,9 +178,7 @@ fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {
-    const OTHERS: [&str; 8] = ["CAL", "mV", "kPa", "n/a", "uT", "uS", "kOhms", "local_flux"];
-    let is_known = |u: &&String| {
-        u.is_empty() || is_unit(u) || OTHERS.contains(&u.as_str()) || *u == "no_units"
-    };
+    const OTHERS: &str = "CAL mV kPa n/a uT uS kOhms local_flux no_units";
+    let is_known = |u: &&String| u.is_empty() || is_unit(u) || is_listed(OTHERS, u);
     parts.iter().filter(is_known).count() * 10 >= parts.len() * 7
 }

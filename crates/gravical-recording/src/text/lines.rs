@@ -1,8 +1,8 @@
 //! Lines of a stream.
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 
-use memchr::{memchr, memrchr};
+use memchr::memchr;
 
 /// Bytes of a line that are kept: what is longer is no text.
 const MAX_LINE_BYTES: usize = 1 << 20;
@@ -10,13 +10,8 @@ const MAX_LINE_BYTES: usize = 1 << 20;
 pub(crate) struct Lines<R> {
     reader: R,
     line_end: u8,
-    /// Whole lines, and where the next one begins in them.
-    text: String,
-    at: usize,
-    /// Beginning of the line after them.
-    rest: Vec<u8>,
-    /// Whether there are NUL bytes in the lines, and the last line without them.
-    has_nul: bool,
+    bytes: Vec<u8>,
+    /// The line without NUL bytes, and without bytes that are no UTF-8.
     cleaned: String,
 }
 
@@ -25,10 +20,7 @@ impl<R: BufRead> Lines<R> {
         Lines {
             reader,
             line_end,
-            text: String::new(),
-            at: 0,
-            rest: Vec::new(),
-            has_nul: false,
+            bytes: Vec::new(),
             cleaned: String::new(),
         }
     }
@@ -40,58 +32,22 @@ impl<R: BufRead> Lines<R> {
 
     /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
     pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
-        if self.at >= self.text.len() {
-            self.fill()?;
-        }
-        let text = &self.text[self.at..];
-        if text.is_empty() {
+        self.bytes.clear();
+        let mut kept = self.reader.by_ref().take(MAX_LINE_BYTES as u64);
+        if kept.read_until(self.line_end, &mut self.bytes)? == 0 {
             return Ok(None);
         }
-        let end = memchr(self.line_end, text.as_bytes()).unwrap_or(text.len());
-        self.at += end + 1;
-        let line = &text[..end];
-        if self.has_nul && memchr(0, line.as_bytes()).is_some() {
-            self.cleaned = line.replace('\0', "");
-            return Ok(Some((trim_end(&self.cleaned), true)));
+        if self.bytes.len() == MAX_LINE_BYTES && !self.bytes.ends_with(&[self.line_end]) {
+            self.reader.skip_until(self.line_end)?;
         }
-        Ok(Some((trim_end(line), false)))
-    }
-
-    /// The lines that are held, unless they have NUL bytes.
-    pub(crate) fn held(&self) -> &str {
-        let text = if self.has_nul { "" } else { &self.text };
-        text.get(self.at..).unwrap_or_default()
-    }
-
-    /// Steps over a line that was read from those that are held.
-    pub(crate) fn step_over(&mut self, bytes: usize) {
-        self.at += bytes;
-    }
-
-    /// Reads on until there is a whole line, or to the end.
-    fn fill(&mut self) -> io::Result<()> {
-        let mut bytes = std::mem::take(&mut self.text).into_bytes();
-        bytes.clear();
-        self.at = 0;
-        loop {
-            let chunk = self.reader.fill_buf()?;
-            let length = chunk.len();
-            let whole = memrchr(self.line_end, chunk).map_or(0, |n| n + 1);
-            if whole > 0 || length == 0 {
-                bytes.append(&mut self.rest);
-                bytes.extend_from_slice(&chunk[..whole]);
-            }
-            self.rest.extend_from_slice(&chunk[whole..]);
-            self.reader.consume(length);
-            if whole > 0 || length == 0 {
-                break;
-            }
-            self.rest.truncate(MAX_LINE_BYTES);
+        let line = self.bytes.strip_suffix(&[self.line_end]);
+        let line = line.unwrap_or(&self.bytes);
+        let has_nul = memchr(0, line).is_some();
+        if !has_nul && let Ok(line) = std::str::from_utf8(line) {
+            return Ok(Some((trim_end(line), false)));
         }
-        self.has_nul = memchr(0, &bytes).is_some();
-        self.text = String::from_utf8(bytes)
-            .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
-        Ok(())
+        self.cleaned = String::from_utf8_lossy(line).replace('\0', "");
+        Ok(Some((trim_end(&self.cleaned), has_nul)))
     }
 }
 

@@ -1,10 +1,10 @@
 //! What the name of a column says.
 
 use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_celsius};
+use crate::units::{AccelUnit, GyroUnit, is_celsius, is_listed};
 
 /// A column as its name, or the row of units, describes it.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Column {
     /// What it holds
     pub role: Role,
@@ -22,64 +22,17 @@ pub struct Column {
     pub is_dropped: bool,
 }
 
-const ACCEL: &[&str] = &["a", "ac", "acc", "accl", "acce", "xl", "sf", "alpha"];
-const GYRO: &[&str] = &[
-    "g", "gy", "gyr", "w", "omega", "rate", "rot", "rotation", "angular", "angvel",
-];
-const TIME: &[&str] = &[
-    "t",
-    "ts",
-    "time",
-    "stamp",
-    "timestamp",
-    "timestamps",
-    "epoch",
-    "epoc",
-    "clock",
-    "elapsed",
-    "gpst",
-    "date",
-    "datetime",
-    "utc",
-    "millis",
-    "micros",
-    "nanos",
-    "seconds",
-    "us",
-    "ms",
-    "ns",
-    "s",
-];
-const TIME_UNITS: &[&str] = &[
-    "us", "ms", "ns", "s", "nanosec", "micros", "millis", "seconds", "fine",
-];
-const STEP: &[&str] = &["dt", "delta", "deltat", "timestep", "diff"];
-const LABEL: &[&str] = &["label", "part", "section", "pose", "face", "placement"];
+const ACCEL: &str = "a ac acc accl acce xl sf alpha";
+const GYRO: &str = "g gy gyr w omega rate rot rotation angular angvel";
+const TIME: &str = "t ts time stamp timestamp timestamps epoch epoc clock elapsed gpst date datetime \
+    utc millis micros nanos seconds us ms ns s";
+const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine";
+const STEP: &str = "dt delta deltat timestep diff";
+const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.
-const FOREIGN: &[&str] = &[
-    "mag",
-    "magnetometer",
-    "baro",
-    "pressure",
-    "quat",
-    "orientation",
-    "euler",
-    "cov",
-    "covariance",
-    "pos",
-    "vel",
-    "gravity",
-    "std",
-    "sd",
-    "variance",
-    "velocity3d",
-    "position3d",
-    "true",
-];
-const UNIT_WORDS: &[&str] = &[
-    "g", "mg", "mps", "mps2", "ms2", "m", "s2", "rad", "deg", "dps", "s", "ms", "us", "ns", "c",
-    "counts", "cal", "2",
-];
+const FOREIGN: &str = "mag magnetometer baro pressure quat orientation euler cov covariance pos vel \
+    gravity std sd variance velocity3d position3d true";
+const UNIT_WORDS: &str = "g mg mps mps2 ms2 m s2 rad deg dps s ms us ns c counts cal 2";
 
 /// `accX_raw` → `acc`, `x`, `raw`.
 pub(crate) fn words(name: &str) -> Vec<String> {
@@ -108,9 +61,9 @@ pub(crate) fn axis(word: &str) -> Option<usize> {
 
 /// The sensor that a word names: `Accel(0)` or `Gyro(0)`, to be given its axis.
 fn sensor(word: &str) -> Option<fn(usize) -> Role> {
-    if ACCEL.contains(&word) || word.starts_with("accel") {
+    if is_listed(ACCEL, word) || word.starts_with("accel") {
         Some(Role::Accel)
-    } else if GYRO.contains(&word) || word.starts_with("gyro") || word.starts_with("angularvel") {
+    } else if is_listed(GYRO, word) || word.starts_with("gyro") || word.starts_with("angularvel") {
         Some(Role::Gyro)
     } else {
         None
@@ -137,11 +90,7 @@ impl Column {
         Column {
             role,
             unit,
-            sensor: String::new(),
-            is_linear: false,
-            is_dated: false,
-            is_given: false,
-            is_dropped: false,
+            ..Column::default()
         }
     }
 
@@ -149,7 +98,7 @@ impl Column {
     pub(crate) fn from_name(name: &str) -> Self {
         let (outside, unit) = split_unit(name);
         let words = words(&outside);
-        if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
+        if words.iter().any(|w| is_listed(FOREIGN, w)) {
             return Column::new(Role::Other, unit);
         }
         let linear = words.iter().any(|w| is_linear(w))
@@ -183,18 +132,8 @@ fn axis_in_word(words: &[String], unit: &str) -> Option<Column> {
             sensor(stem)
         };
         if let (Some(axis), Some(role)) = (axis(last), role) {
-            let rest = words.iter().filter(|w| *w != word).map(String::as_str);
-            let (units, others): (Vec<&str>, Vec<&str>) =
-                rest.partition(|w| UNIT_WORDS.contains(w));
-            let unit = if unit.is_empty() {
-                join_unit(&units)
-            } else {
-                unit.to_owned()
-            };
-            return Some(Column {
-                sensor: others.join(" "),
-                ..Column::new(role(axis), unit)
-            });
+            let rest = words.iter().filter(|w| *w != word);
+            return Some(of_axis(role(axis), rest, unit));
         }
     }
     None
@@ -216,32 +155,31 @@ fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
         .filter(|k| *k < at || *k != at && words[*k].len() > 1)
         .filter_map(|k| Some((k, sensor(&words[k])?)))
         .max_by_key(|(k, _)| words[*k].len())?;
-    let rest = words
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| *k != at && *k != named_at);
-    let (units, others): (Vec<&str>, Vec<&str>) = rest
-        .map(|(_, w)| w.as_str())
-        .partition(|w| UNIT_WORDS.contains(w));
-    let unit = if unit.is_empty() || index.is_some() {
-        join_unit(&units)
+    let rest = words.iter().enumerate();
+    let rest = rest.filter(|(k, _)| *k != at && *k != named_at);
+    let unit = if index.is_some() { "" } else { unit };
+    Some(of_axis(role(axis), rest.map(|(_, w)| w), unit))
+}
+
+/// A column of an axis by the other words of its name: its unit, where none is in brackets (`m`, `s`,
+/// `2` are `m/s2`), and its sensor.
+fn of_axis<'a>(role: Role, rest: impl Iterator<Item = &'a String>, unit: &str) -> Column {
+    let rest = rest.map(String::as_str);
+    let (units, others): (Vec<&str>, Vec<&str>) = rest.partition(|w| is_listed(UNIT_WORDS, w));
+    let unit = if unit.is_empty() {
+        units.join("/").replace("/2", "2")
     } else {
         unit.to_owned()
     };
-    Some(Column {
+    Column {
         sensor: others.join(" "),
-        ..Column::new(role(axis), unit)
-    })
-}
-
-/// `m`, `s`, `2` → `m/s2`.
-fn join_unit(words: &[&str]) -> String {
-    words.join("/").replace("/2", "2")
+        ..Column::new(role, unit)
+    }
 }
 
 fn without_axis(words: &[String], unit: String) -> Column {
-    let has = |list: &[&str]| words.iter().any(|w| list.contains(&w.as_str()));
-    let is_temperature = has(&["temperature", "tmp"]) || words.iter().any(|w| w.ends_with("temp"));
+    let has = |list: &str| words.iter().any(|w| is_listed(list, w));
+    let is_temperature = has("temperature tmp") || words.iter().any(|w| w.ends_with("temp"));
     let role = match () {
         _ if has(STEP) => Role::Step,
         _ if has(TIME) || words.iter().any(|w| w.contains("time") && w != "uptime") => Role::Time,
@@ -250,11 +188,8 @@ fn without_axis(words: &[String], unit: String) -> Column {
         _ => Role::Other,
     };
     let unit = if unit.is_empty() {
-        words
-            .iter()
-            .filter_map(|w| time_unit(w))
-            .collect::<Vec<_>>()
-            .join(" ")
+        let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
+        units.join(" ")
     } else {
         unit
     };
@@ -263,7 +198,7 @@ fn without_axis(words: &[String], unit: String) -> Column {
 
 /// `us` of `us`, `timeus` and `ustime`.
 fn time_unit(word: &str) -> Option<&'static str> {
-    TIME_UNITS.iter().copied().find(|unit| {
+    TIME_UNITS.split(' ').find(|unit| {
         word == *unit
             || word.strip_prefix("time") == Some(unit)
             || word.strip_suffix("time") == Some(unit)
@@ -294,7 +229,7 @@ pub(crate) fn sensor_of_file(name: &str) -> Option<FileSensor> {
     if is(Role::Gyro(0)) {
         return Some(FileSensor::Gyro);
     }
-    let is_other = words.iter().any(|w| FOREIGN.contains(&w.as_str()));
+    let is_other = words.iter().any(|w| is_listed(FOREIGN, w));
     is_other.then_some(FileSensor::Other)
 }
 
@@ -306,12 +241,12 @@ fn is_linear(word: &str) -> bool {
 pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -> Option<Role> {
     let (outside, _) = split_unit(name);
     let mut words = words(&outside);
-    if words.iter().any(|w| FOREIGN.contains(&w.as_str())) {
+    if words.iter().any(|w| is_listed(FOREIGN, w)) {
         return None;
     }
     let mut unit = unit.to_owned();
     while words.len() > 1
-        && let Some(word) = words.pop_if(|w| UNIT_WORDS.contains(&w.as_str()) || w == "axis")
+        && let Some(word) = words.pop_if(|w| is_listed(UNIT_WORDS, w) || w == "axis")
     {
         if unit.is_empty() && word != "axis" {
             unit = word;

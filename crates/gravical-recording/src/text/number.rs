@@ -1,6 +1,7 @@
 //! One cell: a number, a date, nothing, or text.
 
 use crate::date::parse_date;
+use crate::units::is_listed;
 
 /// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
 ///
@@ -15,66 +16,14 @@ pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     }
     if decimal_comma
         && field.contains(',')
-        && let Some(value) = parse_with_comma(field)
+        && let Ok(value) = fast_float2::parse::<f64, _>(field.replacen(',', ".", 1))
     {
-        return Some(value);
+        return Some(finite(value));
     }
     if let Some(rest) = field.strip_prefix('\u{2212}') {
         return fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v));
     }
     parse_date(field, false)
-}
-
-/// Powers of ten that are exact.
-const POWERS: [f64; 16] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-];
-
-/// The number of at most 15 digits without an exponent that begins at a byte of a line, and its end.
-///
-/// Most cells are such numbers, and reading them is most of the work on a long file. The result is
-/// that of any correct parser: digits and power of ten are exact, so that the division alone
-/// rounds (Clinger, How to read floating point numbers accurately, 1990).
-#[inline]
-pub(crate) fn parse_short(line: &[u8], at: usize) -> Option<(f64, usize)> {
-    let is_negative = line.get(at) == Some(&b'-');
-    let begin = at + usize::from(is_negative);
-    let (mut mantissa, mut end) = add_digits(line, begin, 0);
-    let mut digits = end - begin;
-    let mut decimals = 0;
-    if line.get(end) == Some(&b'.') {
-        let point = end;
-        (mantissa, end) = add_digits(line, point + 1, mantissa);
-        decimals = end - point - 1;
-        digits += decimals;
-    }
-    if !(1..POWERS.len()).contains(&digits) {
-        return None;
-    }
-    let value = mantissa as i64 as f64 / POWERS[decimals];
-    let value = if is_negative { -value } else { value };
-    Some((value, end))
-}
-
-/// The same for any number.
-#[inline(never)]
-pub(crate) fn parse_long(line: &[u8], at: usize) -> Option<(f64, usize)> {
-    let (value, length) = fast_float2::parse_partial(line.get(at..)?).ok()?;
-    Some((finite(value), at + length))
-}
-
-/// Appends the digits that begin at a byte of a line to a number, which may wrap; and their end.
-#[inline]
-fn add_digits(line: &[u8], mut at: usize, mut number: u64) -> (u64, usize) {
-    while let Some(byte) = line.get(at) {
-        let digit = u64::from(*byte).wrapping_sub(b'0'.into());
-        if digit > 9 {
-            break;
-        }
-        number = number.wrapping_mul(10).wrapping_add(digit);
-        at += 1;
-    }
-    (number, at)
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
@@ -83,16 +32,8 @@ fn finite(value: f64) -> f64 {
 }
 
 fn is_missing(field: &str) -> bool {
-    const MISSING: [&str; 6] = ["na", "n/a", "null", "none", "-", "ovf"];
-    field.is_empty() || field.len() <= 4 && MISSING.iter().any(|m| field.eq_ignore_ascii_case(m))
-}
-
-fn parse_with_comma(field: &str) -> Option<f64> {
-    let mut buffer = [0; 40];
-    let text = buffer.get_mut(..field.len())?;
-    text.copy_from_slice(field.as_bytes());
-    *text.iter_mut().find(|b| **b == b',')? = b'.';
-    fast_float2::parse(&*text).ok().map(finite)
+    const MISSING: &str = "na n/a null none - ovf";
+    field.is_empty() || field.len() <= 4 && is_listed(MISSING, &field.to_ascii_lowercase())
 }
 
 #[cfg(test)]

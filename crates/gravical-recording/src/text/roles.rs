@@ -1,6 +1,6 @@
 //! Which column is what: by names, else by units and last letters, else by numbers.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
@@ -9,6 +9,7 @@ use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::role::Role;
+use crate::units::is_listed;
 
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
@@ -86,13 +87,8 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
         (other == sensor, words.count())
     };
     // `max_by_key` returns the last of equals.
-    format.gyro = gyro.iter().rev().max_by_key(shared).copied();
-    if format
-        .gyro
-        .is_some_and(|g| g.iter().any(|c| sample.is_text(*c)))
-    {
-        format.gyro = None;
-    }
+    let gyro = gyro.iter().rev().max_by_key(shared).copied();
+    format.gyro = gyro.filter(|axes| !axes.iter().any(|c| sample.is_text(*c)));
     Ok(())
 }
 
@@ -132,7 +128,8 @@ fn columns_unknown(format: &Format) -> Error {
         ),
     };
     Error::input("columns-unknown", text)
-        .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)")
+        .with_hint("name them in order, as t,ax,ay,az,gx,gy,gz; - skips one")
+        .advise("columns", "")
 }
 
 fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
@@ -144,14 +141,17 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
     let error = Error::input("no-gyroscope", text);
     if names.is_empty() {
         return error.with_hint(
-            "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
+            "a gyroscope's file holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
         );
     }
     let list = list_columns(names);
     let list = list.split(';').next().unwrap_or_default();
-    error.with_hint(format!(
-        "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
-    ))
+    error
+        .with_hint(format!(
+            "{list}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
+        ))
+        .advise("gyro", "")
+        .advise("columns", "")
 }
 
 fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
@@ -160,7 +160,8 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
             GYROSCOPE_ALONE,
             "this file holds a gyroscope and no accelerometer",
         )
-        .with_hint("give the accelerometer's recording as the input, and this file with --gyro");
+        .with_hint("give the accelerometer's recording as the input, and this file beside it")
+        .advise("gyro", "");
     }
     let line = format.header_line;
     let error = Error::input(
@@ -169,7 +170,8 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
             "no three columns of the header in line {line} are named as an accelerometer's x, y and z"
         ),
     )
-    .with_hint(list_columns(&format.names));
+    .with_hint(list_columns(&format.names))
+    .advise("columns", "");
     if line > 0 { error.at_line(line) } else { error }
 }
 
@@ -237,10 +239,8 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
             own[axis].get_or_insert(c);
         }
     }
-    let mut found: Vec<[usize; 3]> = sensors
-        .values()
-        .filter_map(|own| Some([own[0]?, own[1]?, own[2]?]))
-        .collect();
+    let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
+    let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
     let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
     if !found.iter().all(is_linear) {
@@ -252,23 +252,14 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
 /// What the name of each sensor says beyond what all say; its number if that tells nothing.
 fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
     let words = |t: &[usize; 3]| columns[t[0]].sensor.split(' ').filter(|w| !w.is_empty());
-    let mut sensors_with: HashMap<&str, usize> = HashMap::new();
-    for t in found {
-        let own: HashSet<&str> = words(t).collect();
-        own.into_iter()
-            .for_each(|word| *sensors_with.entry(word).or_default() += 1);
-    }
-    let own = |t: &[usize; 3]| {
-        let own = words(t).filter(|w| sensors_with[w] < found.len());
-        own.collect::<Vec<_>>().join("-")
+    let is_common = |word: &&str| found.iter().all(|t| words(t).any(|w| w == *word));
+    let rest = |t: &[usize; 3]| {
+        let words: Vec<&str> = words(t).filter(|w| !is_common(w)).collect();
+        words.join("-")
     };
-    let names: Vec<String> = found.iter().map(own).collect();
-    let mut count: HashMap<&str, usize> = HashMap::new();
-    names
-        .iter()
-        .for_each(|name| *count.entry(name).or_default() += 1);
+    let names: Vec<String> = found.iter().map(rest).collect();
     let name = |(i, name): (usize, &String)| {
-        if name.is_empty() || count[name.as_str()] > 1 {
+        if name.is_empty() || names.iter().filter(|other| *other == name).count() > 1 {
             (i + 1).to_string()
         } else {
             name.clone()
@@ -289,18 +280,13 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let number = || {
-        wanted
-            .parse::<usize>()
-            .ok()
-            .filter(|n| (1..=found.len()).contains(n))
-    };
-    let mut fits: Vec<usize> = (0..found.len()).filter(|i| names[*i] == wanted).collect();
+    let all = || 0..found.len();
+    let mut fits: Vec<usize> = all().filter(|i| names[*i] == wanted).collect();
     if fits.is_empty() {
-        fits = (0..found.len()).filter(|i| has_words(&found[*i])).collect();
+        fits = all().filter(|i| has_words(&found[*i])).collect();
     }
     if fits.is_empty() {
-        fits.extend(number().map(|n| n - 1));
+        fits = all().filter(|i| wanted == (i + 1).to_string()).collect();
     }
     match fits[..] {
         [one] => Ok(one),
@@ -338,13 +324,11 @@ fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option
         6 | 9 => {}
         // In the order of the sensor's registers the temperature is in the middle; otherwise it is
         // last.
-        7 if spread(&sample.columns[from + 3]) <= spread(&sample.columns[from + 6]) => {
-            format.columns[from + 3].role = Role::Temperature;
-            return Some((axes(0), Some(axes(4))));
-        }
         7 => {
-            format.columns[from + 6].role = Role::Temperature;
-            return Some((axes(0), Some(axes(3))));
+            let [middle, last] = [3, 6].map(|k| spread(&sample.columns[from + k]));
+            let (temperature, gyro) = if middle <= last { (3, 4) } else { (6, 3) };
+            format.columns[from + temperature].role = Role::Temperature;
+            return Some((axes(0), Some(axes(gyro))));
         }
         _ => return None,
     }
@@ -405,10 +389,8 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     if format.has_no_clock {
         return;
     }
-    let names_clock = format
-        .columns
-        .iter()
-        .any(|c| c.is_given && c.role == Role::Time);
+    let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
+    let names_clock = format.columns.iter().any(is_given_clock);
     for c in 0..format.columns.len() {
         let column = &format.columns[c];
         let is_open = !column.is_dropped && !column.is_given && !names_clock;
@@ -416,10 +398,8 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
             format.columns[c].role = Role::Time;
         }
     }
-    let has_clock = format
-        .columns
-        .iter()
-        .any(|c| matches!(c.role, Role::Time | Role::Step));
+    let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
+    let has_clock = format.columns.iter().any(is_clock);
     if has_clock || format.names.is_empty() {
         return;
     }
@@ -447,7 +427,7 @@ fn counts_mostly(values: &[f64]) -> bool {
 /// values, each as often as the others, another one in nearly every row, and rows of one instant
 /// or a name that says so.
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
-    const NAMES: [&str; 7] = ["i", "id", "instance", "sensor", "device", "channel", "node"];
+    const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
         let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
         let role = format.columns[c].role;
@@ -470,7 +450,7 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {
             let name = format.names.get(c);
-            name.is_some_and(|n| words(n).iter().any(|w| NAMES.contains(&w.as_str())))
+            name.is_some_and(|n| words(n).iter().any(|w| is_listed(NAMES, w)))
         };
         let has_pairs = || {
             let stamps =
@@ -493,8 +473,6 @@ pub(crate) fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
     }
     let is_code = |v: &f64| v.fract() == 0.0 && (0.0..16.0).contains(v);
     let values = batch.columns[column].iter().filter(|v| !v.is_nan());
-    values
-        .clone()
-        .all(is_code)
-        .then(|| values.map(|v| *v as u8).collect())
+    let are_codes = values.clone().all(is_code);
+    are_codes.then(|| values.map(|v| *v as u8).collect())
 }

@@ -1,6 +1,6 @@
 //! The skeleton of a line: its text with a slot for each number.
 
-use crate::units::is_unit;
+use crate::units::{is_listed, is_unit};
 
 /// Stands for a number in a skeleton.
 pub(crate) const SLOT: char = '\u{1}';
@@ -76,54 +76,39 @@ fn digits(bytes: &[u8]) -> usize {
     bytes.iter().take_while(|b| b.is_ascii_digit()).count()
 }
 
+/// How many of the first bytes are of a kind.
+fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
+    let bytes = bytes.iter().take(MAX_WORD);
+    bytes.take_while(|b| is(*b)).count()
+}
+
 /// Length of the number, or of the time of day with its date, that a text starts with.
 fn number_length(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     if let Some(n) = time_length(bytes) {
         return Some(n);
     }
-    let day = bytes
-        .iter()
-        .take(MAX_WORD)
-        .take_while(|b| b.is_ascii_digit() || b"-/.".contains(b))
-        .count();
+    let day = prefix(bytes, |b| b.is_ascii_digit() || b"-/.".contains(b));
     if (8..=10).contains(&day)
         && matches!(bytes.get(day), Some(b' ' | b'T'))
         && let Some(n) = time_length(&bytes[day + 1..])
     {
         return Some(day + 1 + n);
     }
+    if let Ok((_, n)) = fast_float2::parse_partial::<f64, _>(bytes)
+        && bytes[..n].iter().any(u8::is_ascii_digit)
+    {
+        return Some(n);
+    }
     let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
-    let whole = digits(&bytes[sign..]);
-    let mut n = sign + whole;
-    if bytes.get(n) == Some(&b'.') {
-        let fraction = digits(&bytes[n + 1..]);
-        if whole + fraction == 0 {
-            return None;
-        }
-        n += 1 + fraction;
-    } else if whole == 0 {
-        let word = text[sign..].split(|c: char| !c.is_alphanumeric()).next()?;
-        let is_missing = ["nan", "null", "none", "inf"]
-            .iter()
-            .any(|m| word.eq_ignore_ascii_case(m));
-        return is_missing.then_some(sign + word.len());
-    }
-    if matches!(bytes.get(n), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(bytes.get(n + 1), Some(b'+' | b'-')));
-        let power = digits(bytes.get(n + 1 + sign..).unwrap_or_default());
-        n += if power > 0 { 1 + sign + power } else { 0 };
-    }
-    Some(n)
+    let word = text[sign..].split(|c: char| !c.is_alphanumeric()).next()?;
+    let is_missing = is_listed("nan null none inf", &word.to_ascii_lowercase());
+    is_missing.then_some(sign + word.len())
 }
 
 /// Length of `hh:mm`, `h:m:s.f` or `h:m:s:ffff`.
 fn time_length(bytes: &[u8]) -> Option<usize> {
-    let n = bytes
-        .iter()
-        .take(MAX_WORD)
-        .take_while(|b| b.is_ascii_digit() || **b == b':')
-        .count();
+    let n = prefix(bytes, |b| b.is_ascii_digit() || *b == b':');
     let lengths: Vec<usize> = bytes[..n].split(|b| *b == b':').map(<[u8]>::len).collect();
     let is_time = match lengths.len() {
         2 => lengths.iter().all(|l| *l == 2),

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Delimiter, Dialect, fields, is_blank};
+use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
 use super::format::{Format, Layout};
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
@@ -61,8 +61,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
         return Err(Error::input("empty-file", "the file is empty")
             .with_hint("record again: nothing was written to this file"));
     }
-    let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
-    let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
+    let (line_end, lines) = split_lines(head);
     let table = Format::table(&lines, line_end)
         .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
@@ -98,9 +97,15 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
 ///
 /// There is no table.
 pub fn sniff_table(head: &str) -> Result<Format, Error> {
-    let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
-    let lines: Vec<&str> = head.split(char::from(line_end)).map(trim_end).collect();
+    let (line_end, lines) = split_lines(head);
     Format::table(&lines, line_end).ok_or_else(|| no_table(head, NO_ROWS))
+}
+
+/// What ends the lines of a text, and these.
+fn split_lines(head: &str) -> (u8, Vec<&str>) {
+    let line_end = if head.contains('\n') { b'\n' } else { b'\r' };
+    let lines = head.split(char::from(line_end)).map(trim_end);
+    (line_end, lines.collect())
 }
 
 /// The fields of a `sensor_msgs/Imu` message, in order.
@@ -163,10 +168,8 @@ impl Format {
 
     fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
         self.head_lines = head_lines;
-        self.metadata = lines[..head_lines]
-            .iter()
-            .map(|l| (*l).to_owned())
-            .collect();
+        let above = lines[..head_lines].iter();
+        self.metadata = above.map(|l| (*l).to_owned()).collect();
         self.rate_hz = metadata::rate_hz(&self.metadata);
         self.board = BoardSettings::last(&self.metadata);
         for (column, cell) in self.columns.iter_mut().zip(first_row) {
@@ -179,30 +182,11 @@ impl Format {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
         let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
-        let above: Vec<&str> = lines[..head_lines]
-            .iter()
-            .copied()
-            .filter(|l| !is_blank(l))
-            .collect();
-        let metadata: Vec<String> = lines[..head_lines]
-            .iter()
-            .map(|l| (*l).to_owned())
-            .collect();
-        dialect.day_first = metadata::is_day_first(&metadata);
-        let header = Header::parse(&above, &lines[head_lines..], dialect);
-        let is_above = |(_, l): &(usize, &&str)| !is_blank(l);
-        let mut numbered = lines[..head_lines].iter().enumerate().filter(is_above);
-        let header_line = header
-            .at
-            .and_then(|at| numbered.nth(at))
-            .map_or(0, |(i, _)| i + 1);
-        let mut format = Format::new(
-            Layout::Table(dialect),
-            line_end,
-            header.names,
-            dialect.fields,
-        );
-        format.header_line = header_line;
+        dialect.day_first = metadata::is_day_first(&lines[..head_lines]);
+        let header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
+        let layout = Layout::Table(dialect);
+        let mut format = Format::new(layout, line_end, header.names, dialect.fields);
+        format.header_line = header.line;
         let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
         if format.names.is_empty() {
             format.name_known_columns(&lines[..head_lines], &first_row);
@@ -220,32 +204,22 @@ impl Format {
     /// The same where the line with the names is a comment: it may as well be about something else.
     fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
         let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
-        let is_comment = line.starts_with(['#', '%']) || line.starts_with("//");
-        let Layout::Table(dialect) = self.layout.clone() else {
+        let Layout::Table(dialect) = &self.layout else {
             return None;
         };
-        let unnamed = Format::new(
-            Layout::Table(dialect),
-            self.line_end,
-            Vec::new(),
-            dialect.fields,
-        );
-        let first_row: Vec<&str> = fields(lines[self.head_lines], dialect.delimiter).collect();
-        is_comment.then(|| unnamed.with_head(lines, self.head_lines, &first_row))
+        is_comment(line).then(|| {
+            let layout = Layout::Table(*dialect);
+            let first_row: Vec<&str> = fields(lines[self.head_lines], dialect.delimiter).collect();
+            let unnamed = Format::new(layout, self.line_end, Vec::new(), dialect.fields);
+            unnamed.with_head(lines, self.head_lines, &first_row)
+        })
     }
 
     /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
     /// of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
     fn name_known_columns(&mut self, above: &[&str], first_row: &[&str]) {
-        const GENEACTIV: [&str; 7] = [
-            "time",
-            "x (g)",
-            "y (g)",
-            "z (g)",
-            "light (lux)",
-            "button",
-            "temperature (C)",
-        ];
+        const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
+        let geneactiv: Vec<String> = GENEACTIV.split(',').map(str::to_owned).collect();
         let is_geneactiv = above.iter().any(|line| {
             let mut words = line.split(|c: char| !c.is_alphanumeric());
             line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
@@ -254,8 +228,8 @@ impl Format {
         let is_ros = first_row
             .get(2)
             .is_some_and(|frame| frame.parse::<f64>().is_err());
-        if is_geneactiv && self.columns.len() == GENEACTIV.len() {
-            self.names = GENEACTIV.map(str::to_owned).to_vec();
+        if is_geneactiv && self.columns.len() == geneactiv.len() {
+            self.names = geneactiv;
         } else if is_ros && self.columns.len() == ros.len() {
             self.names = ros;
         }
@@ -306,19 +280,16 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let sample = self.batches(head.as_bytes()).next().transpose();
-        let mut sample = sample
-            .ok()
-            .flatten()
-            .ok_or_else(|| no_table(head, NO_ROWS))?;
+        let read_sample = |format: &Format| {
+            let batch = format.batches(head.as_bytes()).next();
+            let batch = batch.and_then(Result::ok);
+            batch.ok_or_else(|| no_table(head, NO_ROWS))
+        };
+        let mut sample = read_sample(&self)?;
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
-            let sample_again = self.batches(head.as_bytes()).next().transpose();
-            sample = sample_again
-                .ok()
-                .flatten()
-                .ok_or_else(|| no_table(head, NO_ROWS))?;
+            sample = read_sample(&self)?;
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
@@ -337,26 +308,18 @@ fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
 
 /// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.
 fn counts_epochs(metadata: &[String]) -> bool {
-    metadata
-        .iter()
-        .filter(|l| l.to_lowercase().contains("epoch"))
-        .any(|line| {
-            let words = line
-                .split([' ', ',', ';', '\t'])
-                .filter(|w| w.contains(':'));
-            words.filter_map(|w| parse_cell(w, false)).any(|s| s > 0.0)
-        })
+    let lines = metadata.iter();
+    let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
+    let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
+    words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
 }
 
 /// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
 fn start_and_rate(sample: &Batch) -> Option<f64> {
     let common = |row: usize| {
-        let first = sample.columns.first()?.get(row)?;
-        sample
-            .columns
-            .iter()
-            .all(|c| c.get(row) == Some(first))
-            .then_some(*first)
+        let mut cells = sample.columns.iter().map(|c| c.get(row));
+        let first = *cells.next()??;
+        cells.all(|cell| cell == Some(&first)).then_some(first)
     };
     let (start_s, rate_hz) = (common(0)?, common(1)?);
     (start_s > 1e9 && rate_hz > 0.0 && sample.rows() > 2).then_some(rate_hz)

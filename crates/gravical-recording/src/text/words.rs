@@ -43,11 +43,8 @@ impl Sentences {
         let decimal_comma = has_decimal_commas(lines);
         let mut counts: HashMap<String, (usize, usize)> = HashMap::new();
         let mut order = Vec::new();
-        for line in lines
-            .iter()
-            .filter(|l| !l.trim().is_empty())
-            .take(MAX_LINES)
-        {
+        let filled = lines.iter().filter(|l| !l.trim().is_empty());
+        for line in filled.take(MAX_LINES) {
             let line = with_points(line, decimal_comma);
             let (shape, numbers) = skeleton(&line);
             if !numbers.is_empty() {
@@ -70,10 +67,8 @@ impl Sentences {
             return None;
         }
         // Shapes that do not take turns are one shape whose words change.
-        let turns: Vec<usize> = order
-            .iter()
-            .filter_map(|s| shapes.iter().position(|c| c == s))
-            .collect();
+        let place = |shape: &String| shapes.iter().position(|s| s == shape);
+        let turns: Vec<usize> = order.iter().filter_map(place).collect();
         let repeats = turns.windows(2).filter(|w| w[0] == w[1]).count();
         let variants = if repeats * 2 > turns.len() {
             shapes.split_off(1)
@@ -137,10 +132,8 @@ impl Sentences {
         }
         let is_sentence = |l: &str| self.parse(&self.normalise(l)).is_some();
         let first = lines.iter().position(|l| is_sentence(l)).unwrap_or(0);
-        let header = lines[..first]
-            .iter()
-            .rev()
-            .find_map(|l| names_in_line(l, names.len()));
+        let mut above = lines[..first].iter().rev();
+        let header = above.find_map(|l| names_in_line(l, names.len()));
         header.unwrap_or(names)
     }
 
@@ -202,11 +195,8 @@ fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
 
 /// A line above the rows whose last words (all, or all but the stamp's) name an accelerometer.
 fn names_in_line(line: &str, slots: usize) -> Option<Vec<String>> {
-    let words: Vec<&str> = line
-        .split([',', ';', '\t', '|', ' '])
-        .map(str::trim)
-        .filter(|w| !w.is_empty())
-        .collect();
+    let words = line.split([',', ';', '\t', '|', ' ']).map(str::trim);
+    let words: Vec<&str> = words.filter(|w| !w.is_empty()).collect();
     [slots, slots - 1].into_iter().find_map(|count| {
         let names = &words[words.len().checked_sub(count)?..];
         let is_accel = |w: &&&str| matches!(Column::from_name(w).role, Role::Accel(_));
@@ -297,34 +287,26 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
 
 /// The words that name sensors, and the axis with which they begin.
 fn heads_of(label: &str) -> (Vec<String>, usize) {
-    let names = |part: &str| words(part).iter().any(|w| names_sensor(w));
+    let names = |part: &&str| words(part).iter().any(|w| names_sensor(w));
     let last = label.split_whitespace().last().unwrap_or_default();
-    match Column::from_name(label).role {
+    // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
+    let parts: Vec<&str> = label.split('/').collect();
+    let heads = match Column::from_name(label).role {
         Role::Accel(i) | Role::Gyro(i) if axis(&last.to_lowercase()).is_some() => {
-            (vec![label[..label.len() - last.len()].trim().to_owned()], i)
+            return (vec![label[..label.len() - last.len()].trim().to_owned()], i);
         }
-        Role::Other | Role::Temperature | Role::Label => {
-            // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
-            let parts: Vec<&str> = label.split('/').collect();
-            if !label.contains('(') && parts.iter().all(|p| names(p)) {
-                (parts.iter().map(|p| (*p).to_owned()).collect(), 0)
-            } else if names(label) {
-                (vec![label.to_owned()], 0)
-            } else {
-                (Vec::new(), 0)
-            }
-        }
-        _ => (Vec::new(), 0),
-    }
+        Role::Accel(_) | Role::Gyro(_) | Role::Time | Role::Step => Vec::new(),
+        _ if !label.contains('(') && parts.iter().all(names) => parts,
+        _ if names(&label) => vec![label],
+        _ => Vec::new(),
+    };
+    (heads.into_iter().map(str::to_owned).collect(), 0)
 }
 
 /// `rest: ax=` → `ax=`, if the words behind the colon name an axis by themselves.
 fn last_clause(text: &str) -> &str {
-    let clause = text
-        .trim_end_matches([':', '=', ' ', '"', '\''])
-        .rsplit(':')
-        .next();
-    let clause = clause.unwrap_or_default();
+    let clause = text.trim_end_matches([':', '=', ' ', '"', '\'']);
+    let clause = clause.rsplit(':').next().unwrap_or_default();
     match Column::from_name(&label(clause)).role {
         Role::Accel(_) | Role::Gyro(_) => clause,
         _ => text,

@@ -26,18 +26,9 @@ const TWO_POW_50: f64 = 1_125_899_906_842_624.0;
 /// ```
 #[inline]
 pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
-    match decimals {
-        // With the usual number the loops over digits are unrolled.
-        6 => write_by(out, value, POWERS[6], 6),
-        _ => match POWERS.get(decimals as usize) {
-            Some(power) => write_by(out, value, *power, decimals),
-            None => by_std(out, value, decimals),
-        },
-    }
-}
-
-#[inline(always)]
-fn write_by(out: &mut Vec<u8>, value: f64, power: f64, decimals: u32) {
+    let Some(power) = POWERS.get(decimals as usize) else {
+        return by_std(out, value, decimals);
+    };
     let scaled = value.abs() * power;
     // The sum has no bits for a fraction: it is rounded to a whole number.
     let rounded = scaled + TWO_POW_52;
@@ -48,47 +39,18 @@ fn write_by(out: &mut Vec<u8>, value: f64, power: f64, decimals: u32) {
         return by_std(out, value, decimals);
     }
     let units = rounded.to_bits() - TWO_POW_52.to_bits();
-
+    if value < 0.0 && units != 0 {
+        out.push(b'-');
+    }
     let divisor = 10_u64.pow(decimals);
-    let (mut whole, mut fraction) = (units / divisor, units % divisor);
-
-    // Written from the last character to the first; sixteen digits, point and sign fit.
-    let mut text = [0; END + COPIED];
-    let mut at = END;
-    for _ in 0..decimals / 2 {
-        at -= 2;
-        text[at..at + 2].copy_from_slice(pair(fraction % 100));
-        fraction /= 100;
-    }
-    if decimals % 2 == 1 {
-        at -= 1;
-        text[at] = b'0' + fraction as u8;
-    }
+    let mut digits = itoa::Buffer::new();
+    out.extend_from_slice(digits.format(units / divisor).as_bytes());
     if decimals > 0 {
-        at -= 1;
-        text[at] = b'.';
+        out.push(b'.');
+        // The one in front keeps the zeros behind the point.
+        let fraction = digits.format(divisor + units % divisor);
+        out.extend_from_slice(&fraction.as_bytes()[1..]);
     }
-    while whole >= 100 {
-        at -= 2;
-        text[at..at + 2].copy_from_slice(pair(whole % 100));
-        whole /= 100;
-    }
-    if whole >= 10 {
-        at -= 2;
-        text[at..at + 2].copy_from_slice(pair(whole));
-    } else {
-        at -= 1;
-        text[at] = b'0' + whole as u8;
-    }
-    // Without a branch, since the sign of noise cannot be predicted.
-    text[at - 1] = b'-';
-    at -= usize::from(value < 0.0 && units != 0);
-
-    // A copy of fixed length compiles to two instructions, one of variable length to a call: copy
-    // a fixed number of bytes and truncate.
-    let length = out.len() + END - at;
-    out.extend_from_slice(&text[at..at + COPIED]);
-    out.truncate(length);
 }
 
 /// Appends `value` as [`write_fixed`] does, without zeros at the end of the decimals.
@@ -111,26 +73,6 @@ pub fn write_trimmed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     if out.last() == Some(&b'.') {
         out.pop();
     }
-}
-
-/// End of the text in its buffer, and number of bytes copied.
-const END: usize = 20;
-const COPIED: usize = 24;
-
-/// `00` to `99`.
-const PAIRS: [[u8; 2]; 100] = {
-    let mut pairs = [[0; 2]; 100];
-    let mut number = 0;
-    while number < 100 {
-        pairs[number] = [b'0' + (number / 10) as u8, b'0' + (number % 10) as u8];
-        number += 1;
-    }
-    pairs
-};
-
-#[inline(always)]
-fn pair(number: u64) -> &'static [u8; 2] {
-    &PAIRS[number as usize]
 }
 
 #[cold]

@@ -102,6 +102,17 @@ fn later_rows_are_read_as_all_rows_together() {
 }
 
 #[test]
+fn a_run_of_zeros_goes_on_in_the_next_batch() {
+    let rows = counts(|i, v| match i {
+        198..203 => format!("{},0,0,0,1,2,3", 40 * i),
+        _ => format!("{},{}", 40 * i, joined(&v)),
+    });
+    let (_, later) = read_in_two("t_ms,ax,ay,az,gx,gy,gz", &rows, 200);
+    let accel_x = &later.unwrap().0[0];
+    assert!(accel_x[..3].iter().all(|v| v.is_nan()) && accel_x[3].is_finite());
+}
+
+#[test]
 fn rows_that_cannot_be_read_alike_end_the_reading() {
     let refused = |header: &str, rows: Vec<String>| {
         let contradiction = read_in_two(header, &rows, 200).1.unwrap_err();

@@ -191,7 +191,8 @@ pub fn denoise_file(
     options.validate()?;
     let name = path.display().to_string();
     let copied = |format: &Format| table(options, format).copied().to_vec();
-    let mut reader = BatchReader::open_whole(open(path, read)?, &name, read, copied)?;
+    let input = open(path, read)?;
+    let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
     let table = table(options, &reader.format);
     let mut summary = filter(&mut reader.recording, options)?;
     summary.columns.clone_from(&table.names);

@@ -1,6 +1,5 @@
 //! What columns and lines tell.
 
-use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
 use crate::judge;
 use crate::role::Role;
@@ -19,11 +18,12 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     if let [_, second, ..] = &format.sensors[..] {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
-        let text = raw_and_calibrated(format).unwrap_or_else(|| {
-            let second = shell_word(second);
-            format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
-        });
-        findings.push(Finding::new(FindingKind::SeveralSensors, text));
+        findings.push(raw_and_calibrated(format).unwrap_or_else(|| {
+            let text = format!(
+                "{count} accelerometers: {all}; the first is read, unless another is chosen"
+            );
+            Finding::new(FindingKind::SeveralSensors, text).advise("sensor", second)
+        }));
     }
     if format.is_guessed {
         let why = match format.misfit {
@@ -33,29 +33,24 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             ),
             None => "no header".to_owned(),
         };
-        let text = format!(
-            "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
-            spec(format)
-        );
-        findings.push(Finding::new(FindingKind::ColumnsGuessed, text));
+        let text = format!("{why}; assigned by the numbers; give the columns to be sure");
+        let guessed = Finding::new(FindingKind::ColumnsGuessed, text);
+        findings.push(guessed.advise("columns", spec(format)));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
-        let names: Vec<&str> = format
-            .unnamed_clocks
-            .iter()
-            .map(|c| name(format, *c))
-            .collect();
+        let clocks = format.unnamed_clocks.iter();
+        let names: Vec<&str> = clocks.map(|c| name(format, *c)).collect();
         let what = if others.is_empty() {
             "rises steadily and is used as the time"
         } else {
             "rise steadily: each could be the time, and none is used"
         };
         let text = format!(
-            "no column is named as the time; {} {what}; --columns {} selects it",
-            names.join(", "),
-            shell_word(&format!("t={}", name(format, *first)))
+            "no column is named as the time; {} {what}; name the one that is",
+            names.join(", ")
         );
-        findings.push(Finding::new(FindingKind::UnnamedClock, text));
+        let column = format!("t={}", name(format, *first));
+        findings.push(Finding::new(FindingKind::UnnamedClock, text).advise("columns", column));
     }
     findings
 }
@@ -65,33 +60,24 @@ fn name(format: &Format, column: usize) -> &str {
 }
 
 /// A table of this program holds both.
-fn raw_and_calibrated(format: &Format) -> Option<String> {
+fn raw_and_calibrated(format: &Format) -> Option<Finding> {
     let has = |own: &&[&str; 3]| own.iter().all(|own| format.names.iter().any(|n| n == own));
     let [x, y, z] = CALIBRATED.iter().find(has)?;
     let read = name(format, format.accel[0]);
     (read != *x).then(|| {
-        format!("a table of this program with raw and calibrated columns: the raw ones ({read} …) are read; --columns ax={x},ay={y},az={z} reads the calibrated ones")
+        let text = format!("a table of this program with raw and calibrated columns: the raw ones ({read} …) are read, unless the calibrated ones are named");
+        let columns = format!("ax={x},ay={y},az={z}");
+        Finding::new(FindingKind::SeveralSensors, text).advise("columns", columns)
     })
 }
 
-/// The columns as the option `--columns` names them.
+/// The columns as their option names them.
 fn spec(format: &Format) -> String {
-    let channel = |c: usize| {
-        let axis = |axes: [usize; 3]| {
-            axes.iter()
-                .position(|a| *a == c)
-                .map(|i| ["x", "y", "z"][i])
-        };
-        let accel = axis(format.accel).map(|axis| format!("a{axis}"));
-        let gyro = || format.gyro.and_then(axis).map(|axis| format!("g{axis}"));
-        accel.or_else(gyro).unwrap_or_else(|| {
-            match format.columns[c].role {
-                Role::Time => "t",
-                Role::Temperature => "temp",
-                _ => "-",
-            }
-            .to_owned()
-        })
+    let channel = |c: usize| match format.role(c) {
+        role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(c),
+        Role::Time => "t".to_owned(),
+        Role::Temperature => "temp".to_owned(),
+        _ => "-".to_owned(),
     };
     let all: Vec<String> = (0..format.columns.len()).map(channel).collect();
     all.join(",")
@@ -122,11 +108,8 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
-        for (row, code) in rows.texts[column]
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| **c > 0)
-        {
+        let codes = rows.texts[column].iter().enumerate();
+        for (row, code) in codes.filter(|(_, c)| **c > 0) {
             lines.push(u64::from(rows.lines[row]));
             first = first.or(rows.words[column].get(usize::from(*code) - 1));
         }
@@ -143,16 +126,11 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
 
 /// Lines that were set aside; none for those that every good file has.
 pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
-    let marks = judge::Marks {
-        blanks: &rows.blanks,
-        ..judge::Marks::default()
-    };
-    let regular = marks.regular_blanks(rows.rows());
+    let regular = judge::regular_blanks(&rows.blanks, rows.rows());
     let mut findings = Vec::new();
     for (reason, aside) in &rows.ledger.reasons {
         // Kinds have the names of the reasons.
-        let mut kinds = FindingKind::ALL.iter().copied();
-        let kind = kinds.find(|kind| kind.name() == reason.name());
+        let kind = FindingKind::of_name(reason.name());
         let Some(kind) = kind.filter(|kind| *kind != FindingKind::BlankRows || regular == 0) else {
             continue;
         };
@@ -169,12 +147,10 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
-    let irregular: Vec<u64> = rows
-        .blanks
-        .iter()
-        .filter(|(_, n)| regular > 0 && *n > regular)
-        .map(|(row, _)| u64::from(rows.lines[*row]) - 1)
-        .collect();
+    let irregular = rows.blanks.iter();
+    let irregular = irregular.filter(|(_, n)| regular > 0 && *n > regular);
+    let irregular = irregular.map(|(row, _)| u64::from(rows.lines[*row]) - 1);
+    let irregular: Vec<u64> = irregular.collect();
     if !irregular.is_empty() {
         let text = format!(
             "more blank lines than between other rows in {} places: breaks between segments",
@@ -183,10 +159,6 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         findings.push(
             Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
         );
-    }
-    if rows.rejected > 0 {
-        let text = format!("the logger rejected {} samples", rows.rejected);
-        findings.push(Finding::new(FindingKind::RejectedSamples, text));
     }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());

@@ -1,11 +1,11 @@
 //! Times of the rows, and what was found of them.
 
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Clock, ClockFault, ClockOptions, Marks};
+use crate::judge::{self, Clock, ClockFault, ClockOptions};
 use crate::recording::Timing;
 use crate::role::Role;
 use crate::text::{Batch, Format};
-use crate::time_unit::{TimeUnit, time_scale_s};
+use crate::units::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
 const MIN_ROWS: usize = 40;
@@ -15,6 +15,7 @@ const RATE_TOLERANCE: f64 = 0.02;
 const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.
+#[derive(Default)]
 pub(super) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
@@ -32,22 +33,24 @@ impl JudgedTime {
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
-        let mut judged = JudgedTime {
-            time_s: Vec::new(),
-            start_s: None,
-            timing: Timing {
-                nominal_rate_hz,
-                duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
-                ..Timing::default()
-            },
-            restarts: Vec::new(),
+        let timing = Timing {
+            nominal_rate_hz,
+            duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
+            ..Timing::default()
         };
-        let (low, high) = temperature_range(temperature_c);
+        let mut judged = JudgedTime {
+            timing,
+            ..JudgedTime::default()
+        };
+        let possible = temperature_c.into_iter().flatten();
+        let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
+        let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
         let options = ClockOptions {
             unit_s: None,
+            likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
             gaps: &rows.breaks,
@@ -62,29 +65,26 @@ impl JudgedTime {
             }
             Some(Err(ClockFault::NoUnit(period))) => {
                 let text = format!(
-                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"
+                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
                 );
-                findings.push(Finding::new(FindingKind::TimeUnitUnknown, text));
+                let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
+                findings.push(unknown.advise("time_unit", ""));
             }
             None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
-            let text = "no time stamps and no --rate: static intervals are counted in rows";
-            findings.push(Finding::new(FindingKind::RateUnknown, text));
+            let text = "no time stamps and no rate: static intervals are counted in rows";
+            findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
         judged
     }
 
     /// Breaks beside named gaps.
     pub fn breaks(&self, rows: &Batch, time_s: &[f64]) -> Vec<usize> {
-        let marks = Marks {
-            gaps: &[],
-            headers: &rows.headers,
-            blanks: &rows.blanks,
-        };
+        let (headers, blanks) = (&rows.headers, &rows.blanks);
         let rate_hz = self.timing.median_rate_hz;
-        let mut breaks = marks.breaks(time_s, rate_hz, rows.rows());
+        let mut breaks = judge::breaks(headers, blanks, time_s, rate_hz, rows.rows());
         // The first row after a restart may have been set aside.
         let first = |line: &u32| rows.lines.partition_point(|l| l < line);
         breaks.extend(self.restarts.iter().map(first));
@@ -92,77 +92,61 @@ impl JudgedTime {
     }
 
     fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
-        let lines = |rows_: &[usize]| rows_.iter().map(|r| u64::from(rows.lines[*r])).collect();
+        use FindingKind as Kind;
         let count = rows.rows() as f64;
-        let share = |n: usize| 100.0 * n as f64 / count;
-        let unit = TimeUnit::of_seconds(clock.unit_s);
-        let mut say = |kind, message: String, at: &[usize]| {
-            findings.push(Finding::new(kind, message).at_lines(&lines(at)));
-        };
-        if let (true, Some(unit)) = (clock.is_unit_assumed, unit) {
-            let (name, rate) = (unit.name(), clock.rate_hz);
-            let text = format!(
-                "the time stamps are assumed to be in {name} ({rate:.2} Hz); --time-unit overrides it"
-            );
-            say(FindingKind::TimeUnitAssumed, text, &[]);
-        }
-        if !clock.restarts.is_empty() {
-            let text = "the time stamps restart (the board was reset); a break".to_owned();
-            say(FindingKind::RestartedTime, text, &clock.restarts);
-        }
-        if !clock.bad.is_empty() {
-            let n = clock.bad.len();
-            let text = format!(
-                "{n} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept"
-            );
-            say(FindingKind::BadStamps, text, &clock.bad);
-        }
-        if !clock.duplicates.is_empty() {
-            let n = clock.duplicates.len();
-            let text = format!(
-                "{n} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
-                share(n)
-            );
-            say(FindingKind::DuplicateTime, text, &clock.duplicates);
-        }
-        if !clock.absent.is_empty() {
-            let text = format!("{} rows have no time stamp", clock.absent.len());
-            say(FindingKind::AbsentTime, text, &clock.absent);
-        }
-        if !clock.gaps.is_empty() {
-            let finding = gap_finding(clock.gaps.len(), clock.longest_gap_s);
-            say(finding.kind, finding.message, &clock.gaps);
-        }
-        if let Some(bunched) = clock.bunched {
-            let text = format!(
-                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {:.2} Hz is used instead",
-                rows.rows() - 1,
-                clock.rate_hz
-            );
-            say(FindingKind::BurstTime, text, &[]);
-        }
-        let stated = self.timing.nominal_rate_hz;
-        if let Some(nominal) = stated.filter(|r| (clock.rate_hz / r - 1.0).abs() > RATE_TOLERANCE)
-            && clock.bunched.is_none()
-        {
-            let text = format!(
-                "the claimed rate is {nominal} Hz, the time stamps give {:.2} Hz; the time stamps are used",
-                clock.rate_hz
-            );
-            say(FindingKind::RateMismatch, text, &[]);
-        }
+        let rate_hz = clock.rate_hz;
         let missing_share = clock.missing / (clock.missing + count);
-        if missing_share > MISSING {
+        let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
+        let stated = self.timing.nominal_rate_hz.filter(is_off);
+        self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
+        let assumed = self.timing.unit.filter(|_| clock.is_unit_assumed);
+        if let Some(unit) = assumed.map(TimeUnit::name) {
             let text = format!(
+                "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
+            );
+            findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
+        }
+        let mut found = |kind, at: &[usize], text: String| {
+            let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
+            if !at.is_empty() {
+                findings.push(Finding::new(kind, text).at_lines(&lines));
+            }
+        };
+        let restarted = "the time stamps restart (the board was reset); a break";
+        found(Kind::RestartedTime, &clock.restarts, restarted.to_owned());
+        let text = format!(
+            "{} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept",
+            clock.bad.len()
+        );
+        found(Kind::BadStamps, &clock.bad, text);
+        let text = format!(
+            "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
+            clock.duplicates.len(),
+            100.0 * clock.duplicates.len() as f64 / count
+        );
+        found(Kind::DuplicateTime, &clock.duplicates, text);
+        let text = format!("{} rows have no time stamp", clock.absent.len());
+        found(Kind::AbsentTime, &clock.absent, text);
+        let text = gap_text(clock.gaps.len(), clock.longest_gap_s);
+        found(Kind::Gap, &clock.gaps, text);
+        let of_all = [
+            (Kind::BurstTime, clock.bunched.map(|bunched| format!(
+                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
+                rows.rows() - 1
+            ))),
+            (Kind::RateMismatch, stated.filter(|_| clock.bunched.is_none()).map(|nominal| format!(
+                "the claimed rate is {nominal} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used"
+            ))),
+            (Kind::MissingSamples, (missing_share > MISSING).then(|| format!(
                 "{:.0} samples ({:.1} %) are missing between the time stamps",
                 clock.missing,
                 100.0 * missing_share
-            );
-            say(FindingKind::MissingSamples, text, &[]);
-        }
+            ))),
+        ];
+        let of_all = of_all.into_iter();
+        findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
-        self.timing.unit = unit;
-        self.timing.median_rate_hz = Some(clock.rate_hz);
+        self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
         self.timing.jitter_s = clock.jitter_s;
@@ -173,22 +157,9 @@ impl JudgedTime {
 }
 
 /// Steps of more than four samples, and the longest of them.
-pub(crate) fn gap_finding(count: usize, longest_s: f64) -> Finding {
-    let gaps = if count == 1 {
-        "1 gap".to_owned()
-    } else {
-        format!("{count} gaps")
-    };
-    let text = format!("{gaps} of more than four samples, the longest {longest_s:.3} s");
-    Finding::new(FindingKind::Gap, text)
-}
-
-fn temperature_range(temperature_c: Option<&[f64]>) -> (f64, f64) {
-    let possible = temperature_c
-        .into_iter()
-        .flatten()
-        .filter(|t| judge::POSSIBLE_C.contains(t));
-    possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)))
+pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
@@ -223,14 +194,12 @@ pub(crate) fn find_clock(
         };
         candidates.push((is_step, stamps, unit_s));
     }
-    if candidates.len() > 1 {
-        // The last of equals: files begin with the coarser clock.
-        let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
-            judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
-        };
-        candidates.sort_by(|a, b| score(a).total_cmp(&score(b)));
-    }
-    let (_, stamps, unit_s) = candidates.pop()?;
+    let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
+        judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
+    };
+    // The last of equals: files begin with the coarser clock.
+    let candidates = candidates.into_iter();
+    let (_, stamps, unit_s) = candidates.max_by(|a, b| score(a).total_cmp(&score(b)))?;
     let given = format.options.time_unit.map(TimeUnit::seconds);
     let unit_s = given.or(unit_s);
     Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
@@ -308,7 +277,11 @@ fn unread_stamps(format: &Format, rows: &Batch) -> Option<Finding> {
     let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
     let first = words.first()?;
     let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
-    let hint = if has_rate { "" } else { " (give --rate)" };
-    let text = format!("time stamps like \"{first}\" are not understood; they are not used{hint}");
-    Some(Finding::new(FindingKind::StampsUnread, text))
+    let text = format!("time stamps like \"{first}\" are not understood; they are not used");
+    let unread = Finding::new(FindingKind::StampsUnread, text);
+    Some(if has_rate {
+        unread
+    } else {
+        unread.advise("rate", "")
+    })
 }
