@@ -179,7 +179,11 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     };
     let (out, _) = run_with(&si(), text.as_bytes(), &both).unwrap();
     let read = read_bytes(out.as_bytes(), "both.csv", &ReadOptions::default()).unwrap();
-    let named = |f: &Finding| f.message.contains("ax=ax_calibrated_g");
+    let named = |f: &Finding| {
+        f.options
+            .iter()
+            .any(|o| o.value.starts_with("ax=ax_calibrated_g"))
+    };
     assert!(
         read.is_result() && read.findings.iter().any(named),
         "{:?}",
