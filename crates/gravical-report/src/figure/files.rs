@@ -23,8 +23,9 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
     if folder == Path::new("-") {
         return Err(Error::usage(
             "figures-target",
-            "--figures names a folder; standard output is for tables and JSON",
-        ));
+            "figures go into a folder; standard output is for tables and JSON",
+        )
+        .of_option("figures"));
     }
     if folder.exists() && !folder.is_dir() {
         let error = Error::usage("no-folder", "figures go into a folder; this is a file");
