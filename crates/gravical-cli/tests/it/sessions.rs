@@ -192,9 +192,8 @@ fn names_that_do_not_fit_are_mended_by_the_axes_that_are_printed() {
         );
     }
     let file = calibrate(at, ". --gravity 9.81", 0);
-    let (_, note) = only(&file, "names-turned");
-    let map = note.split("--axes ").nth(1).unwrap();
-    let map = map.split(' ').next().unwrap();
+    let advised = &finding(&file, "names-turned")["options"][0];
+    let map = advised["value"].as_str().unwrap();
     names_fit(&calibrate(at, &format!(". --gravity 9.81 --axes {map}"), 0));
 }
 
