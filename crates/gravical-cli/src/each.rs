@@ -19,6 +19,7 @@ use gravical::output::{make_folder, write_atomic};
 use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
+use gravical_report::document::flag;
 
 use crate::failure::quality;
 use crate::{crash, progress, text};
@@ -388,9 +389,9 @@ impl Outcome {
         Outcome {
             grade: "failed".to_owned(),
             is_poor: true,
-            reasons: vec![known.map_or_else(|| format!("{error:#}"), Error::in_flags)],
+            reasons: vec![known.map_or_else(|| format!("{error:#}"), |e| e.worded(flag))],
             error_code: known.map_or("internal", Error::code).to_owned(),
-            hint: known.and_then(Error::hint).unwrap_or_default().to_owned(),
+            hint: known.and_then(|e| e.worded_hint(flag)).unwrap_or_default(),
             ..Outcome::default()
         }
     }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue};
 use gravical::Category;
 use gravical::escape::{one_line, shown, shown_json};
-use gravical_report::document::paragraph;
+use gravical_report::document::{flag, paragraph};
 
 /// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;
@@ -61,7 +61,13 @@ impl RenderedError {
             Category::System => 1,
             Category::Device => DEVICE,
         };
-        Some(Self::new(exit, own.code(), &own.in_flags(), own.hint()))
+        let hint = own.worded_hint(flag);
+        Some(Self::new(
+            exit,
+            own.code(),
+            &own.worded(flag),
+            hint.as_deref(),
+        ))
     }
 }
 
@@ -145,19 +151,19 @@ fn refused(error: &clap::Error) -> Option<RenderedError> {
     let (code, message, hint) = match own {
         Some(own) => (
             own.code(),
-            format!("{option}: {}", own.in_flags()),
-            own.hint(),
+            format!("{option}: {}", own.worded(flag)),
+            own.worded_hint(flag),
         ),
         None if number => (
             "usage",
             format!("{option}: {value} is not a number"),
             value
                 .contains(',')
-                .then_some("write numbers with a point: 48.1"),
+                .then(|| "write numbers with a point: 48.1".to_owned()),
         ),
         None => return None,
     };
-    Some(RenderedError::new(2, code, &message, hint))
+    Some(RenderedError::new(2, code, &message, hint.as_deref()))
 }
 
 /// `log` writes one JSON object per line.

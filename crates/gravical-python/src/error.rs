@@ -1,11 +1,23 @@
 //! Errors of the library as exceptions of the package.
 
+use gravical::finding::Advice;
 use gravical::{Category, Error};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 
 /// Code of a keyword that does not exist: an exception of Python itself.
 pub const UNEXPECTED: &str = "unexpected-keyword";
+
+/// The option as a keyword argument: `accel_unit="mg"`.
+fn keyword(option: &Advice) -> String {
+    let value = match option.value.as_str() {
+        "true" | "on" => "True".to_owned(),
+        "off" => "False".to_owned(),
+        value if value.is_empty() || value.parse::<f64>().is_ok() => value.to_owned(),
+        text => format!("{text:?}"),
+    };
+    format!("{}={value}", option.name)
+}
 
 /// The exception for an error, of a class of `_errors.py`.
 fn raised(py: Python<'_>, error: &Error) -> PyErr {
@@ -22,9 +34,9 @@ fn raised(py: Python<'_>, error: &Error) -> PyErr {
     };
     let place = error.location();
     let arguments = (
-        error.worded(|option| format!("{option}=")),
+        error.worded(keyword),
         error.code(),
-        error.hint(),
+        error.worded_hint(keyword),
         place.map(|p| p.path.display().to_string()),
         place.and_then(|p| p.line),
         place.and_then(|p| p.column),

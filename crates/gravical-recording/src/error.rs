@@ -7,6 +7,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::advice::{Advice, with_options};
 use crate::escape::one_line;
 
 /// Shorthand for results of this library.
@@ -48,6 +49,7 @@ struct Inner {
     /// Option with the value that is not possible.
     option: Option<&'static str>,
     hint: Option<String>,
+    options: Vec<Advice>,
     location: Option<Location>,
     source: Option<io::Error>,
 }
@@ -60,6 +62,7 @@ impl Error {
             message: message.into(),
             option: None,
             hint: None,
+            options: Vec::new(),
             location: None,
             source: None,
         }))
@@ -112,6 +115,13 @@ impl Error {
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
+        self
+    }
+
+    /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
+    #[must_use]
+    pub fn advise(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
+        self.0.options.push(Advice::new(option, value));
         self
     }
 
@@ -176,15 +186,15 @@ impl Error {
         self.0.option
     }
 
-    /// The whole text with the option as the program writes it.
+    /// The options that help, or that are better left out, as the hint or else the message says.
     #[must_use]
-    pub fn in_flags(&self) -> String {
-        self.worded(|option| format!("--{}", option.replace('_', "-")))
+    pub fn options(&self) -> &[Advice] {
+        &self.0.options
     }
 
-    /// The whole text, with the option in the words of its surface: a flag, a keyword.
+    /// The whole text without the hint, with options in the words of a surface: flags, keywords.
     #[must_use]
-    pub fn worded(&self, word: impl Fn(&str) -> String) -> String {
+    pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         let mut text = String::new();
         if let Some(place) = &self.0.location {
             let name = match place.path.to_str() {
@@ -199,12 +209,23 @@ impl Error {
             text += ": ";
         }
         if let Some(option) = self.0.option {
-            text += &format!("{}: ", word(option));
+            text += &format!("{}: ", word(&Advice::new(option, "")));
         }
-        text + &one_line(&self.0.message)
+        text += &one_line(&self.0.message);
+        match self.0.hint {
+            Some(_) => text,
+            None => with_options(&text, &self.0.options, word),
+        }
     }
 
-    /// The hint, if any.
+    /// The hint in the words of a surface.
+    #[must_use]
+    pub fn worded_hint(&self, word: impl Fn(&Advice) -> String) -> Option<String> {
+        let hint = self.0.hint.as_deref()?;
+        Some(with_options(hint, &self.0.options, word))
+    }
+
+    /// The hint without its options, if any.
     #[must_use]
     pub fn hint(&self) -> Option<&str> {
         self.0.hint.as_deref()
@@ -244,7 +265,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.worded(str::to_owned))
+        f.write_str(&self.worded(Advice::to_string))
     }
 }
 
@@ -277,8 +298,8 @@ impl From<io::Error> for Error {
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{self} ({})", self.0.code)?;
-        match &self.0.hint {
-            Some(hint) => write!(f, "\n  hint: {}", one_line(hint)),
+        match self.worded_hint(Advice::to_string) {
+            Some(hint) => write!(f, "\n  hint: {}", one_line(&hint)),
             None => Ok(()),
         }
     }

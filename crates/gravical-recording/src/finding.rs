@@ -5,6 +5,7 @@ mod kinds;
 
 use serde::{Deserialize, Serialize};
 
+use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
 pub use kinds::FindingKind;
@@ -32,6 +33,9 @@ pub struct Finding {
     pub severity: Severity,
     /// What was found, with numbers, and what was done.
     pub message: String,
+    /// Options that help, or that are better left out, as the message says.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub options: Vec<Advice>,
     /// The file, as it was given; null when it concerns all inputs together.
     #[serde(default)]
     pub file: Option<String>,
@@ -52,6 +56,7 @@ impl Finding {
             kind,
             severity: kind.severity(),
             message: message.into(),
+            options: Vec::new(),
             file: None,
             lines: Vec::new(),
             count: 0,
@@ -74,6 +79,19 @@ impl Finding {
             severity: Severity::Warning,
             ..Self::new(kind, message)
         }
+    }
+
+    /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
+    #[must_use]
+    pub fn advise(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
+        self.options.push(Advice::new(option, value));
+        self
+    }
+
+    /// The message with its options, in the words of a surface.
+    #[must_use]
+    pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
+        with_options(&self.message, &self.options, word)
     }
 
     /// Adds the lines it concerns.

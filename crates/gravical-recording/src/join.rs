@@ -93,12 +93,12 @@ fn join_input(
     if recording.gyro.is_some() {
         return Err(Error::usage(
             "gyro-twice",
-            "this recording has a gyroscope of its own, and --gyro gives a second one",
+            "this recording has a gyroscope of its own, and a second one is given",
         )
         .at(recording.name.as_ref(), None)
-        .with_hint(
-            "omit --gyro, or ignore the recording's own gyroscope with --columns gx=-,gy=-,gz=-",
-        ));
+        .with_hint("leave the second one out, or ignore the recording's own")
+        .advise("gyro", "")
+        .advise("columns", "gx=-,gy=-,gz=-"));
     }
     recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
     let options = ReadOptions {
@@ -269,5 +269,6 @@ fn no_overlap(recording: &Recording, times_s: &[f64], other_s: [f64; 2], name: &
         ),
     )
     .at(name.as_ref(), None)
-    .with_hint("give the two files of one recording, stamped by one clock; --time-unit sets the unit of both")
+    .with_hint("give the two files of one recording, stamped by one clock, or the time unit of both")
+    .advise("time_unit", "")
 }

@@ -27,6 +27,7 @@
 //! ```
 #![deny(missing_docs)]
 
+mod advice;
 mod batch_reader;
 mod board;
 pub mod bytes;
@@ -59,6 +60,7 @@ pub mod units;
 pub mod utc;
 pub mod write;
 
+pub use advice::Advice;
 pub use batch_reader::{BatchReader, Rows};
 pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};

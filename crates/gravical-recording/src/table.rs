@@ -134,8 +134,10 @@ impl Recording {
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
                 let text = format!("column {} holds texts, not numbers", column + 1);
-                let hint = "convert it to numbers, or name other columns: --columns t=…,ax=…";
-                return Err(in_file(Error::input("no-values", text).with_hint(hint)));
+                let error = Error::input("no-values", text)
+                    .with_hint("convert it to numbers, or name other columns, as t=…,ax=…")
+                    .advise("columns", "");
+                return Err(in_file(error));
             }
         }
         let judged = Recording::judge(&format, rows).map_err(in_file)?;

@@ -209,9 +209,10 @@ pub fn apply(
     if gyro.is_some() && calibration.gyroscope.is_none() {
         return Err(Error::usage(
             "gyro-not-calibrated",
-            "the calibration has no gyroscope, so it cannot be applied to that of --gyro",
+            "the calibration has no gyroscope, so it cannot be applied to one",
         )
-        .with_hint("leave --gyro out, or calibrate with --gyro"));
+        .of_option("gyro")
+        .with_hint("leave it out, or calibrate with it"));
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
@@ -470,18 +471,16 @@ fn refuse_contradictions(
         return Ok(());
     };
     let line = finding.lines.first().map_or(0, |l| l[0]);
-    let hint = match finding.kind {
-        FindingKind::UnitChanged => format!(
-            "{}; --accel-unit UNIT reads all rows in one unit regardless",
-            split_hint(line)
-        ),
-        _ => split_hint(line),
-    };
-    Err(
-        Error::contradiction(finding.kind.name(), finding.message.clone())
-            .at(Path::new(&recording.name), Some(line))
-            .with_hint(hint),
-    )
+    let error = Error::contradiction(finding.kind.name(), finding.message.clone())
+        .at(Path::new(&recording.name), Some(line));
+    let hint = split_hint(line);
+    Err(if finding.kind == FindingKind::UnitChanged {
+        error
+            .with_hint(format!("{hint}; or give the unit of all rows"))
+            .advise("accel_unit", "")
+    } else {
+        error.with_hint(hint)
+    })
 }
 
 /// NaN on all axes if one is missing.

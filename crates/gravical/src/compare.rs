@@ -455,9 +455,10 @@ fn units_differ(pair: [&AccelerometerSection; 2], [name_a, name_b]: [&str; 2]) -
     });
     let text =
         format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
-    Error::input("units-differ", text).with_hint(
-        "calibrate again with the range given (--accel-unit counts --accel-range 2), so that counts can be converted",
-    )
+    Error::input("units-differ", text)
+        .with_hint("calibrate again with the range given, so that counts can be converted")
+        .advise("accel_unit", "counts")
+        .advise("accel_range", "2")
 }
 
 fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {

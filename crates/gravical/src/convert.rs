@@ -186,14 +186,18 @@ impl Conversion {
             let what = "counts of unknown range: they have no unit to convert from";
             Error::input("unit-unknown", what)
                 .at(here, None)
-                .with_hint("give the range, for example --accel-unit counts --accel-range 2")
+                .with_hint("give the range, for example of ±2 g")
+                .advise("accel_unit", "counts")
+                .advise("accel_range", "2")
         })?;
         let start_s = match recording.start_unix_s() {
             Some(start_s) if options.absolute_time => start_s,
             None if options.absolute_time => {
                 let what = "nothing in this recording says when it was made";
-                let hint = "leave --absolute-time out: times are seconds since the first row";
-                return Err(Error::input("no-date", what).at(here, None).with_hint(hint));
+                return Err(Error::input("no-date", what)
+                    .at(here, None)
+                    .with_hint("leave absolute time out: times are seconds since the first row")
+                    .advise("absolute_time", ""));
             }
             _ => 0.0,
         };

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::Error;
 use crate::escape::path_word;
 
-pub use gravical_recording::{Finding, FindingKind, LineSpans, Severity, format_spans};
+pub use gravical_recording::{Advice, Finding, FindingKind, LineSpans, Severity, format_spans};
 
 /// `finding!(Kind, "text {}", value)`: a [`Finding`] that matters as its kind does.
 macro_rules! finding {

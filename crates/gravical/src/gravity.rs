@@ -156,8 +156,11 @@ impl Gravity {
         (self.source == GravitySource::Standard).then(|| {
             finding!(
                 GravityAssumed,
-                "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give --latitude and --altitude, or --gravity",
+                "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give it, or latitude and altitude",
             )
+            .advise("latitude", "")
+            .advise("altitude", "")
+            .advise("gravity", "")
         })
     }
 }

@@ -24,7 +24,8 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
             "stdout-target",
             "a file is written here, which standard output is not",
         )
-        .with_hint("name a file; --json prints the result"));
+        .with_hint("name a file, or have the result printed")
+        .advise("json", "true"));
     }
     let ends_open = path
         .as_os_str()
@@ -49,7 +50,8 @@ fn is_folder(path: &Path) -> Error {
 fn exists(path: &Path) -> Error {
     Error::usage("exists", "the file exists already; nothing was written")
         .at(path, None)
-        .with_hint("name another file, or add --force to replace it")
+        .with_hint("name another file, or replace it")
+        .advise("force", "true")
 }
 
 /// The folder of a file.

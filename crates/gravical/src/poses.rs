@@ -326,34 +326,42 @@ pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording
             );
             return Err(Error::input("units-differ", what)
                 .at(recording.name.as_ref(), None)
-                .with_hint("record all poses with the same settings; where they are in one unit, --accel-unit says it for all"));
+                .with_hint(
+                    "record all poses with the same settings; if they are in one unit, give it",
+                )
+                .advise("accel_unit", ""));
         }
     }
     Ok(())
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let (why, hint) = match recording.unit_doubt {
+    let (why, hint, units): (_, _, &[&str]) = match recording.unit_doubt {
         Some(UnitDoubt::WithoutGravity) => (
             FindingKind::WithoutGravity,
             "calibrate with recordings of the raw acceleration",
+            &[],
         ),
         Some(UnitDoubt::WrongFullScale) => (
             FindingKind::WrongFullScale,
-            "record again with the range that the sketch converts with; or, to use the numbers as they are, --accel-unit m/s^2",
+            "record again with the range that the sketch converts with; or give the unit, to use the numbers as they are",
+            &["m/s^2"],
         ),
         _ => (
             FindingKind::UnitUnknown,
-            "say it: --accel-unit mg; or --accel-unit counts, for counts of any scale",
+            "give it; for counts of any scale it is counts",
+            &["mg", "counts"],
         ),
     };
     let why = recording.findings.iter().find(|f| f.kind == why);
-    Error::input(
+    let error = Error::input(
         "unit-unknown",
         why.map_or("the unit is not known", |f| f.message.as_str()),
     )
     .at(recording.name.as_ref(), None)
-    .with_hint(hint)
+    .with_hint(hint);
+    let units = units.iter();
+    units.fold(error, |error, unit| error.advise("accel_unit", *unit))
 }
 
 fn describe(recording: &Recording) -> String {

@@ -60,7 +60,10 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
             ),
         )
         .at(other.name.as_ref(), None)
-        .with_hint("calibrate the recordings of each sensor alone; --sensor-id NAME says that they are of one")),
+        .with_hint(
+            "calibrate the recordings of each sensor alone; or name the sensor if they are of one",
+        )
+        .advise("sensor_id", "")),
     }
 }
 

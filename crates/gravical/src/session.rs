@@ -278,12 +278,13 @@ fn is_rescued(path: &Path) -> bool {
     kind == "rescued" || kind.starts_with("rescued-")
 }
 
-/// `--gyro` beside several inputs.
+/// A gyroscope's file beside several inputs.
 pub fn several_with_gyro(inputs: usize) -> Error {
     Error::usage(
         "gyro-inputs",
-        format!("--gyro belongs to one recording of the accelerometer; there are {inputs}"),
+        format!("it belongs to one recording of the accelerometer; there are {inputs}"),
     )
+    .of_option("gyro")
     .with_hint("give one continuous recording, or files that hold both sensors")
 }
 
@@ -385,7 +386,7 @@ pub fn read_session(
             let finding = match join_gyroscope(one, gyro, options) {
                 Ok(()) => finding!(
                     GyroJoined,
-                    "a gyroscope alone, beside one recording: joined to {} on time, as --gyro does",
+                    "a gyroscope alone, beside one recording: joined to {} on time",
                     one.name
                 ),
                 Err(why) => finding!(
@@ -398,9 +399,9 @@ pub fn read_session(
             left_out.push(finding.in_file(&gyro.display().to_string()));
         }
         (_, _, gyroscopes) => {
-            let note = "a gyroscope alone, and no pose; left out. With one recording, --gyro joins a gyroscope's file to it";
+            let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
             let one = |path: &&PathBuf| {
-                let finding = Finding::note(FindingKind::GyroLeftOut, note);
+                let finding = Finding::note(FindingKind::GyroLeftOut, note).advise("gyro", "");
                 finding.in_file(&path.display().to_string())
             };
             left_out.extend(gyroscopes.iter().map(one));

@@ -86,9 +86,11 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
     if recordings.iter().all(|r| r.temperature_range_c().is_none()) {
         return Err(
-            input("missing-temperature", "the recording has no temperature".to_owned()).with_hint(
-                "record the sensor's own temperature in a column called temperature, or name it with --columns",
-            ),
+            input("missing-temperature", "the recording has no temperature".to_owned())
+                .with_hint(
+                    "record the sensor's own temperature in a column called temperature, or name its column",
+                )
+                .advise("columns", ""),
         );
     }
     let span_error = |span_c: f64| {
@@ -286,7 +288,10 @@ pub fn for_calibration(
         if session.is_none() {
             let what = "the poses have no temperature at which a drift could be zero";
             return Err(Error::input("missing-temperature", what)
-                .with_hint("record the temperature with the session, or leave out --thermal"));
+                .with_hint(
+                    "record the temperature with the session, or leave the soak recordings out",
+                )
+                .advise("thermal", ""));
         }
         findings.extend(check_soak_units(recordings, thermal)?);
         Some(TemperatureModel {

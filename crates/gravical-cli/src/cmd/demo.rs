@@ -19,7 +19,7 @@ use gravical::simulate::{
 };
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_report::document::paragraph;
+use gravical_report::document::{flag, paragraph};
 use gravical_report::figure::{self, calibration::Session};
 use gravical_report::report;
 
@@ -152,7 +152,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     ));
     let warnings = seen.findings.iter();
     for finding in warnings.filter(|f| f.severity == Severity::Warning) {
-        let text = format!("{}: {}", finding.kind, finding.message);
+        let text = format!("{}: {}", finding.kind, finding.worded(flag));
         say(paragraph("             noticed: ", &text).trim_end());
     }
 

@@ -8,6 +8,7 @@ use gravical::calibration_file::InputFile;
 use gravical::inspect::{InspectOptions, inspect};
 use gravical::recording::{ReadOptions, join_gyroscope, read};
 use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
+use gravical_report::document::flag;
 use gravical_report::report;
 
 use crate::options::reading;
@@ -100,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             }
             // A file of a folder need not be a recording.
             Err(error) if *listed && is_something_else(&error) && !args.json => {
-                text::print(&format!("{error}\n\n"))?;
+                text::print(&format!("{}\n\n", error.worded(flag)))?;
             }
             Err(error) => failed.push((error, *listed)),
         }
@@ -111,7 +112,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.json {
         let errors: Vec<_> = failed
             .iter()
-            .map(|(e, _)| serde_json::json!({"code": e.code(), "message": e.to_string(), "hint": e.hint()}))
+            .map(|(e, _)| serde_json::json!({"code": e.code(), "message": e.worded(flag), "hint": e.worded_hint(flag)}))
             .collect();
         text::print_json(&serde_json::json!({"recordings": found, "errors": errors}))?;
         return Ok(ExitCode::from(if serious { 3 } else { 0 }));

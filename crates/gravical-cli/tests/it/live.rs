@@ -258,7 +258,7 @@ fn a_replay_without_stamps_and_poses() {
     let line = "live --replay r.csv --rate 50 --plain --events e.jsonl";
     let err = ends(folder.path(), line, 3).err;
     assert!(err.contains("✓ +z") && err.contains("1 pose"), "{err}");
-    assert!(!err.contains("no --rate"), "{err}");
+    assert!(!err.contains("no rate"), "{err}");
     let seen = events(&read(folder.path(), "e.jsonl"));
     assert_eq!(of_type(&seen, "status").last().unwrap()["rate_hz"], 50.0);
 }

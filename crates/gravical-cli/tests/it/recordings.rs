@@ -81,8 +81,9 @@ fn the_annotated_session_equals_the_published_calibration() {
     // The turns went the other way.
     let file = calibrate(&data, line, 4);
     agrees_with_imucal(&file, &serde_json::from_str(&published).unwrap(), 1e-9);
-    let said = finding(&file, "turned-other-way")["message"].to_string();
-    assert!(said.contains("--turn-angle 360"), "{said}");
+    let said = &finding(&file, "turned-other-way")["options"][0];
+    assert_eq!(said["name"], "turn_angle");
+    assert_eq!(said["value"], "360");
 }
 
 #[test]

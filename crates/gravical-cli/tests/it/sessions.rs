@@ -109,7 +109,9 @@ fn what_else_is_in_a_folder_costs_nothing() {
     same_accelerometer(&file["accelerometer"], &clean["accelerometer"]);
     let left_out = kinds(&file).into_iter().filter(|k| k == "no-recording");
     assert_eq!(left_out.count(), 2);
-    assert!(only(&file, "gyro-left-out").1.contains("--gyro"));
+    only(&file, "gyro-left-out");
+    let advised = &finding(&file, "gyro-left-out")["options"][0];
+    assert_eq!(advised["name"], "gyro");
     assert!(only(&file, "folder-left-out").0.ends_with("older"));
     // The files by name, as a shell expands them.
     let names = FACES.map(|(name, _)| format!("{name}.csv")).join(" ");
@@ -152,7 +154,8 @@ fn names_that_do_not_fit_are_mended_by_the_axes_that_are_printed() {
     let folder = six_files(&phone);
     let at = folder.path();
     let file = calibrate(at, ". --gravity 9.81", 0);
-    assert!(only(&file, "names-reversed").1.contains("--axes -x,-y,-z"));
+    let advised = &finding(&file, "names-reversed")["options"][0];
+    assert_eq!(advised["value"], "-x,-y,-z");
     let mended = calibrate(at, ". --gravity 9.81 --axes -x,-y,-z -o cal.json", 0);
     names_fit(&mended);
     // What points up reads +g now.
@@ -189,9 +192,8 @@ fn names_that_do_not_fit_are_mended_by_the_axes_that_are_printed() {
         );
     }
     let file = calibrate(at, ". --gravity 9.81", 0);
-    let (_, note) = only(&file, "names-turned");
-    let map = note.split("--axes ").nth(1).unwrap();
-    let map = map.split(' ').next().unwrap();
+    let advised = &finding(&file, "names-turned")["options"][0];
+    let map = advised["value"].as_str().unwrap();
     names_fit(&calibrate(at, &format!(". --gravity 9.81 --axes {map}"), 0));
 }
 

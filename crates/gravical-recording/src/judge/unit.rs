@@ -212,22 +212,24 @@ impl JudgedUnit {
         if is_ambiguous && claimed.is_none() && !integers {
             // cm/s² is rare, and a calibration of one serves for the other.
             let text = format!(
-                "the magnitude at rest is {}: read as mg (cm/s² would fit as well; --accel-unit says which)",
+                "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
                 short(norm)
             );
-            self.push(FindingKind::UnitAssumed, text);
+            let assumed = Finding::new(FindingKind::UnitAssumed, text);
+            self.findings.push(assumed.advise("accel_unit", ""));
             return scale(AccelUnit::MilliGravity, None, Origin::Data);
         }
         if !is_ambiguous && (claimed == Some(AccelUnit::Counts) || range_lsb.is_some()) {
             let origin = claimed.map_or(Origin::Given, |_| Origin::Header);
             return scale(AccelUnit::Counts, range_lsb, origin);
         }
-        let what = if is_ambiguous {
-            "mg, cm/s² or counts at 1024 per g; give --accel-unit mg or --accel-unit counts"
+        if is_ambiguous {
+            let what = "mg, cm/s² or counts at 1024 per g; give the unit";
+            self.unknown(norm, what, &["mg", "counts"])
         } else {
-            "gravity in no known unit; check the factor in the program that wrote the file, or give --accel-unit counts, which uses the values as they are"
-        };
-        self.unknown(norm, what)
+            let what = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
+            self.unknown(norm, what, &["counts"])
+        }
     }
 
     /// Reports a given or claimed range that does not match the magnitude at rest.
@@ -259,14 +261,18 @@ impl JudgedUnit {
         self.push(FindingKind::RangeMismatch, text);
     }
 
-    fn unknown(&mut self, norm: f64, what: &str) -> AccelScale {
+    fn unknown(&mut self, norm: f64, what: &str, units: &[&str]) -> AccelScale {
         self.doubt = Some(UnitDoubt::NoUnit);
         let found = format!("the magnitude at rest is {}", short(norm));
         if let Some(guess) = wrong_full_scale(norm) {
             self.doubt = Some(UnitDoubt::WrongFullScale);
             self.push(FindingKind::WrongFullScale, format!("{found}{guess}"));
         }
-        self.push(FindingKind::UnitUnknown, format!("{found}: {what}"));
+        let unknown = Finding::new(FindingKind::UnitUnknown, format!("{found}: {what}"));
+        let advised = units
+            .iter()
+            .fold(unknown, |finding, unit| finding.advise("accel_unit", *unit));
+        self.findings.push(advised);
         scale(AccelUnit::Unknown, None, Origin::Assumed)
     }
 

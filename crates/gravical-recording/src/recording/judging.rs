@@ -9,7 +9,6 @@ use std::collections::HashMap;
 
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
-use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
@@ -225,12 +224,11 @@ pub(crate) fn keep_sensor(
     let finding = (format.options.sensor.is_none() && all.len() > 1).then(|| {
         let name = format.names.get(column).map_or("", String::as_str);
         let text = format!(
-            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, --sensor {} chooses another",
+            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
             all.len(),
-            all.join(", "),
-            shell_word(&all[1])
+            all.join(", ")
         );
-        Finding::new(FindingKind::SeveralSensors, text)
+        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", &all[1])
     });
     rows.keep(&keep, Reason::OtherSensor);
     Ok(finding)
@@ -261,7 +259,7 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     let (sensor, hint) = if format.options.is_gyroscope {
         (
             "gyroscope",
-            "check that the sketch wakes the gyroscope, or leave --gyro out",
+            "check that the sketch wakes the gyroscope, or leave its file out",
         )
     } else {
         (
@@ -274,7 +272,8 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
         if channel.iter().all(|v| v.is_nan()) {
             let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
             return Err(Error::input("no-values", text)
-                .with_hint("choose other columns: --columns ax=…,ay=…,az=…"));
+                .with_hint("choose other columns, as ax=…,ay=…,az=…")
+                .advise("columns", ""));
         }
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
@@ -474,7 +473,8 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
             "too-many-labels",
             "the label column holds more than 254 words",
         )
-        .with_hint("leave the column out with --columns label=-, or cut the file"));
+        .with_hint("leave the column out, or cut the file")
+        .advise("columns", "label=-"));
     }
     let mut labels = Labels::default();
     let mut known: HashMap<String, u32> = HashMap::new();

@@ -77,14 +77,13 @@ const MAX_LISTED: usize = 16;
 /// A hint that lists the columns of a file.
 pub(super) fn list_columns(names: &[String]) -> String {
     if names.is_empty() {
-        return "the file has no header: give the channels in order, as --columns t,ax,ay,az"
-            .to_owned();
+        return "the file has no header: give the channels in order, as t,ax,ay,az".to_owned();
     }
     let names = names.iter().map(String::as_str);
     let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
     let more = if list.len() > MAX_LISTED { ", …" } else { "" };
     let shown = list[..list.len().min(MAX_LISTED)].join(", ");
-    format!("its columns are: {shown}{more}; assign them with --columns ax=…,ay=…,az=…")
+    format!("its columns are: {shown}{more}; assign them, as ax=…,ay=…,az=…")
 }
 
 fn find(names: &[String], name: &str) -> Option<usize> {

@@ -128,7 +128,8 @@ fn columns_unknown(format: &Format) -> Error {
         ),
     };
     Error::input("columns-unknown", text)
-        .with_hint("name them in order, as --columns t,ax,ay,az,gx,gy,gz (- skips one)")
+        .with_hint("name them in order, as t,ax,ay,az,gx,gy,gz; - skips one")
+        .advise("columns", "")
 }
 
 fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
@@ -140,14 +141,17 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
     let error = Error::input("no-gyroscope", text);
     if names.is_empty() {
         return error.with_hint(
-            "a file for --gyro holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
+            "a gyroscope's file holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
         );
     }
     let list = list_columns(names);
     let list = list.split(';').next().unwrap_or_default();
-    error.with_hint(format!(
-        "{list}; --gyro needs the file with the gyroscope; --columns gx=…,gy=…,gz=… names its columns"
-    ))
+    error
+        .with_hint(format!(
+            "{list}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
+        ))
+        .advise("gyro", "")
+        .advise("columns", "")
 }
 
 fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
@@ -156,7 +160,8 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
             GYROSCOPE_ALONE,
             "this file holds a gyroscope and no accelerometer",
         )
-        .with_hint("give the accelerometer's recording as the input, and this file with --gyro");
+        .with_hint("give the accelerometer's recording as the input, and this file beside it")
+        .advise("gyro", "");
     }
     let line = format.header_line;
     let error = Error::input(
@@ -165,7 +170,8 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
             "no three columns of the header in line {line} are named as an accelerometer's x, y and z"
         ),
     )
-    .with_hint(list_columns(&format.names));
+    .with_hint(list_columns(&format.names))
+    .advise("columns", "");
     if line > 0 { error.at_line(line) } else { error }
 }
 

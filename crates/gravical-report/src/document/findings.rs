@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use gravical::escape::one_line;
-use gravical::finding::{Finding, Severity, format_spans};
+use gravical::escape::{one_line, shell_word};
+use gravical::finding::{Advice, Finding, Severity, format_spans};
 use gravical::numfmt::count;
 
 /// A finding with its place.
@@ -13,7 +13,7 @@ pub struct Remark {
     pub warning: bool,
     /// Kind of the finding.
     pub kind: String,
-    /// The message.
+    /// The message with its options, as flags: reports are those of the program, in Python too.
     pub text: String,
     /// Lines and files; empty for none.
     pub place: String,
@@ -27,7 +27,7 @@ impl Remark {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| weight_of(f));
         // Findings of one message up to its numbers, and the files that have them in turn.
-        let key = |f: &Finding| (f.kind, skeleton(&f.message));
+        let key = |f: &Finding| (f.kind, skeleton(&f.worded(flag)));
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
         for finding in &sorted {
             let files = files.entry(key(finding)).or_default();
@@ -55,7 +55,7 @@ impl Remark {
             Some(Remark {
                 warning: finding.severity == Severity::Warning,
                 kind: finding.kind.to_string(),
-                text: finding.message.clone(),
+                text: finding.worded(flag),
                 place: place.join("; "),
             })
         };
@@ -68,6 +68,16 @@ impl Remark {
             "" => self.text.clone(),
             place => format!("{} [{place}]", self.text),
         }
+    }
+}
+
+/// The option as the program takes it: `--accel-unit mg`.
+#[must_use]
+pub fn flag(option: &Advice) -> String {
+    let flag = format!("--{}", option.name.replace('_', "-"));
+    match option.value.as_str() {
+        "" | "true" => flag,
+        value => format!("{flag} {}", shell_word(value)),
     }
 }
 

@@ -28,9 +28,9 @@ mod text;
 #[cfg(test)]
 mod tests;
 
-#[doc(hidden)]
-pub use findings::Remark;
 pub(crate) use findings::short_name;
+#[doc(hidden)]
+pub use findings::{Remark, flag};
 #[doc(hidden)]
 pub use model::{Block, Cell, Column, Row, Section, Snippet, Table};
 pub use model::{Detail, Document, Grade, Verdict};

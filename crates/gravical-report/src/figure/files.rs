@@ -23,8 +23,9 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
     if folder == Path::new("-") {
         return Err(Error::usage(
             "figures-target",
-            "--figures names a folder; standard output is for tables and JSON",
-        ));
+            "figures go into a folder; standard output is for tables and JSON",
+        )
+        .of_option("figures"));
     }
     if folder.exists() && !folder.is_dir() {
         let error = Error::usage("no-folder", "figures go into a folder; this is a file");
@@ -41,7 +42,8 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
         return Err(
             Error::usage("exists", "this folder holds the figures of an earlier run")
                 .at(folder, None)
-                .with_hint("name another folder, or add --force to replace all of them"),
+                .with_hint("name another folder, or replace all of them")
+                .advise("force", "true"),
         );
     }
     Ok(())

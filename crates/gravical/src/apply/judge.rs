@@ -86,9 +86,7 @@ pub(super) fn judge_gyroscope(
         None => Ok(Some(section.input_unit)),
         Some(why) => Err(Error::input("unit-mismatch", why)
             .at(Path::new(&recording.name), None)
-            .with_hint(format!(
-                "give --gyro-unit {} if that is its unit",
-                section.input_unit.name()
-            ))),
+            .with_hint("give its unit, if this is the right one")
+            .advise("gyro_unit", section.input_unit.name())),
     }
 }

@@ -3,6 +3,7 @@ mod units;
 
 use super::*;
 use crate::Error;
+use crate::finding::Advice;
 use crate::recording::{Origin, parse_columns, read_bytes};
 use gravical_recording::bytes::from_reader;
 use std::io::{self, Read};

@@ -161,11 +161,11 @@ fn roles(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose
         if is_named && used.face.is_none() && used.bad.is_none() {
             let no_face = finding!(
                 NoFace,
-                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose (--face-pose {} keeps it)",
+                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
                 placement.label,
                 placement.angle_deg,
-                crate::escape::shell_word(&placement.label)
             );
+            let no_face = no_face.advise("face_pose", &*placement.label);
             findings.push(no_face.in_file(&placement.source));
         }
     }
@@ -311,13 +311,15 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
     Some(if all == Face::all().map(Face::opposite) {
         finding!(
             NamesReversed,
-            "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then --axes -x,-y,-z gives calibrated values the usual sign"
+            "every name says the opposite of the data, which are believed: either a sign means the axis that points down here, or the sensor reads −g where an axis points up, as iPhones do; then other axes give calibrated values the usual sign"
         )
+        .advise("axes", "-x,-y,-z")
     } else if let Some(map) = axes.renamed(&all) {
         finding!(
             NamesTurned,
-            "the names describe another way of sitting in the case than the axes {axes}, which are believed; --axes {map} explains all names"
+            "the names describe another way of sitting in the case than the axes {axes}, which are believed; {map} explains all names"
         )
+        .advise("axes", map.to_string())
     } else {
         finding!(
             NamesMirrored,

@@ -257,7 +257,8 @@ pub(super) fn left_handed(why: &str) -> Error {
         "left-handed",
         format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
     )
-    .with_hint("leave --faces-from names out, and the faces are taken from the data")
+    .with_hint("take the faces from the data")
+    .advise("faces_from", "data")
 }
 
 /// Why faces that were taken from names cannot be those of a real sensor.

@@ -93,11 +93,12 @@ fn of_session(
             let open = open.as_ref().and_then(|o| o.as_ref().err());
             odd.extend(open.map(|open| undetermined(open, nominal)));
             if nominal.is_none() {
-                odd.push(finding!(
+                let unknown = finding!(
                     GyroScaleUnknown,
-                    "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give --gyro-unit and, for counts, --gyro-range",
+                    "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
                     fit.rest.bias.map(|b| format!("{b:.4}")).join(", ")
-                ));
+                );
+                odd.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
             }
             nominal.map(|nominal| bias_alone(&fit.rest, nominal))
         }

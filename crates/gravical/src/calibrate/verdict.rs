@@ -69,7 +69,7 @@ pub(super) fn verdict(
     reasons.extend(open_angles(section));
     reasons.extend(section.error_with_known_gravity(source).map(|known| {
         let known = mg(known);
-        format!("most of the predicted error is that of gravity, which was assumed: --latitude or --gravity leaves {known} mg")
+        format!("most of the predicted error is that of gravity, which was assumed: {known} mg remain where it is known")
     }));
     if section.next_poses.is_empty() && grade == Grade::NotVerifiable {
         let verify =

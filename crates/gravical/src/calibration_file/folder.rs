@@ -88,7 +88,8 @@ pub fn find_calibration(
     {
         let what = format!("the recording is of the sensor {named}, not of {given}");
         return Err(Error::input("sensors-differ", what)
-            .with_hint("leave out --sensor-id, or name the file of the calibration"));
+            .with_hint("leave the sensor out, or name the file of the calibration")
+            .advise("sensor_id", ""));
     }
     let all = calibrations(folder)?;
     let sensor = named.or_else(|| origin.sensor_id.clone());
@@ -113,7 +114,8 @@ pub fn find_calibration(
         return Err(
             Error::usage("sensor-id-missing", format!("{what}{}", there_is(&all)))
                 .at(folder, None)
-                .with_hint("name the sensor: --sensor-id NAME; or the file of its calibration"),
+                .with_hint("name the sensor, or the file of its calibration")
+                .advise("sensor_id", ""),
         );
     }
     if let Some(scale) = recordings.first().map(|r| r.accel_scale) {
@@ -143,7 +145,7 @@ pub fn find_calibration(
     };
     let reason = match recorded {
         Some(time) => format!("the last before the recording of {}", time.minute()),
-        None => "the last; the recording has no date (--recorded DATE gives it)".to_owned(),
+        None => "the last; the recording has no date, and none is given".to_owned(),
     };
     Ok(FoundCalibration {
         reason,

@@ -38,7 +38,7 @@ impl Applied<'_> {
         let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
         if !unknown && unit != wanted {
             let source = match scale.origin {
-                Origin::Given => "according to --accel-unit",
+                Origin::Given => "as given",
                 Origin::Data => "according to gravity",
                 Origin::Header => "according to its header",
                 Origin::Assumed => "assumed",
@@ -99,14 +99,15 @@ impl Applied<'_> {
 
     fn refuse(&self, message: String, other: &str) -> Result<()> {
         let wanted = match self.calibration.accelerometer.input_unit {
-            AccelUnit::Unknown => "UNIT",
+            AccelUnit::Unknown => "",
             known => known.name(),
         };
         Err(Error::input("unit-mismatch", message)
             .at(Path::new(&self.recording.name), None)
             .with_hint(format!(
-                "use {other}, or --accel-unit {wanted} to apply this one regardless"
-            )))
+                "use {other}, or give the unit to apply this one regardless"
+            ))
+            .advise("accel_unit", wanted))
     }
 }
 

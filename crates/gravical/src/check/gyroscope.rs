@@ -62,9 +62,9 @@ pub(super) fn gyroscope(
             findings.push(
                 finding!(
                     UnitMismatch,
-                    "{why}; it is not tested (--gyro-unit {} when that is what it is in)",
-                    section.input_unit.name()
+                    "{why}; it is not tested; give its unit, if this is the right one"
                 )
+                .advise("gyro_unit", section.input_unit.name())
                 .in_file(&recording.name),
             );
             return None;

@@ -135,7 +135,8 @@ impl DenoiseOptions {
     pub fn validate(&self) -> Result<()> {
         if self.filters.is_empty() {
             return Err(Error::usage("no-filter", "no filter was given")
-                .with_hint(format!("--filter with one of: {}", spec::EXAMPLES)));
+                .with_hint(format!("give one of: {}", spec::EXAMPLES))
+                .advise("filter", ""));
         }
         self.filters.iter().try_for_each(FilterSpec::validate)
     }
@@ -249,7 +250,9 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
         return Err(
             Error::input("no-gyroscope", "the recording has no gyroscope")
                 .at(Path::new(&recording.name), None)
-                .with_hint("omit --channels, or name its columns with --columns"),
+                .with_hint("filter the accelerometer, or name the columns of the gyroscope")
+                .advise("channels", "accel")
+                .advise("columns", ""),
         );
     }
     let rests = find_rests(recording);

@@ -101,7 +101,9 @@ fn uneven(recording: &Recording, grid: &Grid) -> Error {
     );
     Error::input("uneven-stamps", what)
         .at(Path::new(&recording.name), None)
-        .with_hint("resample it to an even rate first; if only its clock is uneven, ignore it: --columns t=- --rate HZ; hampel filters take samples as they come")
+        .with_hint("resample it to an even rate first; if only its clock is uneven, ignore it and give the rate; hampel filters take samples as they come")
+        .advise("columns", "t=-")
+        .advise("rate", "")
 }
 
 /// The rows of a recording on an even grid.

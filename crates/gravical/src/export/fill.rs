@@ -51,7 +51,9 @@ impl Draft<'_> {
         let a = &mut self.accelerometer;
         let per_g = a.per_unit.ok_or_else(|| {
             let message = format!("this target takes m/s², and the calibration is for {} of unknown nominal scale", a.unit);
-            Error::input("export-unit", message).with_hint("calibrate with --accel-range, which gives the counts their nominal scale; or export to c, which takes the counts themselves")
+            Error::input("export-unit", message)
+                .with_hint("calibrate with the range, which gives the counts their nominal scale; or export to c, which takes the counts themselves")
+                .advise("accel_range", "")
         })?;
         a.subtract_zero_offset();
         a.rescale(per_g / a.unit_size);
@@ -106,7 +108,7 @@ pub(super) fn arduino(draft: &mut Draft<'_>) -> Result<()> {
         are_counts &= fill_sketch(&mut draft.values, gyroscope, given.counts_per_deg_s)?;
     }
     if !are_counts {
-        draft.note("For the raw counts of a sensor give --counts-per-g (16384 for ±2 g) and --counts-per-deg-s (131 for ±250 °/s).");
+        draft.note("For the raw counts of a sensor give the counts per g (16384 for ±2 g) and per °/s (131 for ±250 °/s).");
     }
     Ok(())
 }
@@ -160,7 +162,8 @@ pub(super) fn ros2(draft: &mut Draft<'_>) -> Result<()> {
 pub(super) fn kalibr(draft: &mut Draft<'_>) -> Result<()> {
     let noise = draft.file.noise.as_ref().ok_or_else(|| {
         Error::input("noise-unknown", "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither")
-            .with_hint("take them from an Allan deviation: `gravical noise REST.csv --to kalibr -o imu.yaml`; or keep them in the calibration: `gravical calibrate … --noise noise.json`")
+            .with_hint("export the result of `gravical noise`, or calibrate with it")
+            .advise("noise", "noise.json")
     })?;
     let written = super::kalibr(noise, Some(draft.file), draft.options.upper_limit)?;
     draft.values.text("text", written.text);
@@ -170,12 +173,12 @@ pub(super) fn kalibr(draft: &mut Draft<'_>) -> Result<()> {
 
 /// `(raw − OFF) · SCALE`, m/s²: a parameter file of QGroundControl.
 pub(super) fn px4(draft: &mut Draft<'_>) -> Result<()> {
-    draft.fill_autopilot("PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give it with --device-id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then.")
+    draft.fill_autopilot("PX4 ignores these values unless CAL_ACC0_ID is the id of this sensor. Give this device id (the vehicle shows it in `sensor_accel`), or calibrate the vehicle once, so that it sets CAL_ACC0_ID, and load this file then.")
 }
 
 /// `(raw − OFFS) · SCAL`, m/s²: a parameter file of ArduPilot.
 pub(super) fn ardupilot(draft: &mut Draft<'_>) -> Result<()> {
-    draft.fill_autopilot("ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give it with --device-id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then.")
+    draft.fill_autopilot("ArduPilot counts the accelerometer as calibrated only while INS_ACC_ID is the id of this sensor, and refuses to arm otherwise. Give this device id (parameter INS_ACC_ID of the running vehicle), or calibrate the vehicle once and load this file then.")
 }
 
 /// The hardware adds the registers to every reading. Their unit is 1/2048 g on most parts, but

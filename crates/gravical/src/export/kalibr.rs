@@ -86,9 +86,14 @@ fn find_largest(
 
 fn unknown(what: &str, limits_used: bool) -> Error {
     let message = format!("Kalibr wants numbers above zero, but {what}");
-    Error::input("noise-unknown", message).with_hint(if limits_used {
-        "record accelerometer and gyroscope at rest, with more decimals or for longer"
+    let error = Error::input("noise-unknown", message);
+    if limits_used {
+        error.with_hint(
+            "record accelerometer and gyroscope at rest, with more decimals or for longer",
+        )
     } else {
-        "record longer (`gravical noise` says how long), or take upper limits: --upper-limit"
-    })
+        error
+            .with_hint("record longer (`gravical noise` says how long), or take upper limits")
+            .advise("upper_limit", "true")
+    }
 }

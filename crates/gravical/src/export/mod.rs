@@ -43,27 +43,27 @@ const KALIBR: &str = include_str!("templates/kalibr.yaml.in");
 /// All targets, one a row.
 #[rustfmt::skip]
 pub static TARGETS: [Target; 13] = [
-    Target { name: "c", options: &["--name"], template: include_str!("templates/c.h.in"), fill: fill::full,
+    Target { name: "c", options: &["name"], template: include_str!("templates/c.h.in"), fill: fill::full,
         holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
-    Target { name: "arduino", options: &["--name", "--counts-per-g", "--counts-per-deg-s"], template: include_str!("templates/arduino.h.in"), fill: fill::arduino,
+    Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], template: include_str!("templates/arduino.h.in"), fill: fill::arduino,
         holds: "header for a sketch: accelerometer and gyroscope in full, float" },
     Target { name: "rust", options: &[], template: include_str!("templates/rust.rs.in"), fill: fill::full,
         holds: "module without the standard library: accelerometer and gyroscope in full, f32" },
-    Target { name: "python", options: &["--name"], template: include_str!("templates/python.py.in"), fill: fill::full,
+    Target { name: "python", options: &["name"], template: include_str!("templates/python.py.in"), fill: fill::full,
         holds: "functions on NumPy arrays: accelerometer and gyroscope in full" },
     Target { name: "matlab", options: &[], template: include_str!("templates/matlab.m.in"), fill: fill::full,
         holds: "function for MATLAB and Octave: accelerometer and gyroscope in full" },
     Target { name: "ros", options: &[], template: include_str!("templates/ros.yaml.in"), fill: fill::ros,
         holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
-    Target { name: "ros2", options: &["--name"], template: include_str!("templates/ros2.yaml.in"), fill: fill::ros2,
+    Target { name: "ros2", options: &["name"], template: include_str!("templates/ros2.yaml.in"), fill: fill::ros2,
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
-    Target { name: "kalibr", options: &["--upper-limit"], template: "$text$", fill: fill::kalibr,
-        holds: "imu.yaml: noise density and random walk, of a calibration with noise (calibrate --noise)" },
-    Target { name: "px4", options: &["--device-id", "--rotation"], template: include_str!("templates/px4.params.in"), fill: fill::px4,
+    Target { name: "kalibr", options: &["upper_limit"], template: "$text$", fill: fill::kalibr,
+        holds: "imu.yaml: noise density and random walk, of a calibration with noise" },
+    Target { name: "px4", options: &["device_id", "rotation"], template: include_str!("templates/px4.params.in"), fill: fill::px4,
         holds: "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "ardupilot", options: &["--device-id", "--rotation"], template: include_str!("templates/ardupilot.param.in"), fill: fill::ardupilot,
+    Target { name: "ardupilot", options: &["device_id", "rotation"], template: include_str!("templates/ardupilot.param.in"), fill: fill::ardupilot,
         holds: "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "mpu6050", options: &["--name"], template: include_str!("templates/mpu6050.h.in"), fill: fill::mpu6050,
+    Target { name: "mpu6050", options: &["name"], template: include_str!("templates/mpu6050.h.in"), fill: fill::mpu6050,
         holds: "sketch code for the offset registers of an MPU6050: bias to 0.5 mg; no scale, no cross-axis terms, no gyroscope" },
     Target { name: "imucal", options: &[], template: "$text$", fill: fill::imucal,
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
@@ -118,21 +118,25 @@ impl Target {
     /// Refuses options that mean nothing to this target, and values that it cannot use.
     fn check(&self, options: &ExportOptions) -> Result<()> {
         let given = [
-            ("--name", options.name.is_some()),
-            ("--device-id", options.device_id.is_some()),
-            ("--rotation", options.rotation.is_some()),
-            ("--counts-per-g", options.counts_per_g.is_some()),
-            ("--counts-per-deg-s", options.counts_per_deg_s.is_some()),
-            ("--upper-limit", options.upper_limit),
+            ("name", options.name.is_some()),
+            ("device_id", options.device_id.is_some()),
+            ("rotation", options.rotation.is_some()),
+            ("counts_per_g", options.counts_per_g.is_some()),
+            ("counts_per_deg_s", options.counts_per_deg_s.is_some()),
+            ("upper_limit", options.upper_limit),
         ];
         for (option, is_given) in given {
             if is_given && !self.options.contains(&option) {
-                let message = format!("{option} means nothing to the target {}", self.name);
+                let message = format!("means nothing to the target {}", self.name);
                 let hint = match self.options {
-                    [] => "leave it out; this target takes no options".to_owned(),
-                    taken => format!("leave it out; this target takes {}", taken.join(", ")),
+                    [] => "leave it out; this target takes no options",
+                    _ => "leave it out; this target takes others",
                 };
-                return Err(Error::usage("export-option", message).with_hint(hint));
+                let error = Error::usage("export-option", message)
+                    .of_option(option)
+                    .with_hint(hint);
+                let taken = self.options.iter();
+                return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }
         }
         let counts = [options.counts_per_g, options.counts_per_deg_s];
@@ -142,8 +146,10 @@ impl Target {
             .find(|c| !(c.is_finite() && *c > 0.0))
         {
             let message = format!("{bad} counts per unit is no positive number");
-            let hint = "with an MPU6050 --counts-per-g 16384 is the range ±2 g, --counts-per-deg-s 131 is ±250 °/s";
-            return Err(Error::usage("export-option", message).with_hint(hint));
+            return Err(Error::usage("export-option", message)
+                .with_hint("these are of an MPU6050 in the ranges ±2 g and ±250 °/s")
+                .advise("counts_per_g", "16384")
+                .advise("counts_per_deg_s", "131"));
         }
         options.name.as_deref().map_or(Ok(()), check_name)
     }

@@ -100,11 +100,10 @@ impl Sensor {
                 let message = format!(
                     "the calibration's own scale is {own:.1} counts per {unit}, not {wanted}"
                 );
-                let hint = format!(
-                    "give --counts-per-{} for the range in which the recordings were made",
-                    unit.replace('/', "-")
-                );
-                return Err(Error::input("export-unit", message).with_hint(hint));
+                let option = format!("counts_per_{}", unit.replace('/', "_"));
+                return Err(Error::input("export-unit", message)
+                    .with_hint("give those of the range in which the recordings were made")
+                    .advise(option, ""));
             }
         }
         self.is_counts = true;

@@ -16,22 +16,30 @@ use crate::{Error, Result};
 /// Highest angular rate of a walking foot in stance, rad/s.
 const STANCE_RATE_RAD_S: f64 = 1.0;
 
-/// Why options do not go together, and what to do.
-const BY_MEAN: [&str; 2] = [
+/// Why options do not go together, and what to do, with which option.
+const BY_MEAN: [&str; 4] = [
     "the mean of the first rows is subtracted, and nothing else corrects the drift",
     "remove it, or subtract gravity by strapdown",
+    "gravity_removal",
+    "strapdown",
 ];
-const LATER: [&str; 2] = [
+const LATER: [&str; 4] = [
     "filters use what comes later",
-    "remove the filters, or --causal",
+    "remove the filters, or compute with all samples",
+    "causal",
+    "",
 ];
-const BY_PAST: [&str; 2] = [
+const BY_PAST: [&str; 4] = [
     "a causal run looks for rests, and takes each for zero velocity",
-    "leave out --causal",
+    "leave it out, or compute with all samples",
+    "causal",
+    "",
 ];
-const AT_REST: [&str; 2] = [
+const AT_REST: [&str; 4] = [
     "velocity is zero at the rests, and what comes before the first follows from it",
-    "leave it out, or add --zero-velocity off",
+    "leave it out, or switch the updates at rests off",
+    "zero_velocity",
+    "off",
 ];
 
 /// How gravity is taken off the specific force.
@@ -372,8 +380,9 @@ impl MotionOptions {
             (self.causal && no_updates, "zero_velocity", BY_PAST),
             (moves_at_start && self.updates_at_rests(), "v0", AT_REST),
         ];
-        if let Some((_, option, [what, hint])) = refused.into_iter().find(|r| r.0) {
-            return Err(Error::range(option, what).with_hint(hint));
+        if let Some((_, option, [what, hint, other, value])) = refused.into_iter().find(|r| r.0) {
+            let error = Error::range(option, what).with_hint(hint);
+            return Err(error.advise(other, value));
         }
         for filter in &self.smooth {
             filter.validate()?;

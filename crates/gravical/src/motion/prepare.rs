@@ -172,9 +172,9 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
             "there are no usable time stamps, and no rate is stated",
         )
         .at(Path::new(&recording.name), None)
-        .with_hint(
-            "give the sampling rate with --rate HZ, or --time-unit where there are stamps",
-        ));
+        .with_hint("give the sampling rate, or the unit of the time stamps if there are any")
+        .advise("rate", "")
+        .advise("time_unit", ""));
     };
     Ok((0..recording.rows()).map(|i| i as f64 / rate).collect())
 }
@@ -269,7 +269,10 @@ pub(super) fn scales(
                 "the unit of the accelerometer is unknown, so there is no velocity in m/s",
             )
             .at(Path::new(&recording.name), None)
-            .with_hint("say it with --accel-unit, and --accel-range for counts; or give a calibration with -c"));
+            .with_hint("give it, and the range for counts; or give a calibration")
+            .advise("accel_unit", "")
+            .advise("accel_range", "")
+            .advise("calibration", ""));
         }
     };
     // The gyroscope.
@@ -292,10 +295,11 @@ pub(super) fn scales(
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if scale.is_some() && gyro_nominal.is_none() {
-        findings.push(Finding::new(
+        let unused = Finding::new(
             FindingKind::GyroNotUsed,
-            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; say it with --gyro-unit, and --gyro-range for counts",
-        ));
+            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; give the unit, and the range for counts",
+        );
+        findings.push(unused.advise("gyro_unit", "").advise("gyro_range", ""));
     }
     let by_gyro_scale = gyro_nominal.map(|n| GyroscopeCalibration {
         matrix: matrix3::diagonal([1.0 / n; 3]),

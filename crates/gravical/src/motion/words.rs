@@ -208,9 +208,9 @@ pub(super) fn averaged_rows_move(t: f64) -> Finding {
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
     let why = why_calibrated(by_board);
     let text = format!(
-        "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave out --calibration, or use a raw recording"
+        "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
     );
-    Finding::new(FindingKind::AlreadyCalibrated, text)
+    Finding::new(FindingKind::AlreadyCalibrated, text).advise("calibration", "")
 }
 
 /// The magnitude at rest without a calibration, where it is not gravity.

@@ -110,7 +110,8 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
         let what = "counts of unknown scale: the noise has no unit";
         return Err(Error::input("unit-unknown", what)
             .at(here, None)
-            .with_hint("give the range: --accel-range 2"));
+            .with_hint("give the range in g")
+            .advise("accel_range", "2"));
     };
     let (ranges, rate_hz) = used_ranges(recording)?;
     let width = block_len(1.0 / rate_hz, BLOCK_S);
@@ -185,7 +186,8 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
             "there are no time stamps and no sampling rate: averaging times are unknown",
         )
         .at(here, None)
-        .with_hint("give the rate: --rate 100"));
+        .with_hint("give the rate in Hz")
+        .advise("rate", "100"));
     };
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
@@ -229,10 +231,11 @@ fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64>
     let evidence = Evidence::of(recording, &stills, &moves);
     let nominal = decide(claims, &evidence, findings).nominal();
     if nominal.is_none() {
-        findings.push(finding!(
+        let unknown = finding!(
             GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out (--gyro-unit, --gyro-range)"
-        ));
+            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
+        );
+        findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
     }
     nominal
 }

@@ -81,16 +81,19 @@ pub fn read_noise(path: &Path) -> Result<(NoiseResult, InputFile)> {
 }
 
 fn parse(bytes: &[u8]) -> Result<NoiseResult> {
-    let hint = "--noise takes the file of `gravical noise REST.csv -o noise.json`";
+    let hint = "give the file of `gravical noise REST.csv -o noise.json`";
     let result: NoiseResult = serde_json::from_slice(bytes).map_err(|e| {
-        Error::input("not-noise", format!("no result of `gravical noise`: {e}")).with_hint(hint)
+        Error::input("not-noise", format!("no result of `gravical noise`: {e}"))
+            .with_hint(hint)
+            .advise("noise", "")
     })?;
     if result.format != NOISE_FORMAT {
         return Err(Error::input(
             "not-noise",
             format!("the format is {:?}, not {NOISE_FORMAT}", result.format),
         )
-        .with_hint(hint));
+        .with_hint(hint)
+        .advise("noise", ""));
     }
     let numbers = result.channels.iter().flat_map(|c| [c.n, c.b, c.k]);
     if numbers

@@ -340,10 +340,11 @@ pub(crate) fn decide(
             } else {
                 return claimed;
             };
-            tell(finding!(
+            let other = finding!(
                 UnitMismatch,
-                "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: {why} (--gyro-unit overrides it)"
-            ));
+                "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: {why}; give the unit if it is another"
+            );
+            tell(other.advise("gyro_unit", ""));
             return taken;
         }
         // Fractions are no counts, and counts are not rounded rates.
@@ -372,20 +373,25 @@ pub(crate) fn decide(
                 "the header says {said} for the gyroscope, and is wrong about the accelerometer"
             ),
         };
-        tell(finding!(
+        let by_noise = finding!(
             GyroUnitByNoise,
-            "{why}; its noise at rest, {}, is that of a gyroscope in {unit}, which is used (--gyro-unit overrides it)",
+            "{why}; its noise at rest, {}, is that of a gyroscope in {unit}, which is used; give the unit if it is another",
             noise()
-        ));
+        );
+        tell(by_noise.advise("gyro_unit", ""));
         return GyroScale {
             unit,
             lsb_per_deg_s: None,
             origin: Origin::Data,
         };
     }
-    let what = match claimed.unit {
+    let unverified = match claimed.unit {
         GyroUnit::Unknown => {
-            "the unit of the gyroscope is unknown: neither the file nor a rotation between static intervals tells it; give --gyro-unit".to_owned()
+            finding!(
+                GyroUnitUnverified,
+                "the unit of the gyroscope is unknown: neither the file nor a rotation between static intervals tells it; give it"
+            )
+            .advise("gyro_unit", "")
         }
         GyroUnit::Counts if claimed.nominal().is_none() => {
             let sheet = if evidence.turns > 0 {
@@ -393,7 +399,11 @@ pub(crate) fn decide(
             } else {
                 ""
             };
-            format!("the gyroscope is in counts of unknown scale{sheet}; give --gyro-range, or record turns between static intervals")
+            finding!(
+                GyroUnitUnverified,
+                "the gyroscope is in counts of unknown scale{sheet}; give the range, or record turns between static intervals"
+            )
+            .advise("gyro_range", "")
         }
         unit => {
             let by = if header.is_some() { ", as the header says" } else { "" };
@@ -403,10 +413,13 @@ pub(crate) fn decide(
             } else {
                 ""
             };
-            format!("the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals{doubt}")
+            finding!(
+                GyroUnitUnverified,
+                "the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals{doubt}"
+            )
         }
     };
-    tell(finding!(GyroUnitUnverified, "{what}"));
+    tell(unverified);
     claimed
 }
 
@@ -416,7 +429,7 @@ pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<
     const ANOTHER_RANGE: f64 = 1.25;
     let (unit, wanted) = (scale.unit, section.input_unit);
     let how = match scale.origin {
-        Origin::Given => " as --gyro-unit says",
+        Origin::Given => " as given",
         Origin::Header => " as its header says",
         Origin::Data => " as its values show",
         Origin::Assumed => "",

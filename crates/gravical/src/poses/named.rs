@@ -92,7 +92,8 @@ fn split<'a>(
                     format!("\"{label}\" is a turn, but the recording has no gyroscope"),
                 )
                 .at(recording.name.as_ref(), None)
-                .with_hint("leave the turns out, or name the gyroscope's columns with --columns"));
+                .with_hint("leave the turns out, or name the gyroscope's columns")
+                .advise("columns", ""));
             }
             Some(Claim::Turn(axis)) => turns.push(Turn {
                 label: label.to_owned(),

@@ -13,6 +13,7 @@ use std::process::{Command, Stdio};
 use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection, from_imucal};
 use gravical::core::matrix3::{diagonal, inverse, mul};
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::finding::Advice;
 use gravical::recording::{AccelUnit, GyroUnit};
 use serde_json::json;
 
@@ -292,7 +293,7 @@ fn kalibr_reads_every_key_and_what_is_unknown_is_refused_or_a_limit() {
     );
     let error = kalibr(&section(None), None, false).unwrap_err();
     assert_eq!(error.code(), "noise-unknown");
-    assert!(error.hint().unwrap().contains("--upper-limit"));
+    assert_eq!(error.options(), [Advice::new("upper_limit", "true")]);
     let limited = kalibr(&section(None), None, true).unwrap();
     assert!(
         limited

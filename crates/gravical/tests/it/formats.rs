@@ -1,6 +1,7 @@
 //! Formats of loggers and apps: each of these headers must be read without options, or the error
 //! must name an option that works.
 
+use gravical::finding::Advice;
 use gravical::recording::{
     AccelUnit, GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, parse_columns, read_bytes,
 };
@@ -184,8 +185,8 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
     ] {
         let first = read_as(&text, "imu.csv");
         is_the_session(&first, sensor, None, findings);
-        let message = &finding(&first, "several-sensors").message;
-        assert!(message.contains(&format!("--sensor {sensor}")), "{message}");
+        let other = &finding(&first, "several-sensors").options;
+        assert_eq!(other[..], [Advice::new("sensor", sensor)]);
         let options = ReadOptions {
             sensor: Some(sensor.to_owned()),
             ..ReadOptions::default()

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use gravical::finding::Advice;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{
@@ -9,86 +10,63 @@ use gravical::recording::{
     read_bytes,
 };
 
-/// What is refused or found: kind, and words.
-fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, String)> {
+/// What is refused or found: kind, and options.
+fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, Vec<Advice>)> {
     let recording: Recording = match read_bytes(bytes, name, options) {
         Ok(recording) => recording,
-        Err(e) => {
-            let words = format!("{} ({})", e.message(), e.hint().unwrap_or_default());
-            return vec![(e.code().to_owned(), words)];
-        }
+        Err(e) => return vec![(e.code().to_owned(), e.options().to_vec())],
     };
     let findings = inspect(&recording, &AxisMap::default()).findings;
     let said = findings
         .iter()
-        .map(|f| (f.kind.to_string(), f.message.clone()));
+        .map(|f| (f.kind.to_string(), f.options.clone()));
     said.collect()
 }
 
-/// The value that stands behind an option, as a shell reads it; none if it is left to the user.
-fn value<'a>(words: &'a str, option: &str) -> Option<&'a str> {
-    let rest = words.split_once(&format!("{option} "))?.1;
-    let value = match rest.strip_prefix('"') {
-        Some(quoted) => quoted.split('"').next()?,
-        None => rest.split([' ', ';']).next()?.trim_end_matches([',', ')']),
-    };
-    (!value.contains('…')).then_some(value)
-}
-
-/// Options of the reader.
-const OPTIONS: [&str; 7] = [
-    "columns",
-    "sensor",
-    "rate",
-    "time-unit",
-    "accel-unit",
-    "gyro-unit",
-    "gyro-range",
-];
-
 /// Gives the options that are named, with the value that is named or that of the truth; false if
 /// none of the reader is named.
-fn follow(words: &str, truth: &ReadOptions, options: &mut ReadOptions) -> bool {
-    let names = |option: &str| words.contains(&format!("--{option}"));
-    if names("columns") {
-        let named = value(words, "--columns").and_then(|v| parse_columns(v).ok());
-        options.columns = truth.columns.clone().or(named);
-        assert!(options.columns.is_some(), "{words}");
+fn follow(advised: &[Advice], truth: &ReadOptions, options: &mut ReadOptions) -> bool {
+    let mut is_named = false;
+    for Advice { name, value } in advised {
+        let value = Some(value).filter(|value| !value.is_empty());
+        match name.as_str() {
+            "columns" => {
+                let named = value.map(|value| parse_columns(value).unwrap());
+                options.columns = truth.columns.clone().or(named);
+                assert!(options.columns.is_some(), "{advised:?}");
+            }
+            "sensor" => {
+                options.sensor = value.cloned();
+                assert!(options.sensor.is_some(), "{advised:?}");
+            }
+            "rate" => options.rate_hz = truth.rate_hz.or(Some(25.0)),
+            "time_unit" => options.time_unit = truth.time_unit.or(Some(TimeUnit::Second)),
+            "accel_unit" => options.accel_unit = truth.accel_unit.or(Some(AccelUnit::Counts)),
+            "gyro_unit" => {
+                options.gyro_unit = truth.gyro_unit.or(Some(GyroUnit::DegreePerSecond));
+            }
+            "gyro_range" => {
+                options.gyro_range_deg_s = Some(250.0);
+                options.gyro_unit = Some(GyroUnit::Counts);
+            }
+            _ => continue,
+        }
+        is_named = true;
     }
-    if names("sensor") {
-        options.sensor = value(words, "--sensor").map(str::to_owned);
-        assert!(options.sensor.is_some(), "{words}");
-    }
-    if names("rate") {
-        options.rate_hz = truth.rate_hz.or(Some(25.0));
-    }
-    if names("time-unit") {
-        options.time_unit = truth.time_unit.or(Some(TimeUnit::Second));
-    }
-    if names("accel-unit") {
-        options.accel_unit = truth.accel_unit.or(Some(AccelUnit::Counts));
-    }
-    if names("gyro-unit") {
-        options.gyro_unit = truth.gyro_unit.or(Some(GyroUnit::DegreePerSecond));
-    }
-    if names("gyro-range") {
-        options.gyro_range_deg_s = Some(250.0);
-        options.gyro_unit = Some(GyroUnit::Counts);
-    }
-    OPTIONS.iter().any(|option| names(option))
+    is_named
 }
 
 /// Follows what names an option; with it, that is not said again. Returns the kinds of what it followed.
 fn assert_helps(bytes: &[u8], name: &str, truth: &ReadOptions) -> Vec<String> {
     let mut followed = Vec::new();
-    for (kind, words) in said(bytes, name, &ReadOptions::default()) {
+    for (kind, advised) in said(bytes, name, &ReadOptions::default()) {
         let mut options = ReadOptions::default();
-        if follow(&words, truth, &mut options) {
+        if follow(&advised, truth, &mut options) {
             let again = said(bytes, name, &options);
-            let repeats = again.contains(&(kind.clone(), words.clone()));
+            let repeats = again.contains(&(kind.clone(), advised.clone()));
             let reads = read_bytes(bytes, name, &options);
-            assert!(!repeats, "{name}: {words}\n{options:?}\n{again:?}");
-            assert!(reads.is_ok(), "{name}: {words}\n{options:?}\n{again:?}");
+            assert!(!repeats, "{name}: {advised:?}\n{options:?}\n{again:?}");
+            assert!(reads.is_ok(), "{name}: {advised:?}\n{options:?}\n{again:?}");
             followed.push(kind);
         }
     }
@@ -198,9 +176,9 @@ fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
         format!("ms,gx,gy,gz\n{values}"),
         format!("ms,ax,ay,az\n{values}"),
     );
-    let (kind, words) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
+    let (kind, advised) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
     assert_eq!(kind, "gyroscope-alone");
-    assert!(words.contains("--gyro"), "{words}");
+    assert_eq!(advised[..], [Advice::new("gyro", "")]);
     let options = ReadOptions::default();
     let mut recording = read_bytes(accel.as_bytes(), "accel.csv", &options).unwrap();
     join_gyroscope_bytes(&mut recording, rates.as_bytes(), "gyro.csv", &options).unwrap();

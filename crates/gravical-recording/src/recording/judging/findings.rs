@@ -1,6 +1,5 @@
 //! What columns and lines tell.
 
-use crate::escape::shell_word;
 use crate::finding::{Finding, FindingKind};
 use crate::judge;
 use crate::role::Role;
@@ -19,11 +18,12 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     if let [_, second, ..] = &format.sensors[..] {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
-        let text = raw_and_calibrated(format).unwrap_or_else(|| {
-            let second = shell_word(second);
-            format!("{count} accelerometers: {all}; the first is read, --sensor {second} chooses another")
-        });
-        findings.push(Finding::new(FindingKind::SeveralSensors, text));
+        findings.push(raw_and_calibrated(format).unwrap_or_else(|| {
+            let text = format!(
+                "{count} accelerometers: {all}; the first is read, unless another is chosen"
+            );
+            Finding::new(FindingKind::SeveralSensors, text).advise("sensor", second)
+        }));
     }
     if format.is_guessed {
         let why = match format.misfit {
@@ -33,11 +33,9 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             ),
             None => "no header".to_owned(),
         };
-        let text = format!(
-            "{why}; assigned by the numbers as --columns {} (give that option to be sure)",
-            spec(format)
-        );
-        findings.push(Finding::new(FindingKind::ColumnsGuessed, text));
+        let text = format!("{why}; assigned by the numbers; give the columns to be sure");
+        let guessed = Finding::new(FindingKind::ColumnsGuessed, text);
+        findings.push(guessed.advise("columns", spec(format)));
     }
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
         let clocks = format.unnamed_clocks.iter();
@@ -48,11 +46,11 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             "rise steadily: each could be the time, and none is used"
         };
         let text = format!(
-            "no column is named as the time; {} {what}; --columns {} selects it",
-            names.join(", "),
-            shell_word(&format!("t={}", name(format, *first)))
+            "no column is named as the time; {} {what}; name the one that is",
+            names.join(", ")
         );
-        findings.push(Finding::new(FindingKind::UnnamedClock, text));
+        let column = format!("t={}", name(format, *first));
+        findings.push(Finding::new(FindingKind::UnnamedClock, text).advise("columns", column));
     }
     findings
 }
@@ -62,16 +60,18 @@ fn name(format: &Format, column: usize) -> &str {
 }
 
 /// A table of this program holds both.
-fn raw_and_calibrated(format: &Format) -> Option<String> {
+fn raw_and_calibrated(format: &Format) -> Option<Finding> {
     let has = |own: &&[&str; 3]| own.iter().all(|own| format.names.iter().any(|n| n == own));
     let [x, y, z] = CALIBRATED.iter().find(has)?;
     let read = name(format, format.accel[0]);
     (read != *x).then(|| {
-        format!("a table of this program with raw and calibrated columns: the raw ones ({read} …) are read; --columns ax={x},ay={y},az={z} reads the calibrated ones")
+        let text = format!("a table of this program with raw and calibrated columns: the raw ones ({read} …) are read, unless the calibrated ones are named");
+        let columns = format!("ax={x},ay={y},az={z}");
+        Finding::new(FindingKind::SeveralSensors, text).advise("columns", columns)
     })
 }
 
-/// The columns as the option `--columns` names them.
+/// The columns as their option names them.
 fn spec(format: &Format) -> String {
     let channel = |c: usize| match format.role(c) {
         role @ (Role::Accel(_) | Role::Gyro(_)) => role.name(c),

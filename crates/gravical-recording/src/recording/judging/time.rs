@@ -65,16 +65,17 @@ impl JudgedTime {
             }
             Some(Err(ClockFault::NoUnit(period))) => {
                 let text = format!(
-                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used (give --time-unit)"
+                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
                 );
-                findings.push(Finding::new(FindingKind::TimeUnitUnknown, text));
+                let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
+                findings.push(unknown.advise("time_unit", ""));
             }
             None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.timing.rate_hz().is_none() && needs_rate {
-            let text = "no time stamps and no --rate: static intervals are counted in rows";
-            findings.push(Finding::new(FindingKind::RateUnknown, text));
+            let text = "no time stamps and no rate: static intervals are counted in rows";
+            findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
         judged
     }
@@ -101,9 +102,9 @@ impl JudgedTime {
         let assumed = self.timing.unit.filter(|_| clock.is_unit_assumed);
         if let Some(unit) = assumed.map(TimeUnit::name) {
             let text = format!(
-                "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); --time-unit overrides it"
+                "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
             );
-            findings.push(Finding::new(Kind::TimeUnitAssumed, text));
+            findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
         }
         let mut found = |kind, at: &[usize], text: String| {
             let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
@@ -276,7 +277,11 @@ fn unread_stamps(format: &Format, rows: &Batch) -> Option<Finding> {
     let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
     let first = words.first()?;
     let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
-    let hint = if has_rate { "" } else { " (give --rate)" };
-    let text = format!("time stamps like \"{first}\" are not understood; they are not used{hint}");
-    Some(Finding::new(FindingKind::StampsUnread, text))
+    let text = format!("time stamps like \"{first}\" are not understood; they are not used");
+    let unread = Finding::new(FindingKind::StampsUnread, text);
+    Some(if has_rate {
+        unread
+    } else {
+        unread.advise("rate", "")
+    })
 }

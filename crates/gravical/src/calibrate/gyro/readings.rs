@@ -126,13 +126,16 @@ impl Readings {
             let why = if is_averaged {
                 "the samples were averaged"
             } else {
-                "no time stamps and no --rate"
+                "no time stamps and no rate"
             };
             if rows.len() > 1 {
-                let finding = finding!(
+                let mut finding = finding!(
                     GyroRateUnknown,
                     "{why}: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only"
                 );
+                if !is_averaged {
+                    finding = finding.advise("rate", "");
+                }
                 self.findings.push(finding.in_file(&recording.name));
             }
             return;

@@ -74,14 +74,16 @@ pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gy
     let backwards = axes_where(|axis| diagonal[axis] < 0.0);
     if !backwards.is_empty() {
         let degrees = angle_rad.to_degrees();
-        fit.findings.push(finding!(
+        let turned = finding!(
             TurnedOtherWay,
-            "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with --turn-angle {} it comes out right-handed",
+            "about {} the sensor turned the other way than {degrees}°, or its gyroscope is left-handed: R_g has {} on its diagonal and det {:.3}; with the angle {} it comes out right-handed",
             backwards.join(", "),
             diagonal.map(|d| format!("{d:.3}")).join(", "),
             matrix3::det(&in_case),
             -degrees,
-        ));
+        );
+        let other_way = (-degrees).to_string();
+        fit.findings.push(turned.advise("turn_angle", other_way));
     }
     let unit = cut.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit);
     fit.section = Some(GyroscopeSection {
@@ -143,7 +145,8 @@ fn integrate(
                 "there are no time stamps, and a turn needs the time between samples",
             )
             .at(recording.name.as_ref(), None)
-            .with_hint("say the true sampling rate of this recording with --rate HZ; a wrong one scales the gyroscope wrongly")
+            .with_hint("give the true sampling rate of this recording; a wrong one scales the gyroscope wrongly")
+            .advise("rate", "")
         })?;
         let rate: [f64; 3] = std::array::from_fn(|i| gyro[i][row]);
         let accel = accelerometer.apply(recording.accel_at(row));

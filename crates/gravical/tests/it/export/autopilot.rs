@@ -87,7 +87,7 @@ fn px4_corrects_like_the_diagonal_fit() {
     let result = export_to(&in_g(), "px4", &options).unwrap();
     // A signed parameter with the same bits.
     assert_eq!(params(&result.text)["CAL_ACC0_ID"], -1_294_967_296.0);
-    assert!(!result.text.contains("--device-id"));
+    assert!(!result.text.contains("Give this device id"));
 }
 
 /// Mission Planner and MAVProxy: name and value, separated by a comma.

@@ -102,7 +102,12 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
     for file in [in_counts(), half, in_g()] {
         let header = export_to(&file, "arduino", &for_the_converter()).unwrap();
-        assert!(!header.notes.iter().any(|n| n.contains("--counts-per-g")));
+        assert!(
+            !header
+                .notes
+                .iter()
+                .any(|n| n.contains("give the counts per g"))
+        );
         let main = main_in_c("#include \"cal.h\"", "int16_t", calls);
         compiles_and_agrees(&in_counts(), &header.text, &main);
     }
@@ -116,7 +121,7 @@ fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     let message = refused.to_string();
     assert!(message.contains("13") && message.contains("65.5"));
     // What is not said is not assumed.
-    assert!(written(&in_g(), "arduino").notes[0].contains("--counts-per-g"));
+    assert!(written(&in_g(), "arduino").notes[0].contains("give the counts per g"));
 }
 
 #[test]

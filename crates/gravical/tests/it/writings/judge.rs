@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection, Source};
+use gravical::finding::Advice;
 use gravical::gravity::Gravity;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
@@ -20,13 +21,7 @@ use super::form::{Clock, Decimals, Rate, Scene, Sensors, Values, Writing};
 
 const GRAVITY_MPS2: f64 = 9.80665;
 /// Options that may be needed, in the order in which they are given.
-const OPTIONS: [&str; 5] = [
-    "--columns",
-    "--accel-unit",
-    "--gyro-unit",
-    "--time-unit",
-    "--rate",
-];
+const OPTIONS: [&str; 5] = ["columns", "accel_unit", "gyro_unit", "time_unit", "rate"];
 
 /// The sessions of the simulator, and what their plain writings give.
 #[derive(Default)]
@@ -61,8 +56,13 @@ struct Outcome {
     /// Counts, or units, of one m/s².
     nominal: f64,
     result: Given,
-    /// Everything that was said.
-    said: String,
+    said: Said,
+}
+
+/// Everything that was said.
+struct Said {
+    text: String,
+    options: Vec<Advice>,
 }
 
 enum Given {
@@ -105,7 +105,7 @@ impl Subject {
             };
             match outcome(&plain, session, &[]) {
                 Ok(outcome) => outcome,
-                Err(why) => panic!("the plain writing: {why}"),
+                Err(why) => panic!("the plain writing: {}", why.text),
             }
         });
         let mut options: Vec<&'static str> = Vec::new();
@@ -115,11 +115,12 @@ impl Subject {
                     let rate_hz = session.rate_hz;
                     (compare(writing, rate_hz, plain, &outcome), outcome.said)
                 }
-                Err(why) => (vec![why.clone()], why),
+                Err(why) => (vec![why.text.clone()], why),
             };
+            let is_advised = |option: &str| said.options.iter().any(|o| o.name == option);
             let next = OPTIONS
                 .iter()
-                .find(|o| !options.contains(o) && said.contains(*o));
+                .find(|o| !options.contains(o) && is_advised(o));
             match next {
                 Some(option) if !complaints.is_empty() => options.push(option),
                 _ => {
@@ -139,10 +140,10 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
     let counts = writing.values == Values::Counts;
     for option in options {
         match *option {
-            "--columns" => {
+            "columns" => {
                 out.columns = Some(parse_columns(&columns_option(writing)).unwrap());
             }
-            "--accel-unit" => {
+            "accel_unit" => {
                 out.accel_unit = Some(match writing.values {
                     Values::GRad | Values::GDeg => AccelUnit::StandardGravity,
                     Values::MilliGDeg => AccelUnit::MilliGravity,
@@ -151,7 +152,7 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
                 });
                 out.accel_range_g = counts.then(|| 32768.0 / writing.range.lsb_per_g());
             }
-            "--gyro-unit" => {
+            "gyro_unit" => {
                 out.gyro_unit = Some(match writing.values {
                     Values::Counts => GyroUnit::Counts,
                     Values::Mps2Rad | Values::GRad | Values::Mislabelled => {
@@ -161,7 +162,7 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
                 });
                 out.gyro_range_deg_s = counts.then(|| 32768.0 / writing.range.lsb_per_deg_s());
             }
-            "--time-unit" => {
+            "time_unit" => {
                 out.time_unit = Some(match writing.clock {
                     Clock::Milliseconds | Clock::EpochMilliseconds => TimeUnit::Millisecond,
                     Clock::Microseconds => TimeUnit::Microsecond,
@@ -169,25 +170,28 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
                     _ => TimeUnit::Second,
                 });
             }
-            "--rate" => out.rate_hz = Some(rate_hz),
+            "rate" => out.rate_hz = Some(rate_hz),
             other => panic!("{other}"),
         }
     }
     out
 }
 
-fn said(findings: &[Finding]) -> String {
+fn said(findings: &[Finding]) -> Said {
     let words = findings
         .iter()
         .map(|f| format!("{}: {}\n", f.kind, f.message));
-    words.collect()
+    Said {
+        text: words.collect(),
+        options: findings.iter().flat_map(|f| f.options.clone()).collect(),
+    }
 }
 
-fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Outcome, String> {
+fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Outcome, Said> {
     let options = known(writing, session.rate_hz, options);
-    let words = |e: gravical::Error| {
-        let hint = e.hint().unwrap_or("no hint");
-        format!("{}: {} ({hint})", e.code(), e.message())
+    let words = |e: gravical::Error| Said {
+        text: format!("{e:?}"),
+        options: e.options().to_vec(),
     };
     let mut recordings: Vec<Recording> = Vec::new();
     for written in write(writing, session) {
@@ -203,7 +207,6 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     let seen: Vec<Inspection> = recordings.iter().map(|r| inspect(r, &axes)).collect();
     let nominal = recordings[0].accel_scale.nominal().unwrap_or(f64::NAN);
     let mut findings: Vec<Finding> = seen.iter().flat_map(|s| s.findings.clone()).collect();
-    let before = said(&findings);
     let result = match writing.scene {
         Scene::Line => motion(&recordings[0], None, &MotionOptions::default())
             .map(|m| Given::Motion(Box::new(m))),
@@ -215,7 +218,12 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
             calibrate(&recordings, &options).map(|c| Given::Calibration(Box::new(c)))
         }
     };
-    let result = result.map_err(|e| format!("{}\n{before}", words(e)))?;
+    let result = result.map_err(|e| {
+        let (mut why, before) = (words(e), said(&findings));
+        why.text += &format!("\n{}", before.text);
+        why.options.extend(before.options);
+        why
+    })?;
     findings.extend(match &result {
         Given::Calibration(c) => c.file.findings.clone(),
         Given::Motion(m) => m.result.findings.clone(),
@@ -256,7 +264,7 @@ fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> V
         _ => wrong.push("another kind of result".to_owned()),
     }
     if !wrong.is_empty() {
-        wrong.extend(own.said.lines().map(|l| format!("  said {l}")));
+        wrong.extend(own.said.text.lines().map(|l| format!("  said {l}")));
     }
     wrong
 }
@@ -282,7 +290,7 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     // longest quiet part is used in either case.
     let is_unsteady = [plain, own]
         .iter()
-        .any(|o| o.said.contains("unsteady-pose"));
+        .any(|o| o.said.text.contains("unsteady-pose"));
     for (p, o) in plain.seen.iter().zip(&own.seen) {
         let counts = [&p.static_intervals, &o.static_intervals].map(Vec::len);
         if is_unsteady && matches!(counts, [0, 1] | [1, 0]) {
