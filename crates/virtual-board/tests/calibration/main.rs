@@ -1,6 +1,5 @@
 //! A calibration on the board: the sketch with an exported header, and what the header's functions
 //! cost.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 #[path = "../board/mod.rs"]
@@ -10,7 +9,7 @@ mod cost;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use board::{build_with, notices, on, print_rate, rows};
+use board::{at_rest, build_with, notices, on, print_rate, rows};
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::{CalibrationFile, from_imucal};
 use gravical::export::{ExportOptions, Target, export};
@@ -18,7 +17,7 @@ use gravical::recording::BoardSettings;
 use gravical::recording::bytes::from_reader;
 use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, read_bytes};
 use serde_json::json;
-use virtual_board::sensor::{Reading, Rows};
+use virtual_board::sensor::Reading;
 
 const G: f64 = 9.80665;
 const LSB_PER_G: f64 = 16384.0;
@@ -52,18 +51,15 @@ fn calibration() -> CalibrationFile {
     file
 }
 
-fn header(file: &CalibrationFile) -> String {
+/// The header of a sketch for a range of the accelerometer.
+fn header(file: &CalibrationFile, counts_per_g: Option<f64>) -> String {
     let options = ExportOptions {
-        counts_per_g: Some(LSB_PER_G),
-        counts_per_deg_s: Some(LSB_PER_DEG_S),
+        counts_per_g,
+        counts_per_deg_s: counts_per_g.map(|_| LSB_PER_DEG_S),
         ..ExportOptions::default()
     };
-    export_sketch(file, &options)
-}
-
-fn export_sketch(file: &CalibrationFile, options: &ExportOptions) -> String {
     let target = Target::find("arduino").unwrap();
-    export(file, target, options).unwrap().text
+    export(file, target, &options).unwrap().text
 }
 
 /// An empty folder of this test.
@@ -74,11 +70,11 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// The sketch with a header of `file`; none without a compiler.
-fn firmware(name: &str, file: &CalibrationFile) -> Option<PathBuf> {
+/// The sketch with a header of the calibration; none without a compiler.
+fn firmware(name: &str) -> Option<PathBuf> {
     let folder = folder(name);
     let path = folder.join("mysensor.h");
-    std::fs::write(&path, header(file)).unwrap();
+    std::fs::write(&path, header(&calibration(), Some(LSB_PER_G))).unwrap();
     build_with(&folder, Some(&path)).map(|(elf, said)| {
         eprintln!("{}", said.trim());
         elf
@@ -156,7 +152,7 @@ fn applied(file: &CalibrationFile, raw: &[[i16; 7]]) -> Vec<[f64; 6]> {
 #[test]
 fn board_and_host_calibrate_alike() {
     let file = calibration();
-    let Some(elf) = firmware("calibrated", &file) else {
+    let Some(elf) = firmware("calibrated") else {
         return;
     };
     let mut board = on(&elf, sweep);
@@ -200,10 +196,10 @@ fn board_and_host_calibrate_alike() {
 
 #[test]
 fn the_reader_knows_that_the_board_calibrated() {
-    let Some(elf) = firmware("calibrated-at-rest", &calibration()) else {
+    let Some(elf) = firmware("calibrated-at-rest") else {
         return;
     };
-    let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
+    let mut board = on(&elf, at_rest());
     let text = board.text(6.0);
     let text = &text[..=text.rfind('\n').unwrap()];
     let said = notices(text);
@@ -221,15 +217,12 @@ fn the_reader_knows_that_the_board_calibrated() {
 
 #[test]
 fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
-    let Some(elf) = firmware("calibrated-commands", &calibration()) else {
+    let Some(elf) = firmware("calibrated-commands") else {
         return;
     };
     let mut board = on(&elf, |_| Reading::default());
-    board.run(0.5);
-    let mut say = |command: &str| -> String {
-        board.uno.send(command.as_bytes());
-        board.text(0.8)
-    };
+    board.text(0.5);
+    let mut say = |command: &str| board.say(command, 0.8);
     let refused = say("a4\n");
     assert_eq!(
         notices(&refused),
@@ -248,12 +241,11 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
 
 #[test]
 fn a_sketch_without_a_calibration_says_so() {
-    let Some(mut board) = board::board(Default::default()) else {
+    let Some(mut board) = board::board("") else {
         return;
     };
-    board.run(0.5);
-    board.uno.send(b"f3\n");
-    let text = board.text(0.5);
+    board.text(0.5);
+    let text = board.say("f3\n", 0.5);
     assert_eq!(notices(&text), ["# no calibration in this sketch: f0 f1"]);
     assert!(rows(text.split_once('\n').unwrap().1).len() > 30);
 }
@@ -265,35 +257,30 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
         eprintln!("skipped: no avr-gcc");
         return;
     }
-    let refused = |name: &str, options: ExportOptions| -> String {
+    for (name, counts_per_g, what_to_do) in [
+        (
+            "other-range",
+            Some(8192.0),
+            "ACCEL_RANGE_G is not the range of the header",
+        ),
+        ("no-counts", None, "with --counts-per-g 16384"),
+    ] {
         let folder = folder(name);
-        let text = export_sketch(&calibration(), &options);
         let path = folder.join("mysensor.h");
-        std::fs::write(&path, text).unwrap();
-        board::build_refused(&folder, &path)
-    };
-    let of_other_range = ExportOptions {
-        counts_per_g: Some(8192.0),
-        counts_per_deg_s: Some(LSB_PER_DEG_S),
-        ..ExportOptions::default()
-    };
-    let said = refused("other-range", of_other_range);
-    assert!(
-        said.contains("ACCEL_RANGE_G is not the range of the header"),
-        "{said}"
-    );
-    let said = refused("no-counts", ExportOptions::default());
-    assert!(said.contains("with --counts-per-g 16384"), "{said}");
+        std::fs::write(&path, header(&calibration(), counts_per_g)).unwrap();
+        let said = board::build_refused(&folder, &path);
+        assert!(said.contains(what_to_do), "{said}");
+    }
 }
 
 #[test]
 #[ignore = "prints the figures of docs/firmware.md"]
 fn figures() {
-    let Some(elf) = firmware("calibrated-figures", &calibration()) else {
+    let Some(elf) = firmware("calibrated-figures") else {
         return;
     };
     for rate in [100, 150, 166, 200, 250] {
-        let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
+        let mut board = on(&elf, at_rest());
         print_rate(&mut board, 3, rate);
     }
 }

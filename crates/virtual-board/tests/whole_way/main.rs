@@ -1,7 +1,6 @@
 //! The whole way: the firmware as it is compiled from the sketch, on an emulated Uno
 //! with a simulated sensor of known truth, recorded by the program, calibrated and
 //! turned into a way. In real time, so it takes about two minutes.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of a test may panic
 
 #[path = "../board/mod.rs"]
@@ -63,7 +62,9 @@ fn from_the_sketch_to_the_way() {
     calibrated(&folder, &calibration, &truth(&folder));
 
     // The same part is pushed along a line.
-    let line = ["--simulate", "line", "--seed", &seed];
+    let simulate = ["simulate", "line", "-o", "line", "--seed", &seed];
+    gravical(&folder, &simulate);
+    let line = ["--recording", "line/line.csv"];
     let desk = Desk::new(&folder, firmware, &line);
     desk.log("line.csv", 1180);
     drop(desk);
