@@ -62,11 +62,10 @@ fn map_of_detection() {
     println!("|---|---|---|---|---|---|");
     for distance_m in [0.01, 0.03, 0.1, 0.3, 0.7, 2.0] {
         let cells = SECONDS.map(|move_s| {
-            let scene = |seed| Scene {
-                distance_m,
-                move_s,
-                rests_s: [3.0, 3.0],
-                ..Scene::new(seed, Trouble::None)
+            let scene = |seed| {
+                Scene::new(seed, Trouble::None).with(|s| {
+                    (s.distance_m, s.move_s, s.rests_s) = (distance_m, move_s, [3.0, 3.0])
+                })
             };
             let study = Study::of((0..20).map(scene), &options());
             let sigmas = distance_m / (0.0033 * f64::powf(move_s, 1.5) / 4.14);

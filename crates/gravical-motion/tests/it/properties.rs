@@ -48,10 +48,7 @@ fn the_epoch_does_not_matter() {
 
 #[test]
 fn parts_of_a_recording_agree_with_it() {
-    let scene = Scene {
-        moves: 2,
-        ..Scene::new(10, Trouble::None)
-    };
+    let scene = Scene::new(10, Trouble::None).with(|s| s.moves = 2);
     let recording = scene.record();
     let cut = recording.time_s.partition_point(|t| *t < 9.5);
     let mut part = recording.clone();
@@ -69,11 +66,9 @@ fn parts_of_a_recording_agree_with_it() {
 
 #[test]
 fn a_causal_run_does_not_look_ahead() {
-    let recording = Scene {
-        moves: 3,
-        ..Scene::new(11, Trouble::Wobble(0.1))
-    }
-    .record();
+    let recording = Scene::new(11, Trouble::Wobble(0.1))
+        .with(|s| s.moves = 3)
+        .record();
     let run = |until_s: f64| {
         let n = recording.time_s.partition_point(|t| *t < until_s);
         let part = unbridged(
@@ -103,11 +98,7 @@ fn a_causal_run_does_not_look_ahead() {
 #[test]
 fn the_smoother_ends_where_the_filter_does() {
     // With the same rests and noise the whole run and the causal one know the same at the end.
-    let scene = Scene {
-        moves: 3,
-        rests_s: [3.0, 3.0],
-        ..Scene::new(12, Trouble::None)
-    };
+    let scene = Scene::new(12, Trouble::None).with(|s| (s.moves, s.rests_s) = (3, [3.0, 3.0]));
     let (recording, whole) = estimate(&scene, &options());
     let (_, causal) = estimate(&scene, &causal());
     let (a, b) = (whole.path.last().unwrap(), causal.path.last().unwrap());
@@ -122,10 +113,7 @@ fn the_smoother_ends_where_the_filter_does() {
 
 #[test]
 fn results_agree_with_each_other() {
-    let scene = Scene {
-        moves: 3,
-        ..Scene::new(13, Trouble::Wobble(0.1))
-    };
+    let scene = Scene::new(13, Trouble::Wobble(0.1)).with(|s| s.moves = 3);
     let (_, motion) = estimate(&scene, &options());
     let mut sum = [0.0; 3];
     for one in &motion.moves {

@@ -21,11 +21,7 @@ fn trapezoid(a: [f64; 3], b: [f64; 3], seconds: f64) -> [f64; 3] {
 #[test]
 fn acceleration_velocity_and_position_agree() {
     for (seed, gyro, causal) in [(1, true, false), (2, false, false), (3, true, true)] {
-        let scene = Scene {
-            moves: 2,
-            gyro,
-            ..Scene::new(seed, Trouble::Wobble(0.3))
-        };
+        let scene = Scene::new(seed, Trouble::Wobble(0.3)).with(|s| (s.moves, s.gyro) = (2, gyro));
         let samples = samples(&scene.record(), scene.ranges);
         let options = MotionOptions {
             causal,

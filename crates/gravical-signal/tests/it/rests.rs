@@ -132,41 +132,6 @@ fn a_long_rest_goes_on_as_samples_come() {
 }
 
 #[test]
-fn what_is_past_may_be_forgotten() {
-    let recording = poses(3, 0.03);
-    let mut detector = RestDetector::new(0.01, [0.0; 6]);
-    let (mut forgotten, mut rests) = (0, Vec::new());
-    for until in 1..=recording.time_s.len() {
-        if until - forgotten == 800 {
-            detector.forget(200);
-            forgotten += 200;
-        }
-        let span = forgotten..until;
-        let channels = Channels {
-            time_s: &recording.time_s[span.clone()],
-            force_mps2: &recording.force[span.clone()],
-            rate_rad_s: &recording.rate[span.clone()],
-            period_s: 0.01,
-            pieces: &[Range {
-                start: 0,
-                end: span.len(),
-            }],
-            resolution: [0.0; 6],
-        };
-        while let Some(event) = detector.update(&channels) {
-            match event {
-                RestEvent::Begin(start) => rests.push(start + forgotten..usize::MAX),
-                RestEvent::Withdraw => assert!(rests.pop().is_some()),
-                RestEvent::End(end) => rests.last_mut().unwrap().end = end + forgotten,
-            }
-        }
-    }
-    let count = rests.len();
-    assert_eq!(rests[..count - 1], recording.rests(true)[..count - 1]);
-    assert_eq!(count, 10);
-}
-
-#[test]
 fn rests_are_counted_whatever_the_noise_the_resolution_and_the_channels() {
     let mut accelerometer = poses(3, 0.03);
     accelerometer.rate.clear();

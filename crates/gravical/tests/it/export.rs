@@ -99,25 +99,40 @@ fn calibrated(file: &CalibrationFile, accel: &[Vector], gyro: &[Vector]) -> Vec<
         .collect()
 }
 
-/// Six numbers a line, accelerometer and gyroscope, against `wanted` to 1e-6 of the largest.
+/// Six numbers a line, accelerometer and gyroscope, against `wanted`.
 fn agree(out: &str, wanted: &[[Vector; 2]]) {
-    let rows: Vec<Vec<f64>> = out
-        .lines()
-        .map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect())
-        .collect();
+    let row = |line: &str| -> [Vector; 2] {
+        let numbers = line.split_whitespace().map(|w| w.parse().unwrap());
+        let [x, y, z, u, v, w] = numbers.collect::<Vec<f64>>()[..] else {
+            panic!("{line}")
+        };
+        [[x, y, z], [u, v, w]]
+    };
+    agree_rows(&out.lines().map(row).collect::<Vec<_>>(), wanted);
+}
+
+/// To 1e-6 of the largest.
+fn agree_rows(rows: &[[Vector; 2]], wanted: &[[Vector; 2]]) {
     assert_eq!(rows.len(), wanted.len());
     for sensor in 0..2 {
-        let most = wanted
-            .iter()
-            .flat_map(|w| w[sensor])
-            .fold(0.0_f64, |m, v| m.max(v.abs()));
+        let all = wanted.iter().flat_map(|w| w[sensor]);
+        let most = all.fold(0.0_f64, |m, v| m.max(v.abs()));
         for (row, wanted) in rows.iter().zip(wanted) {
-            assert_eq!(row.len(), 6);
             for i in 0..3 {
-                close(row[3 * sensor + i], wanted[sensor][i], 1e-6 * most);
+                close(row[sensor][i], wanted[sensor][i], 1e-6 * most);
             }
         }
     }
+}
+
+fn times(m: &[f64], v: Vector) -> Vector {
+    assert_eq!(m.len(), 9);
+    std::array::from_fn(|i| (0..3).map(|j| m[3 * i + j] * v[j]).sum())
+}
+
+fn less(a: Vector, b: &[f64]) -> Vector {
+    assert_eq!(b.len(), 3);
+    std::array::from_fn(|i| a[i] - b[i])
 }
 
 /// The vectors as lines of a program's input.

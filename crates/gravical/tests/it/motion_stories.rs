@@ -1,9 +1,7 @@
 //! Motion of recordings whose story is known: what is missing, replaced, given or asked for. How
 //! accurate it is, and what is a rest, is tested in `gravical-motion`.
 
-use gravical::motion::{
-    MotionJudgement, MotionOptions, MotionResult, MotionStepper, Readings, motion, write_table,
-};
+use gravical::motion::{MotionJudgement, MotionOptions, MotionResult, motion, write_table};
 use gravical::noise::{NoiseOptions, noise_of};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
@@ -191,38 +189,4 @@ fn the_table_has_a_line_for_every_sample_in_every_case() {
         }
         assert!(!table.contains("NaN") && !table.contains("inf"));
     }
-}
-
-#[test]
-fn sample_by_sample_it_is_the_causal_run() {
-    let recording = record(16.0, ride(1.0), true, |_| true);
-    let options = MotionOptions {
-        causal: true,
-        p0_m: [1.0, 0.0, 0.0],
-        ..MotionOptions::default()
-    };
-    let whole = motion(&recording, None, &options).unwrap();
-    let mut stepper = MotionStepper::new(&recording, None, &options).unwrap();
-    let gyro = recording.gyro.as_ref().unwrap();
-    let mut last_band = 0.0;
-    for (i, t_s) in recording.time_s.as_ref().unwrap().iter().enumerate() {
-        let readings = Readings {
-            t_s: Some(*t_s),
-            accel: recording.accel_at(i),
-            gyro: gyro.each_ref().map(|c| c[i]),
-            temperature_c: f64::NAN,
-        };
-        assert!(stepper.update(&readings));
-        assert!(!stepper.update(&readings), "its time is not later");
-        last_band = stepper.now().state.position_sd_m[0];
-    }
-    let (now, end) = (&stepper.now().state, &whole.result.r#final);
-    let (p, sigma) = (end.position_m.unwrap(), end.sigma_m.unwrap());
-    for k in 0..3 {
-        let off = (now.position_m[k] - p[k]).abs();
-        assert!(off < 1e-9, "{:?} {p:?}", now.position_m);
-        assert!((now.position_sd_m[k] - sigma[k]).abs() < 1e-9);
-    }
-    assert!(now.at_rest && last_band > 0.0);
-    assert_eq!(stepper.samples() as usize, 2 * recording.rows());
 }
