@@ -19,10 +19,8 @@ mod simulated;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod study;
 
-use gravical_motion::MotionOptions;
-
 use simulated::{Scene, Trouble};
-use study::{Study, kinds, options};
+use study::{Study, kinds, options, options_with};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -37,10 +35,7 @@ fn table_of_kinds(seeds: u64, wanted: &str) {
     for causal in [false, true] {
         println!("| kind, causal {causal} | found | rms, mm | 1σ | 2σ | width |");
         println!("|---|---|---|---|---|---|");
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         for (name, scene) in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
             let study = Study::of((1000..1000 + seeds).map(scene), &options);
             println!(

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options, samples, unbridged};
+use crate::study::{estimate, options, options_with, samples, unbridged};
 
 fn holds(motion: &Motion, recording: &Recording) -> bool {
     let one = &motion.moves[0];
@@ -157,10 +157,7 @@ fn what_rests_is_at_rest_and_says_what_could_hide() {
 #[test]
 fn rests_that_are_given_are_taken() {
     let scene = Scene::new(6, Trouble::None);
-    let given = MotionOptions {
-        rests: Some(vec![0..491, 720..1200]),
-        ..options()
-    };
+    let given = options_with(|o| o.rests = Some(vec![0..491, 720..1200]));
     let (recording, motion) = estimate(&scene, &given);
     assert_eq!(motion.rests, [0..491, 720..1200]);
     assert!(holds(&motion, &recording));
@@ -173,10 +170,7 @@ fn noise_needs_no_long_rest() {
     let truth = usual.noise.unwrap().force_mps2_sqrt_s[0];
     // 10 samples, less than a block, and 3, which are no variance.
     for count in [10, 3] {
-        let given = MotionOptions {
-            rests: Some(vec![490..490 + count, 720..720 + count]),
-            ..options()
-        };
+        let given = options_with(|o| o.rests = Some(vec![490..490 + count, 720..720 + count]));
         let motion = estimate_motion(&samples(&recording, scene.ranges), &given);
         let noise = motion.noise.unwrap().force_mps2_sqrt_s;
         assert!(
@@ -238,10 +232,7 @@ fn without_zero_velocity_only_the_first_rest_is_a_measurement() {
     let scene = Scene::new(10, Trouble::None).with(|s| s.moves = 2);
     let recording = scene.record();
     let samples = samples(&recording, scene.ranges);
-    let free = MotionOptions {
-        zero_velocity: false,
-        ..options()
-    };
+    let free = options_with(|o| o.zero_velocity = false);
     let motion = estimate_motion(&samples, &free);
     assert_eq!((motion.rests.len(), motion.moves.len()), (3, 1));
     let one = &motion.moves[0];
@@ -274,10 +265,7 @@ fn noise_that_is_given_is_that_of_the_filter() {
             force_mps2_sqrt_s: noise.force_mps2_sqrt_s.map(|n| n * factor),
             rate_rad_sqrt_s: noise.rate_rad_sqrt_s,
         };
-        let options = MotionOptions {
-            noise: Some(noise),
-            ..options()
-        };
+        let options = options_with(|o| o.noise = Some(noise));
         estimate(&scene, &options).1
     };
     let (same, noisier) = (with(1.0), with(10.0));

@@ -23,11 +23,15 @@ pub fn options() -> MotionOptions {
     }
 }
 
+/// The usual options with a change.
+pub fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
+    let mut options = options();
+    change(&mut options);
+    options
+}
+
 pub fn causal() -> MotionOptions {
-    MotionOptions {
-        causal: true,
-        ..options()
-    }
+    options_with(|o| o.causal = true)
 }
 
 /// Samples of which nothing was bridged.

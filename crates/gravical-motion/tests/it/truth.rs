@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, causal, estimate, kinds, options, samples};
+use crate::study::{Study, causal, estimate, kinds, options, options_with, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -145,10 +145,7 @@ fn a_long_leg() {
 #[test]
 fn bands_hold_inside_a_move() {
     for causal in [false, true] {
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         let mut inside = 0;
         for seed in 0..40 {
             let scene = Scene::new(seed, Trouble::None);
@@ -178,10 +175,7 @@ fn options_must_be_possible() {
     let scene = Scene::new(3, Trouble::None);
     let samples = samples(&scene.record(), scene.ranges);
     for max_stance_rate_rad_s in [f64::NAN, -1.0] {
-        let options = MotionOptions {
-            max_stance_rate_rad_s,
-            ..options()
-        };
+        let options = options_with(|o| o.max_stance_rate_rad_s = max_stance_rate_rad_s);
         assert_eq!(estimate_motion(&samples, &options).moves, []);
     }
 }

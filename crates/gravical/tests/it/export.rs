@@ -64,6 +64,13 @@ fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
     from_imucal(&value).unwrap()
 }
 
+/// The usual options with a change.
+fn options_with(change: impl FnOnce(&mut ExportOptions)) -> ExportOptions {
+    let mut options = ExportOptions::default();
+    change(&mut options);
+    options
+}
+
 fn export_to(
     file: &CalibrationFile,
     target: &str,
@@ -191,23 +198,14 @@ fn nominal(file: &CalibrationFile, per_mps2: f64) -> (Matrix, Vector) {
 
 #[test]
 fn a_target_refuses_options_and_names_that_it_cannot_use() {
-    let named = |name: &str| ExportOptions {
-        name: Some(name.to_owned()),
-        ..ExportOptions::default()
-    };
+    let named = |name: &str| options_with(|o| o.name = Some(name.to_owned()));
     let long = "n".repeat(49);
     let names = [
         "", "9lives", "a-b", "a b", "a__b", "_a", "größe", "x*/y", &long,
     ];
     let names = names.map(|name| ("c", named(name), "export-name"));
-    let id = ExportOptions {
-        device_id: Some(1),
-        ..ExportOptions::default()
-    };
-    let rotation = ExportOptions {
-        rotation: Some("y,-x,z".parse().unwrap()),
-        ..ExportOptions::default()
-    };
+    let id = options_with(|o| o.device_id = Some(1));
+    let rotation = options_with(|o| o.rotation = Some("y,-x,z".parse().unwrap()));
     let others = [
         ("px4", named("imu"), "export-option"),
         ("c", id, "export-option"),

@@ -51,6 +51,13 @@ fn ride(cruise: f64) -> impl Fn(f64) -> f64 {
     }
 }
 
+/// The usual options with a change.
+fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
+    let mut options = MotionOptions::default();
+    change(&mut options);
+    options
+}
+
 fn computed(recording: &Recording) -> MotionResult {
     motion(recording, None, &MotionOptions::default())
         .unwrap()
@@ -78,11 +85,9 @@ fn without_a_rest_nothing_is_computed_and_that_is_said() {
 fn a_velocity_at_the_start_counts_without_zero_velocity() {
     let recording = record(12.0, ride(1.0), true, |_| true);
     let with = |v0: f64, zero_velocity: bool| {
-        let options = MotionOptions {
-            v0_mps: Some([v0, 0.0, 0.0]),
-            zero_velocity: Some(zero_velocity),
-            ..MotionOptions::default()
-        };
+        let options = options_with(|o| {
+            (o.v0_mps, o.zero_velocity) = (Some([v0, 0.0, 0.0]), Some(zero_velocity))
+        });
         motion(&recording, None, &options)
     };
     assert_eq!(with(1.0, true).err().unwrap().option(), Some("v0"));
@@ -108,14 +113,8 @@ fn what_is_computed_twice_forgets_nothing() {
     );
     let options = [
         MotionOptions::default(),
-        MotionOptions {
-            noise: Some(noise.unwrap().section()),
-            ..MotionOptions::default()
-        },
-        MotionOptions {
-            smooth: vec!["savgol:5,2".parse().unwrap()],
-            ..MotionOptions::default()
-        },
+        options_with(|o| o.noise = Some(noise.unwrap().section())),
+        options_with(|o| o.smooth = vec!["savgol:5,2".parse().unwrap()]),
     ];
     let results = options.map(|o| motion(&recording, None, &o).unwrap().result);
     for result in &results {
@@ -135,10 +134,7 @@ fn what_is_computed_twice_forgets_nothing() {
         channel[560..700].fill(last);
     }
     for filter in ["savgol:5,2", "butter:4,5Hz"] {
-        let options = MotionOptions {
-            smooth: vec![filter.parse().unwrap()],
-            ..MotionOptions::default()
-        };
+        let options = options_with(|o| o.smooth = vec![filter.parse().unwrap()]);
         let result = motion(&hung, None, &options).unwrap().result;
         assert!(result.moves.len() == 1 && result.moves[0].unusable.is_some());
         assert!(kinds(&result).contains(&"sensor-hung"));
@@ -161,14 +157,8 @@ fn a_mean_of_rows_that_move_is_told() {
 #[test]
 fn the_table_has_a_line_for_every_sample_in_every_case() {
     let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
-    let open = MotionOptions {
-        zero_velocity: Some(false),
-        ..MotionOptions::default()
-    };
-    let plain = MotionOptions {
-        no_bands: true,
-        ..MotionOptions::default()
-    };
+    let open = options_with(|o| o.zero_velocity = Some(false));
+    let plain = options_with(|o| o.no_bands = true);
     let usual = MotionOptions::default();
     for (options, columns, keep) in [
         (&usual, 27, (|_| true) as fn(f64) -> bool),

@@ -19,6 +19,13 @@ pub fn read(bytes: &[u8]) -> Recording {
     read_with(bytes, &ReadOptions::default())
 }
 
+/// The usual options with a change.
+pub fn read_options(change: impl FnOnce(&mut ReadOptions)) -> ReadOptions {
+    let mut options = ReadOptions::default();
+    change(&mut options);
+    options
+}
+
 /// Reads a file and checks that every line is accounted for.
 pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Recording {
     let recording = read_bytes(bytes, "test.csv", options).unwrap();

@@ -49,10 +49,7 @@ fn c_compiles_and_calibrates_alike() {
         (in_counts(), "float", ""),
         (in_g(), "float", ""),
     ] {
-        let options = ExportOptions {
-            name: Some("imu_left".to_owned()),
-            ..ExportOptions::default()
-        };
+        let options = options_with(|o| o.name = Some("imu_left".to_owned()));
         let header = export_to(&file, "c", &options).unwrap().text;
         let calls = format!("imu_left_accel{ending}(r, a); imu_left_gyro{ending}(g, a, w);");
         let main = main_in_c("#include \"cal.h\"", raw, &calls);
@@ -72,11 +69,7 @@ fn the_arduino_header_compiles_and_calibrates_alike() {
 /// Raw values of the sensor's converter for a calibration that was made in SI units or in counts
 /// whose gyroscope does not say what they are.
 fn for_the_converter() -> ExportOptions {
-    ExportOptions {
-        counts_per_g: Some(16384.0),
-        counts_per_deg_s: Some(131.0),
-        ..ExportOptions::default()
-    }
+    options_with(|o| (o.counts_per_g, o.counts_per_deg_s) = (Some(16384.0), Some(131.0)))
 }
 
 #[test]

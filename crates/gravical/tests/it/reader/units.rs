@@ -37,11 +37,8 @@ fn clipped_samples_are_reported_with_their_lines() {
 #[test]
 fn a_wrong_full_scale_setting_is_reported() {
     // ±4 g was set and ±2 g is claimed: the claim is used, with a warning.
-    let claim = |accel_unit| ReadOptions {
-        accel_unit,
-        accel_range_g: Some(2.0),
-        ..ReadOptions::default()
-    };
+    let claim =
+        |accel_unit| read_options(|o| (o.accel_unit, o.accel_range_g) = (accel_unit, Some(2.0)));
     for (unit, kind, words) in [
         (None, "range-mismatch", "corresponds to ±4.000 g"),
         (Some(AccelUnit::Counts), "unit-mismatch", "0.53 g"),
