@@ -2,6 +2,8 @@
 //! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale.
 
 mod autopilot;
+#[path = "../../../../tests/support/calibration.rs"]
+mod calibration;
 mod code;
 mod registers;
 mod ros;
@@ -10,28 +12,20 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection, from_imucal};
+use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection};
 use gravical::core::matrix3::{diagonal, inverse, mul};
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::recording::{AccelUnit, GyroUnit};
-use serde_json::json;
 
 use crate::support::*;
+use calibration::{G, made};
 
 type Vector = [f64; 3];
 type Matrix = [[f64; 3]; 3];
 
-/// g₀ in m/s².
-const G: f64 = 9.80665;
-
 /// An MPU6050 at ±2 g and ±250 °/s, in counts.
 fn in_counts() -> CalibrationFile {
-    let mut file = made(16384.0 / G, 131.0);
-    file.accelerometer.input_unit = AccelUnit::Counts;
-    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    let gyro = file.gyroscope.as_mut().unwrap();
-    gyro.input_unit = GyroUnit::Counts;
-    file
+    calibration::in_counts(16384.0, 131.0)
 }
 
 /// A sensor that reads g and °/s.
@@ -40,28 +34,6 @@ fn in_g() -> CalibrationFile {
     file.accelerometer.input_unit = AccelUnit::StandardGravity;
     file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::DegreePerSecond;
     file
-}
-
-/// A sensor with every kind of error; `per_mps2` and `per_deg_s` are its nominal scales.
-fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
-    let times = |v: Vector, by: f64| v.map(|x| x * by);
-    let k_ga = [
-        [0.01, 0.002, -0.003],
-        [0.0, -0.02, 0.004],
-        [0.001, 0.0, 0.015],
-    ];
-    let value = json!({
-        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
-        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
-        "b_a": times([0.31, -0.42, 0.55], per_mps2),
-        "K_g": diagonal(times([0.991, 1.004, 1.013], per_deg_s)),
-        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
-        "K_ga": k_ga.map(|row| times(row, per_deg_s)),
-        "b_g": times([1.3, -2.4, 0.7], per_deg_s),
-        "cal_type": "Ferraris",
-        "_format_version": "2.0.0"
-    });
-    from_imucal(&value).unwrap()
 }
 
 /// The usual options with a change.

@@ -58,12 +58,6 @@ fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
     options
 }
 
-fn computed(recording: &Recording) -> MotionResult {
-    motion(recording, None, &MotionOptions::default())
-        .unwrap()
-        .result
-}
-
 fn kinds(result: &MotionResult) -> Vec<&str> {
     result.findings.iter().map(|f| f.kind.name()).collect()
 }
@@ -93,13 +87,6 @@ fn a_velocity_at_the_start_counts_without_zero_velocity() {
     assert_eq!(with(1.0, true).err().unwrap().option(), Some("v0"));
     let at = |v0: f64| with(v0, false).unwrap().result.r#final.position_m.unwrap()[0];
     assert!((at(1.0) - at(0.0) - 11.99).abs() < 1e-6);
-}
-
-#[test]
-fn replaced_values_are_told() {
-    let spiked = |t: f64| ride(1.0)(t) + if (t - 5.15).abs() < 0.004 { 40.0 } else { 0.0 };
-    let result = computed(&record(12.0, spiked, true, |_| true));
-    assert!(result.moves[0].replaced > 0 && kinds(&result).contains(&"values-replaced"));
 }
 
 /// A second estimate, because of a noise file, filters or a calibration in doubt, is of the same rows and

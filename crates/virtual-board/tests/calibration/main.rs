@@ -5,50 +5,25 @@
 #[path = "../board/mod.rs"]
 mod board;
 mod cost;
+#[path = "../../../../tests/support/calibration.rs"]
+#[allow(dead_code)] // the tests of the library use more of it
+mod made;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use board::{at_rest, build_with, notices, on, print_rate, rows};
-use gravical::apply::{ApplyOptions, apply};
-use gravical::calibration_file::{CalibrationFile, from_imucal};
+use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, Target, export};
-use gravical::recording::BoardSettings;
-use gravical::recording::bytes::from_reader;
-use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, read_bytes};
-use serde_json::json;
+use gravical::recording::{AccelUnit, BoardSettings, GyroUnit, ReadOptions, read_bytes};
+use made::G;
 use virtual_board::sensor::Reading;
 
-const G: f64 = 9.80665;
 const LSB_PER_G: f64 = 16384.0;
 const LSB_PER_DEG_S: f64 = 65.5;
 
-/// A sensor with every kind of error, in counts of the sketch's ranges.
 fn calibration() -> CalibrationFile {
-    let per_mps2 = LSB_PER_G / G;
-    let times = |v: [f64; 3], by: f64| v.map(|x| x * by);
-    let diagonal = |v: [f64; 3]| [[v[0], 0.0, 0.0], [0.0, v[1], 0.0], [0.0, 0.0, v[2]]];
-    let k_ga = [
-        [0.01, 0.002, -0.003],
-        [0.0, -0.02, 0.004],
-        [0.001, 0.0, 0.015],
-    ];
-    let mut file = from_imucal(&json!({
-        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
-        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
-        "b_a": times([0.31, -0.42, 0.55], per_mps2),
-        "K_g": diagonal(times([0.991, 1.004, 1.013], LSB_PER_DEG_S)),
-        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
-        "K_ga": k_ga.map(|row| times(row, LSB_PER_DEG_S)),
-        "b_g": times([1.3, -2.4, 0.7], LSB_PER_DEG_S),
-        "cal_type": "Ferraris",
-        "_format_version": "2.0.0"
-    }))
-    .unwrap();
-    file.accelerometer.input_unit = AccelUnit::Counts;
-    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
-    file
+    made::in_counts(LSB_PER_G, LSB_PER_DEG_S)
 }
 
 /// The header of a sketch for a range of the accelerometer.
@@ -104,49 +79,13 @@ fn sweep(time_s: f64) -> Reading {
     }
 }
 
-/// Counts in the order of the board's columns.
-fn counts(reading: &Reading) -> [i16; 7] {
-    let count = |v: f64| v.round().clamp(-32768.0, 32767.0) as i16;
-    let [ax, ay, az] = reading.accel_mps2.map(|v| count(v / G * LSB_PER_G));
-    let [gx, gy, gz] = reading.gyro_deg_s.map(|v| count(v * LSB_PER_DEG_S));
-    let temperature = count((reading.temperature_c - 36.53) * 340.0);
-    [ax, ay, az, temperature, gx, gy, gz]
-}
-
-/// What `gravical apply` makes of counts that the board would have sent raw: specific force and
-/// angular rate.
-fn applied(file: &CalibrationFile, raw: &[[i16; 7]]) -> Vec<[f64; 6]> {
-    let mut text = String::from(
-        "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, \
-         low-pass 44 Hz, rate 100.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n",
-    );
-    for (i, [ax, ay, az, temp, gx, gy, gz]) in raw.iter().enumerate() {
-        text += &format!("{},{ax},{ay},{az},{temp},{gx},{gy},{gz}\n", 10 * i);
-    }
-    let input = from_reader(Box::new(std::io::Cursor::new(text.into_bytes())), false).unwrap();
-    let mut out = Vec::new();
-    // Of a sensor that is swung through its whole range gravity does not show the unit.
-    let options = ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(AccelUnit::Counts),
-            ..ReadOptions::default()
-        },
-        ..ApplyOptions::default()
-    };
-    apply(file, input, "raw.csv", &mut out, &options).unwrap();
-    let text = String::from_utf8(out).unwrap();
-    let mut lines = text.lines().skip_while(|l| l.starts_with('#'));
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let columns = [
-        "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
+/// Counts of both sensors.
+fn counts(reading: &Reading) -> [[f64; 3]; 2] {
+    let count = |v: f64| v.round().clamp(-32768.0, 32767.0);
+    [
+        reading.accel_mps2.map(|v| count(v / G * LSB_PER_G)),
+        reading.gyro_deg_s.map(|v| count(v * LSB_PER_DEG_S)),
     ]
-    .map(|c| names.iter().position(|n| *n == c).unwrap());
-    lines
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            columns.map(|c| cells[c].parse().unwrap())
-        })
-        .collect()
 }
 
 #[test]
@@ -161,27 +100,35 @@ fn board_and_host_calibrate_alike() {
 
     let sent = rows(text);
     assert!(sent.len() > 1100, "{}", sent.len());
-    let fed: Vec<[i16; 7]> = board.fed.borrow().iter().map(counts).collect();
+    let (accelerometer, gyroscope) = (
+        file.accelerometer_calibration(),
+        file.gyroscope_calibration().unwrap(),
+    );
+    let calibrated = |reading: &Reading| -> [[f64; 3]; 2] {
+        let [accel, gyro] = counts(reading);
+        let force = accelerometer.apply(accel);
+        [force, gyroscope.apply(gyro, force)]
+    };
+    let host: Vec<[[f64; 3]; 2]> = board.fed.borrow().iter().map(calibrated).collect();
     // The first samples may have been ready before the settings were said. Where the swing is
     // fast, one sample off would be a hundred times the tolerance.
-    let host = applied(&file, &fed);
     let off = |first: usize| -> f64 {
         let pairs = sent.iter().zip(&host[first..]);
-        pairs.map(|(b, h)| (b[1] - h[0]).abs()).fold(0.0, f64::max)
+        pairs
+            .map(|(b, [h, _])| (b[1] - h[0]).abs())
+            .fold(0.0, f64::max)
     };
     let first = (0..8).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap();
     let (mut accel, mut gyro) = (0.0_f64, 0.0_f64);
     let mut largest = 0.0_f64;
-    for (board, host) in sent.iter().zip(&host[first..]) {
+    for (board, [force, rate]) in sent.iter().zip(&host[first..]) {
         let norm = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let force = [0, 1, 2].map(|i| host[i]);
-        let apart = norm([0, 1, 2].map(|i| board[1 + i] - host[i]));
+        let apart = norm([0, 1, 2].map(|i| board[1 + i] - force[i]));
         // Near free fall the last digit of the board's text is more than that.
-        let size = norm(force).max(0.5 * G);
-        accel = accel.max(apart / size);
-        largest = largest.max(norm(force));
+        accel = accel.max(apart / norm(*force).max(0.5 * G));
+        largest = largest.max(norm(*force));
         for i in 0..3 {
-            gyro = gyro.max((board[5 + i] - host[3 + i]).abs());
+            gyro = gyro.max((board[5 + i] - rate[i]).abs());
         }
     }
     eprintln!(

@@ -75,10 +75,7 @@ fn for_the_converter() -> ExportOptions {
 #[test]
 fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     // In counts of half the range, and in SI units: the same for a sketch that reads 16384 per g.
-    let mut half = made(8192.0 / G, 131.0);
-    half.accelerometer.input_unit = AccelUnit::Counts;
-    half.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    half.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
+    let half = calibration::in_counts(8192.0, 131.0);
     let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
     for file in [in_counts(), half, in_g()] {
         let header = export_to(&file, "arduino", &for_the_converter()).unwrap();
