@@ -19,7 +19,8 @@ fn program() -> Command {
     }
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../gravical-cli/Cargo.toml");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--locked", "--manifest-path", manifest, "--"]);
+    cargo.args(["run", "--quiet", "--locked", "--manifest-path"]);
+    cargo.args([manifest, "--"]);
     cargo
 }
 
