@@ -186,7 +186,10 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
         is_the_session(&first, sensor, None, findings);
         let message = &finding(&first, "several-sensors").message;
         assert!(message.contains(&format!("--sensor {sensor}")), "{message}");
-        let options = read_options(|o| o.sensor = Some(sensor.to_owned()));
+        let options = ReadOptions {
+            sensor: Some(sensor.to_owned()),
+            ..ReadOptions::default()
+        };
         let other = read_with(text.as_bytes(), &options);
         close(mean(&other.accel[2]), up, 0.01);
     }

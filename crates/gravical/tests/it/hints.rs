@@ -9,8 +9,6 @@ use gravical::recording::{
     read_bytes,
 };
 
-use crate::support::read_options;
-
 /// What is refused or found: kind, and words.
 fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, String)> {
     let recording: Recording = match read_bytes(bytes, name, options) {
@@ -115,6 +113,7 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 
 #[test]
 fn an_option_that_is_named_helps() {
+    use crate::support::read_options;
     let columns = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
     let none = ReadOptions::default;
     let seconds = |unit| read_options(|o| o.time_unit = Some(unit));
