@@ -127,9 +127,8 @@ fn board_and_host_calibrate_alike() {
         // Near free fall the last digit of the board's text is more than that.
         accel = accel.max(apart / norm(*force).max(0.5 * G));
         largest = largest.max(norm(*force));
-        for i in 0..3 {
-            gyro = gyro.max((board[5 + i] - rate[i]).abs());
-        }
+        let off = [0, 1, 2].map(|i| (board[5 + i] - rate[i]).abs());
+        gyro = off.into_iter().fold(gyro, f64::max);
     }
     eprintln!(
         "board and host: {accel:.1e} of ||a||, {gyro:.1e} rad/s, {} rows, up to {largest:.1} m/s^2",
