@@ -9,16 +9,7 @@ fn counts(range: f64) -> Vec<u8> {
         decimals: 0,
         ..Sensor::default()
     };
-    let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for (i, row) in sensor
-        .hold([0.0, 0.0, 1.0], ROWS, 3)
-        .into_iter()
-        .enumerate()
-    {
-        let [x, y, z] = row;
-        text.push_str(&format!("{},{x:.0},{y:.0},{z:.0}\n", 10 * i));
-    }
-    text.into_bytes()
+    sensor.file([0.0, 0.0, 1.0], ROWS, 3).into_bytes()
 }
 
 #[test]
