@@ -27,7 +27,13 @@ from typing import Any
 
 warnings.simplefilter("ignore")
 
+import allantools  # noqa: E402
+import gravical  # noqa: E402
+import imucal  # noqa: E402
 import numpy as np  # noqa: E402
+import pandas  # noqa: E402
+from gaitmap.trajectory_reconstruction import RtsKalman  # noqa: E402
+from scipy.signal import butter, savgol_filter, sosfiltfilt  # noqa: E402
 
 RATE = 100.0
 # Not the same work: what gravical computes beyond the other.
@@ -72,8 +78,7 @@ def session(hold: float) -> dict[str, np.ndarray]:
     return out
 
 
-def measured(work: Callable[[], Callable[[], Any]], size: int, out: Any) -> None:
-    call = work()
+def measured(call: Callable[[], Any], size: int, out: Any) -> None:
     gc.collect()
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     times = []
@@ -83,164 +88,80 @@ def measured(work: Callable[[], Callable[[], Any]], size: int, out: Any) -> None
         times.append(time.perf_counter() - begun)
         del result
     after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    out.put((min(times), (after - before) * 1024 / size if size else 0.0))
+    out.put((min(times), (after - before) * 1024 / size))
 
 
-def run(work: Callable[[], Callable[[], Any]], size: int) -> tuple[float, float]:
+def run(call: Callable[[], Any], size: int) -> tuple[float, float]:
     context = multiprocessing.get_context("fork")
     out = context.Queue()
-    process = context.Process(target=measured, args=(work, size, out))
+    process = context.Process(target=measured, args=(call, size, out))
     process.start()
     done: tuple[float, float] = out.get(timeout=3600)
     process.join()
     return done
 
 
-def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[..., Any], Callable[..., Any]]]:
+def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[[], Any], Callable[[], Any]]]:
     """What is done, beside what, size of its input, and how both do it."""
     data = samples(rows)
+    t, accel, gyro = data["t"], data["accel"], data["gyro"]
     size = sum(values.nbytes for values in data.values())
     path = os.path.join(folder, "rows.csv")
-    columns = ["t", "ax", "ay", "az", "gx", "gy", "gz"]
-    table = np.column_stack([data["t"], data["accel"], data["gyro"]])
-    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt="%.5f")
+    table = np.column_stack([t, accel, gyro])
+    np.savetxt(path, table, delimiter=",", header="t,ax,ay,az,gx,gy,gz", comments="", fmt="%.5f")
+    own = gravical.Recording.from_arrays(**data, unit="m/s^2", gyro_unit="rad/s")
+
     poses = session(20.0)
     pose_size = sum(values.nbytes for values in poses.values())
-    rest = {k: v[: rows // 2] for k, v in data.items()}
+    order = ["x_p", "x_a", "y_p", "y_a", "z_p", "z_a", "x_rot", "y_rot", "z_rot"]
+    stacked = np.concatenate([poses[name] for name in order])
+    faces = gravical.Recording.from_arrays(
+        t=np.arange(len(stacked)) / RATE, accel=stacked[:, :3], gyro=stacked[:, 3:],
+        labels=np.repeat(order, [len(poses[name]) for name in order]), unit="m/s^2", gyro_unit="deg/s",
+    )  # fmt: skip
+    ferraris, regions = imucal.FerrarisCalibration(), imucal_regions(poses)
+    units = {"from_acc_unit": "m/s^2", "from_gyr_unit": "deg/s"}
+    calibration = gravical.calibrate(gravical.simulate("poses", free=8, seed=3).recordings["poses.csv"], gravity=9.80665)
+    theirs = imucal.CalibrationInfo.from_json(calibration.export("imucal"))
 
-    def recording(source: dict[str, Any] = data) -> Any:
-        import gravical
-
-        return gravical.Recording.from_arrays(**source, unit="m/s^2", gyro_unit="rad/s")
-
-    def ours_read() -> Any:
-        import gravical
-
-        return lambda: gravical.read(path)
-
-    def pandas_read() -> Any:
-        import pandas
-
-        return lambda: pandas.read_csv(path)
-
-    def ours_calibrate() -> Any:
-        import gravical
-
-        order = ["x_p", "x_a", "y_p", "y_a", "z_p", "z_a", "x_rot", "y_rot", "z_rot"]
-        stacked = np.concatenate([poses[name] for name in order])
-        labels = np.repeat(order, [len(poses[name]) for name in order])
-        t = np.arange(len(stacked)) / RATE
-        session = gravical.Recording.from_arrays(
-            t=t, accel=stacked[:, :3], gyro=stacked[:, 3:], labels=labels, unit="m/s^2", gyro_unit="deg/s"
-        )
-        return lambda: gravical.calibrate(session, method="ferraris", gravity=9.81)
-
-    def imucal_calibrate() -> Any:
-        from imucal import FerrarisCalibration
-
-        regions = imucal_regions(poses)
-        method = FerrarisCalibration()
-        return lambda: method.compute(regions, RATE, from_acc_unit="m/s^2", from_gyr_unit="deg/s")
-
-    def calibration() -> Any:
-        import gravical
-
-        six = gravical.simulate("poses", free=8, seed=3).recordings["poses.csv"]
-        return gravical.calibrate(six, gravity=9.80665)
-
-    def ours_apply() -> Any:
-        cal = calibration()
-        return lambda: cal.apply_gyro(data["gyro"], cal.apply(data["accel"]))
-
-    def imucal_apply() -> Any:
-        import imucal
-
-        cal = imucal.CalibrationInfo.from_json(calibration().export("imucal"))
-        return lambda: cal.calibrate(data["accel"], data["gyro"], "m/s^2", "rad/s")
-
-    def ours_filter(spec: str) -> Callable[[], Any]:
-        def begun() -> Any:
-            import gravical
-
-            own = recording()
-            return lambda: gravical.denoise(own, spec)
-
-        return begun
-
-    def ours_noise() -> Any:
-        import gravical
-
-        lying = recording(still())
-        return lambda: gravical.noise(lying)
-
-    def scipy_butter() -> Any:
-        from scipy.signal import butter, sosfiltfilt
-
-        sos = butter(4, 5.0, fs=RATE, output="sos")
-        return lambda: (sosfiltfilt(sos, data["accel"], axis=0), sosfiltfilt(sos, data["gyro"], axis=0))
-
-    def scipy_savgol() -> Any:
-        from scipy.signal import savgol_filter
-
-        return lambda: (
-            savgol_filter(data["accel"], 11, 2, axis=0),
-            savgol_filter(data["gyro"], 11, 2, axis=0),
-        )
-
-    def still() -> dict[str, Any]:
-        g = np.random.default_rng(3)
-        n = len(rest["t"])
-        accel = g.normal(0, 0.03, (n, 3))
-        accel[:, 2] += 9.81
-        return {"t": rest["t"], "accel": accel, "gyro": g.normal(0, 1e-3, (n, 3))}
-
-    def allantools_noise() -> Any:
-        import allantools
-
-        lying = still()
-        channels = [*lying["accel"].T, *lying["gyro"].T]
-        channels = [np.ascontiguousarray(c) for c in channels]
-        return lambda: [
-            allantools.oadev(c, rate=RATE, data_type="freq", taus="octave") for c in channels
-        ]
-
-    def ours_motion() -> Any:
-        import gravical
-
-        own = recording()
-        return lambda: gravical.motion(own)
-
-    def gaitmap_motion() -> Any:
-        import pandas
-        from gaitmap.trajectory_reconstruction import RtsKalman
-
-        frame = pandas.DataFrame(
-            np.column_stack([data["accel"], np.degrees(data["gyro"])]),
-            columns=["acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"],
-        )
-        return lambda: RtsKalman().estimate(frame, sampling_rate_hz=RATE)
-
-    half = size // 2
+    half = rows // 2
+    g = np.random.default_rng(3)
+    still = {"t": t[:half], "accel": g.normal(0, 0.03, (half, 3)) + [0, 0, 9.81], "gyro": g.normal(0, 1e-3, (half, 3))}
+    lying = gravical.Recording.from_arrays(**still, unit="m/s^2", gyro_unit="rad/s")
+    channels = [np.ascontiguousarray(c) for c in (*still["accel"].T, *still["gyro"].T)]
+    sos = butter(4, 5.0, fs=RATE, output="sos")
+    names = ["acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]
+    frame = pandas.DataFrame(np.column_stack([accel, np.degrees(gyro)]), columns=names)
     return [
-        ("read a CSV of seven columns", "pandas.read_csv", size, ours_read, pandas_read),
-        ("calibrate, method Ferraris", "imucal", pose_size, ours_calibrate, imucal_calibrate),
-        ("apply to both sensors", "imucal", size, ours_apply, imucal_apply),
-        ("Butterworth, zero phase", "scipy sosfiltfilt", size, ours_filter("butter:4,5Hz"), scipy_butter),
-        ("Savitzky–Golay", "scipy savgol_filter", size, ours_filter("savgol:11,2"), scipy_savgol),
-        ("noise, Allan deviation", "allantools oadev", half, ours_noise, allantools_noise),
-        ("position with error bands", "gaitmap RtsKalman", size, ours_motion, gaitmap_motion),
-    ]
+        ("read a CSV of seven columns", "pandas.read_csv", size,
+         lambda: gravical.read(path), lambda: pandas.read_csv(path)),
+        ("calibrate, method Ferraris", "imucal", pose_size,
+         lambda: gravical.calibrate(faces, method="ferraris", gravity=9.81),
+         lambda: ferraris.compute(regions, RATE, **units)),
+        ("apply to both sensors", "imucal", size,
+         lambda: calibration.apply_gyro(gyro, calibration.apply(accel)),
+         lambda: theirs.calibrate(accel, gyro, "m/s^2", "rad/s")),
+        ("Butterworth, zero phase", "scipy sosfiltfilt", size,
+         lambda: gravical.denoise(own, "butter:4,5Hz"),
+         lambda: [sosfiltfilt(sos, values, axis=0) for values in (accel, gyro)]),
+        ("Savitzky–Golay", "scipy savgol_filter", size,
+         lambda: gravical.denoise(own, "savgol:11,2"),
+         lambda: [savgol_filter(values, 11, 2, axis=0) for values in (accel, gyro)]),
+        ("noise, Allan deviation", "allantools oadev", size // 2,
+         lambda: gravical.noise(lying),
+         lambda: [allantools.oadev(c, rate=RATE, data_type="freq", taus="octave") for c in channels]),
+        ("position with error bands", "gaitmap RtsKalman", size,
+         lambda: gravical.motion(own), lambda: RtsKalman().estimate(frame, sampling_rate_hz=RATE)),
+    ]  # fmt: skip
 
 
 def imucal_regions(poses: dict[str, np.ndarray]) -> Any:
     """The session as imucal takes it."""
-    from imucal import FerrarisSignalRegions
-
     fields = {}
     for name, values in poses.items():
         for sensor, part in (("acc", slice(0, 3)), ("gyr", slice(3, 6))):
             fields[f"{sensor}_{name}"] = values[:, part]
-    return FerrarisSignalRegions(**{f: fields[f] for f in FerrarisSignalRegions._fields})
+    return imucal.FerrarisSignalRegions(**{f: fields[f] for f in imucal.FerrarisSignalRegions._fields})
 
 
 def main() -> int:

@@ -17,13 +17,12 @@ G = 9.80665
 class Board:
     """Rows of acceleration in m/s² and angular rate in rad/s; noise of 3 mg."""
 
-    def __init__(self, folder, rate_hz=RATE_HZ):
-        self.rate_hz = rate_hz
+    def __init__(self, folder):
         self.port = pathlib.Path(folder) / "ttyBoard"
         self.lock = threading.Lock()
         self.draw = random.Random(1)
         self.files = None
-        self.started, self.started_at = time.monotonic(), time.time()
+        self.started = time.monotonic()
         self.start, self.goal, self.turned_s = (0.02, 0.03, 1.0), (0.02, 0.03, 1.0), -TURN_S
         self.over = False
         self.plug()
@@ -66,12 +65,12 @@ class Board:
         n = 0
         while not self.over:
             n += 1
-            time.sleep(max(0.0, self.started + n / self.rate_hz - time.monotonic()))
+            time.sleep(max(0.0, self.started + n / RATE_HZ - time.monotonic()))
             with self.lock:
                 if not self.files:
                     continue
                 rows = "" if n % 500 else "t_ms,ax (m/s^2),ay (m/s^2),az (m/s^2),gx (rad/s),gy (rad/s),gz (rad/s)\n"
-                row = (rows + self.row(n / self.rate_hz)).encode()
+                row = (rows + self.row(n / RATE_HZ)).encode()
                 try:
                     os.write(self.files[0], row)
                 except BlockingIOError:

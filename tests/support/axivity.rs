@@ -122,83 +122,43 @@ impl Device {
         let fraction = ((ticks & 0x7fff) as u16) << 1;
         let nominal_hz = 3200.0 / f64::from(1_u32 << (15 - (self.rate_code & 15)));
         let in_fraction = (u64::from(fraction) * nominal_hz as u64) >> 16;
-        let bytes = encode(
-            &Fields {
-                fraction: 0x8000 | fraction >> 1,
-                session: self.session,
-                sequence: self.sequence,
-                stamp: pack_date(ticks >> 15),
-                // Range 2000 °/s.
-                light: self.accel_scale << 13 | 2 << 10 | 300,
-                temperature,
-                events: 0,
-                battery: 200,
-                rate_code: self.rate_code,
-                stamped: (stamped as i64 - in_fraction as i64) as i16,
-            },
-            self.coding,
-            samples,
-        );
+        let mut bytes = [0; 512];
+        let mut at = 0;
+        let mut put = |part: &[u8]| {
+            bytes[at..at + part.len()].copy_from_slice(part);
+            at += part.len();
+        };
+        put(b"AX");
+        put(&508_u16.to_le_bytes());
+        put(&(0x8000 | fraction >> 1).to_le_bytes());
+        put(&self.session.to_le_bytes());
+        put(&self.sequence.to_le_bytes());
+        put(&pack_date(ticks >> 15).to_le_bytes());
+        // Light, and a range of 2000 °/s.
+        put(&(self.accel_scale << 13 | 2 << 10 | 300).to_le_bytes());
+        put(&temperature.to_le_bytes());
+        // No events; the battery.
+        put(&[0, 200, self.rate_code, self.coding.code()]);
+        put(&((stamped as i64 - in_fraction as i64) as i16).to_le_bytes());
+        put(&(samples.len() as u16).to_le_bytes());
+        for [ax, ay, az, gx, gy, gz] in samples {
+            match self.coding {
+                Coding::Packed => {
+                    let exponent = exponent(self.rate_code);
+                    put(&pack([*ax, *ay, *az], exponent).to_le_bytes());
+                }
+                Coding::Plain => [ax, ay, az].iter().for_each(|n| put(&n.to_le_bytes())),
+                Coding::WithGyro => {
+                    let all = [gx, gy, gz, ax, ay, az];
+                    all.iter().for_each(|n| put(&n.to_le_bytes()));
+                }
+            }
+        }
+        seal(&mut bytes);
         self.sequence += 1;
         self.samples += samples.len() as u64;
         bytes
     }
-}
-
-/// What a block says besides its samples.
-#[derive(Debug, Clone, Copy)]
-pub struct Fields {
-    pub fraction: u16,
-    pub session: u32,
-    pub sequence: u32,
-    pub stamp: u32,
-    pub light: u16,
-    pub temperature: u16,
-    pub events: u8,
-    pub battery: u8,
-    pub rate_code: u8,
-    pub stamped: i16,
-}
-
-/// A block with its checksum.
-pub fn encode(fields: &Fields, coding: Coding, samples: &[Counts]) -> [u8; 512] {
-    let mut bytes = [0; 512];
-    let mut at = 0;
-    let mut put = |part: &[u8]| {
-        bytes[at..at + part.len()].copy_from_slice(part);
-        at += part.len();
-    };
-    put(b"AX");
-    put(&508_u16.to_le_bytes());
-    put(&fields.fraction.to_le_bytes());
-    put(&fields.session.to_le_bytes());
-    put(&fields.sequence.to_le_bytes());
-    put(&fields.stamp.to_le_bytes());
-    put(&fields.light.to_le_bytes());
-    put(&fields.temperature.to_le_bytes());
-    put(&[
-        fields.events,
-        fields.battery,
-        fields.rate_code,
-        coding.code(),
-    ]);
-    put(&fields.stamped.to_le_bytes());
-    put(&(samples.len() as u16).to_le_bytes());
-    for [ax, ay, az, gx, gy, gz] in samples {
-        match coding {
-            Coding::Packed => {
-                let exponent = exponent(fields.rate_code);
-                put(&pack([*ax, *ay, *az], exponent).to_le_bytes());
-            }
-            Coding::Plain => [ax, ay, az].iter().for_each(|n| put(&n.to_le_bytes())),
-            Coding::WithGyro => {
-                let all = [gx, gy, gz, ax, ay, az];
-                all.iter().for_each(|n| put(&n.to_le_bytes()));
-            }
-        }
-    }
-    seal(&mut bytes);
-    bytes
 }
 
 /// Sets the checksum: the sum of all words is zero.

@@ -136,3 +136,18 @@ pub fn report_lines(header: &str, rows: usize) -> Vec<String> {
     }
     lines
 }
+
+/// The folder with real recordings; prints that a test is skipped without it.
+pub fn data() -> Option<std::path::PathBuf> {
+    let Some(folder) = std::env::var_os("GRAVICAL_DATA") else {
+        println!("skipped: GRAVICAL_DATA is not set");
+        return None;
+    };
+    let folder = std::path::PathBuf::from(folder);
+    assert!(
+        folder.join("README.md").is_file(),
+        "GRAVICAL_DATA is {}, where no recordings are",
+        folder.display()
+    );
+    Some(folder)
+}

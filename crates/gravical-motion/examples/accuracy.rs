@@ -19,10 +19,8 @@ mod simulated;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod study;
 
-use gravical_motion::MotionOptions;
-
 use simulated::{Scene, Trouble};
-use study::{Study, kinds, options};
+use study::{Study, kinds, options, options_with};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -37,10 +35,7 @@ fn table_of_kinds(seeds: u64, wanted: &str) {
     for causal in [false, true] {
         println!("| kind, causal {causal} | found | rms, mm | 1σ | 2σ | width |");
         println!("|---|---|---|---|---|---|");
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         for (name, scene) in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
             let study = Study::of((1000..1000 + seeds).map(scene), &options);
             println!(
@@ -62,11 +57,10 @@ fn map_of_detection() {
     println!("|---|---|---|---|---|---|");
     for distance_m in [0.01, 0.03, 0.1, 0.3, 0.7, 2.0] {
         let cells = SECONDS.map(|move_s| {
-            let scene = |seed| Scene {
-                distance_m,
-                move_s,
-                rests_s: [3.0, 3.0],
-                ..Scene::new(seed, Trouble::None)
+            let scene = |seed| {
+                Scene::new(seed, Trouble::None).with(|s| {
+                    (s.distance_m, s.move_s, s.rests_s) = (distance_m, move_s, [3.0, 3.0])
+                })
             };
             let study = Study::of((0..20).map(scene), &options());
             let sigmas = distance_m / (0.0033 * f64::powf(move_s, 1.5) / 4.14);

@@ -3,17 +3,14 @@
 //! Development only. The firmware is tested on it, and people
 //! without a board can try it and the logger.
 //!
-//! - [`sensor`]: the registers of the MPU6050, fed by a recording or a simulation.
-//! - `uno`, `port` (feature `emulator`): the processor by
-//!   [simavr](https://github.com/buserror/simavr), and a pseudo-terminal that is
-//!   opened like the port of a board.
+//! - [`sensor`]: the registers of the MPU6050, fed by a recording or by hands.
+//! - [`uno`]: the processor by [simavr](https://github.com/buserror/simavr).
+//! - [`port`]: a pseudo-terminal that is opened like the port of a board.
 //!
 //! simavr is under the GNU General Public License, version 3. A program that links
 //! it is, too: this crate is not published, is no default member of the workspace,
 //! and nothing that ships depends on it.
 
-#[cfg(feature = "emulator")]
 pub mod port;
 pub mod sensor;
-#[cfg(feature = "emulator")]
 pub mod uno;

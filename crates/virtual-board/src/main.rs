@@ -8,12 +8,10 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use gravical::simulate::{Scenario, SimulateOptions, StaticOptions};
+use gravical::recording::{ReadOptions, read};
 use gravical::{Error, Result};
 use virtual_board::port::Port;
-use virtual_board::sensor::{
-    COMMANDS, Command as HandsDo, Faults, Hands, Mpu6050, Rows, SensorOptions,
-};
+use virtual_board::sensor::{COMMANDS, Hands, Mpu6050, recorded};
 use virtual_board::uno::Uno;
 
 /// An emulated Arduino Uno with an MPU6050 that runs the real firmware.
@@ -24,13 +22,10 @@ use virtual_board::uno::Uno;
 #[command(version)]
 struct Args {
     /// What the sensor feels: a recording, over and over
-    #[arg(long, value_name = "FILE", conflicts_with = "simulate")]
+    #[arg(long, value_name = "FILE", required_unless_present = "hands")]
     recording: Option<PathBuf>,
-    /// What the sensor feels: static, line or poses, over and over
-    #[arg(long, value_name = "SCENARIO", default_value = "poses")]
-    simulate: String,
     /// The sensor lies where you type that it lies, a line each: +x, -z, push; unplug, plug
-    #[arg(long, conflicts_with_all = ["recording", "simulate"])]
+    #[arg(long, conflicts_with = "recording")]
     hands: bool,
     /// How far your placements are off, ° (sd of each of two components)
     #[arg(long, value_name = "DEG", default_value_t = 1.0, requires = "hands")]
@@ -38,8 +33,8 @@ struct Args {
     /// Write what the sensor in your hands is in truth
     #[arg(long, value_name = "FILE", requires = "hands")]
     truth: Option<PathBuf>,
-    /// Seed of the simulation
-    #[arg(long, default_value_t = 1)]
+    /// Which sensor is in your hands
+    #[arg(long, default_value_t = 1, requires = "hands")]
     seed: u64,
     /// The program of the board [default: $GRAVICAL_FIRMWARE, else built now]
     #[arg(long, value_name = "ELF")]
@@ -47,129 +42,84 @@ struct Args {
     /// Symbolic link to the port
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Times real time, or max: as fast as it goes while the port is open
-    #[arg(long, default_value = "1")]
-    speed: String,
     /// What goes wrong, seconds after the opening: no-answer@5-8,stuck-bus@12-13,
     /// frozen-x@20-25,who-am-i=0x70@30-33,dip@40,hang@50
     #[arg(long, value_name = "SPEC", default_value = "")]
     faults: String,
-    /// How much faster the sensor's clock runs than the board's, ppm
-    #[arg(
-        long,
-        value_name = "PPM",
-        default_value_t = 0.0,
-        allow_negative_numbers = true
-    )]
-    clock_error: f64,
-    /// Seconds that the boot loader takes after the opening
-    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
-    bootloader: f64,
-    /// End after so many seconds of the board's time
-    #[arg(long, value_name = "SECONDS")]
-    duration: Option<f64>,
 }
 
 /// Seconds of the board between two looks at the port.
 const STEP_S: f64 = 0.001;
+/// Seconds that the boot loader takes after the opening.
+const BOOTLOADER_S: f64 = 1.0;
 
 fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
-            if let Some(hint) = error.hint() {
-                eprintln!("hint: {hint}");
-            }
+            print_error(&error);
             ExitCode::from(2)
         }
     }
 }
 
+fn print_error(error: &Error) {
+    eprintln!("error: {error}");
+    if let Some(hint) = error.hint() {
+        eprintln!("hint: {hint}");
+    }
+}
+
 fn run(args: &Args) -> Result<()> {
-    let speed = speed(&args.speed)?;
-    let faults: Faults = args.faults.parse()?;
-    if !args.clock_error.is_finite() || args.clock_error.abs() > 1e5 {
-        return Err(Error::usage(
-            "usage",
-            "--clock-error: -100000 to 100000 ppm",
-        ));
-    }
-    if !(0.0..=60.0).contains(&args.bootloader) {
-        return Err(Error::usage("usage", "--bootloader: 0 to 60 s"));
-    }
-    if args.duration.is_some_and(|s| s.is_nan() || s <= 0.0) {
-        return Err(Error::usage("usage", "--duration: more than 0 s"));
-    }
-    let options = SensorOptions {
-        clock_error_ppm: args.clock_error,
-        faults,
-        ..SensorOptions::default()
-    };
-    let hands = args.hands.then(|| in_hand(args)).transpose()?;
-    let (sensor, says) = match &hands {
-        Some(hands) => (
-            Mpu6050::new(hands.clone(), options),
-            format!("The sensor lies with z up. Type what happens to it ({COMMANDS})."),
-        ),
-        None => {
-            let rows = match &args.recording {
-                Some(file) => Rows::from_file(file)?,
-                None => Rows::simulated(&args.simulate, args.seed)?,
-            };
-            let length_s = rows.duration_s();
-            let says = format!("The motion lasts {length_s:.1} s and begins again.");
-            (Mpu6050::new(rows, options), says)
+    let hands = args.hands.then(|| take_in_hand(args)).transpose()?;
+    let mut sensor = match (&hands, &args.recording) {
+        (None, Some(file)) => Mpu6050::new(recorded(&read(file, &ReadOptions::default())?)?),
+        (Some(hands), _) => {
+            let hands = hands.clone();
+            Mpu6050::new(move |time_s| hands.at(time_s))
         }
+        (None, None) => return Err(Error::usage("usage", "--recording or --hands")),
     };
+    sensor.faults = args.faults.parse()?;
     let firmware = match (&args.firmware, std::env::var_os("GRAVICAL_FIRMWARE")) {
         (Some(file), _) => file.clone(),
         (None, Some(file)) => file.into(),
-        (None, None) => built()?,
+        (None, None) => build_firmware()?,
     };
     let mut uno = Uno::new(&firmware, sensor)?;
-    let mut port = Some(Port::new(args.link.as_deref())?);
-    announce(&port);
-    eprintln!("{says} Ctrl-C ends.");
-    let typed = hands.is_some().then(typed);
-    serve(args, &mut uno, &mut port, speed, |port| {
-        let Some((hands, typed)) = hands.as_ref().zip(typed.as_ref()) else {
-            return;
-        };
-        for line in typed.try_iter() {
-            match line.trim() {
-                // Whoever has the port open loses it.
-                "unplug" => *port = None,
-                "plug" if port.is_none() => match Port::new(args.link.as_deref()) {
-                    Ok(new) => {
-                        *port = Some(new);
-                        announce(port);
+    let mut port = Some(open_port(args)?);
+    match &hands {
+        Some(hands) => {
+            eprintln!("The sensor lies with z up. Type what happens to it ({COMMANDS}).");
+            let typed = read_lines();
+            serve(&mut uno, &mut port, |port| {
+                for line in typed.try_iter() {
+                    if let Err(error) = act(args, hands, port, line.trim()) {
+                        print_error(&error);
                     }
-                    Err(error) => eprintln!("{error}"),
-                },
-                _ => act(hands, &line),
-            }
+                }
+            });
         }
-    });
+        None => {
+            eprintln!("The recording starts again after its end. Ctrl-C ends.");
+            serve(&mut uno, &mut port, |_| ());
+        }
+    }
     Ok(())
 }
 
-/// Prints the port to open.
-fn announce(port: &Option<Port>) {
-    if let Some(port) = port {
-        println!("{}", port.path().display());
-        // The reader of a pipe waits for this line.
-        let _ = std::io::stdout().flush();
-    }
+/// A new port; prints what to open.
+fn open_port(args: &Args) -> Result<Port> {
+    let port = Port::new(args.link.as_deref())?;
+    println!("{}", port.path().display());
+    // The reader of a pipe waits for this line.
+    let _ = std::io::stdout().flush();
+    Ok(port)
 }
 
 /// A sensor in somebody's hands.
-fn in_hand(args: &Args) -> Result<Hands> {
-    let hands = Hands::new(&SimulateOptions {
-        seed: args.seed,
-        tilt_sd_deg: args.tilt,
-        ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
-    })?;
+fn take_in_hand(args: &Args) -> Result<Hands> {
+    let hands = Hands::new(args.seed, args.tilt)?;
     if let Some(file) = &args.truth {
         let text =
             serde_json::to_string_pretty(&hands.truth()).map_err(|e| Error::io(file, e.into()))?;
@@ -179,7 +129,7 @@ fn in_hand(args: &Args) -> Result<Hands> {
 }
 
 /// Lines from standard input, read in a thread of their own: the board does not wait.
-fn typed() -> Receiver<String> {
+fn read_lines() -> Receiver<String> {
     let (sender, lines) = channel();
     std::thread::spawn(move || {
         // What is no UTF-8 is no command, and is answered as one that is not known.
@@ -194,104 +144,54 @@ fn typed() -> Receiver<String> {
     lines
 }
 
-/// Does what was typed, or says why not.
-fn act(hands: &Hands, line: &str) {
-    if line.trim().is_empty() {
-        return;
+/// Does what was typed.
+fn act(args: &Args, hands: &Hands, port: &mut Option<Port>, line: &str) -> Result<()> {
+    match line {
+        "" => {}
+        // Whoever has the port open loses it.
+        "unplug" => *port = None,
+        "plug" if port.is_none() => *port = Some(open_port(args)?),
+        _ => eprintln!("{line}: rests in {:.1} s", hands.act(line)?),
     }
-    let done = line.parse::<HandsDo>().and_then(|c| hands.act(c));
-    match done {
-        Ok(duration_s) => eprintln!("{}: rests in {duration_s:.1} s", line.trim()),
-        Err(error) => eprintln!("{error}\n{}", error.hint().unwrap_or_default()),
-    }
+    Ok(())
 }
 
-/// Runs the board; `look` is called between two steps of it. Without a port nobody hears it.
-fn serve(
-    args: &Args,
-    uno: &mut Uno,
-    port: &mut Option<Port>,
-    speed: Option<f64>,
-    look: impl Fn(&mut Option<Port>),
-) {
-    let mut pace = Pace::new(uno.time_s());
-    while args.duration.is_none_or(|end_s| uno.time_s() < end_s) {
+/// Runs the board beside the clock on the wall; `look` is called between two steps of it.
+/// Without a port nobody hears it.
+fn serve(uno: &mut Uno, port: &mut Option<Port>, look: impl Fn(&mut Option<Port>)) {
+    let (mut wall, mut board_s) = (Instant::now(), uno.time_s());
+    loop {
         if port.as_mut().is_some_and(Port::opened) {
-            uno.reset(args.bootloader);
+            uno.reset(BOOTLOADER_S);
             let now_s = uno.time_s();
             uno.sensor().restart(now_s);
             eprintln!("opened: reset");
         }
         look(port);
-        let is_open = port.as_ref().is_some_and(Port::is_open);
-        let early_s = pace.early_s(uno.time_s(), speed, is_open);
+        let ahead_s = uno.time_s() - board_s - wall.elapsed().as_secs_f64();
         let received = port.as_mut().map(Port::receive).unwrap_or_default();
-        if early_s > 0.0 {
-            // Far ahead it is in the boot loader, which swallows what comes.
-            if early_s < 5.0 * STEP_S {
-                uno.send(&received);
-            }
-            std::thread::sleep(Duration::from_secs_f64(early_s.min(0.002)));
+        // Far ahead it is in the boot loader, which swallows what comes.
+        if ahead_s < 5.0 * STEP_S {
+            uno.send(&received);
+        }
+        if ahead_s > 0.0 {
+            std::thread::sleep(Duration::from_secs_f64(ahead_s.min(0.002)));
             continue;
         }
-        uno.send(&received);
+        // What is more than a tenth of a second late is not made up for.
+        if ahead_s < -0.1 {
+            (wall, board_s) = (Instant::now(), uno.time_s());
+        }
         uno.run(STEP_S);
         let sent = uno.take_sent();
-        let Some(port) = port else { continue };
-        let bytes: Vec<u8> = sent.iter().map(|sent| sent.byte).collect();
-        // Only a board in real time may lose what is not read.
-        port.send(&bytes, if speed.is_none() { 1.0 } else { 0.0 });
-    }
-}
-
-/// Keeps the board's time beside the clock on the wall.
-struct Pace {
-    wall: Instant,
-    board_s: f64,
-}
-
-impl Pace {
-    fn new(board_s: f64) -> Self {
-        Self {
-            wall: Instant::now(),
-            board_s,
+        if let Some(port) = port {
+            port.send(&sent);
         }
-    }
-
-    /// Seconds that the board is ahead. After more than a tenth of a second behind
-    /// it is not made up for.
-    fn early_s(&mut self, board_s: f64, speed: Option<f64>, is_open: bool) -> f64 {
-        let speed = match speed {
-            Some(times) => times,
-            None if is_open => {
-                *self = Self::new(board_s);
-                return 0.0;
-            }
-            None => 1.0,
-        };
-        let early_s = (board_s - self.board_s) / speed - self.wall.elapsed().as_secs_f64();
-        if early_s < -0.1 {
-            *self = Self::new(board_s);
-        }
-        early_s
-    }
-}
-
-fn speed(text: &str) -> Result<Option<f64>> {
-    if text == "max" {
-        return Ok(None);
-    }
-    match text.parse::<f64>() {
-        Ok(times) if (0.001..=1000.0).contains(&times) => Ok(Some(times)),
-        _ => Err(Error::usage(
-            "usage",
-            format!("--speed {text}: a number from 0.001 to 1000, or max"),
-        )),
     }
 }
 
 /// Builds the firmware as firmware/build does, below target.
-fn built() -> Result<PathBuf> {
+fn build_firmware() -> Result<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folder = root.join("target/firmware");
     let script = root.join("firmware/build");

@@ -1,11 +1,9 @@
 //! What the firmware does when something goes wrong.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 mod board;
 
-use board::{board, faulty, notices, rows};
-use virtual_board::sensor::SensorOptions;
+use board::{board, notices, rows};
 
 /// How many lines begin so.
 fn count(said: &[&str], start: &str) -> usize {
@@ -23,7 +21,7 @@ fn seconds(text: &str) -> Vec<usize> {
 
 #[test]
 fn a_sensor_that_comes_and_goes() {
-    let Some(mut board) = faulty("no-answer@2-4") else {
+    let Some(mut board) = board("no-answer@2-4") else {
         return;
     };
     let text = board.text(7.0);
@@ -42,7 +40,7 @@ fn a_sensor_that_comes_and_goes() {
 
 #[test]
 fn no_sensor_at_all_and_another_one() {
-    let Some(mut board) = faulty("no-answer@0-2.2,who-am-i=0x33@2.2-5") else {
+    let Some(mut board) = board("no-answer@0-2.2,who-am-i=0x33@2.2-5") else {
         return;
     };
     let text = board.text(7.0);
@@ -77,10 +75,10 @@ fn relatives_of_the_mpu6050_are_used_with_a_note() {
             |mpu6050| mpu6050,
         ),
     ] {
-        let Some(mut plain) = faulty("dip@90") else {
+        let Some(mut plain) = board("") else {
             return;
         };
-        let Some(mut other) = faulty(&format!("who-am-i={id}@0-90")) else {
+        let Some(mut other) = board(&format!("who-am-i={id}@0-90")) else {
             return;
         };
         let temperature = |text: &str| -> f64 {
@@ -100,7 +98,7 @@ fn relatives_of_the_mpu6050_are_used_with_a_note() {
 
 #[test]
 fn a_stuck_bus_and_a_dip_of_the_supply() {
-    let Some(mut board) = faulty("stuck-bus@2-3,dip@5") else {
+    let Some(mut board) = board("stuck-bus@2-3,dip@5") else {
         return;
     };
     let text = board.text(8.0);
@@ -115,7 +113,7 @@ fn a_stuck_bus_and_a_dip_of_the_supply() {
 
 #[test]
 fn the_watchdog_ends_a_hang() {
-    let Some(mut board) = faulty("hang@2") else {
+    let Some(mut board) = board("hang@2") else {
         return;
     };
     let text = board.text(7.0);
@@ -131,7 +129,7 @@ fn the_watchdog_ends_a_hang() {
 
 #[test]
 fn time_goes_on_after_microseconds_wrap() {
-    let Some(mut board) = board(SensorOptions::default()) else {
+    let Some(mut board) = board("") else {
         return;
     };
     let Ok(symbols) = std::process::Command::new("avr-nm")
@@ -147,7 +145,7 @@ fn time_goes_on_after_microseconds_wrap() {
         .find(|l| l.ends_with(" timer0_overflow_count"))
         .unwrap();
     let address = u16::from_str_radix(&line[4..8], 16).unwrap();
-    board.run(0.05);
+    board.text(0.05);
     // 1024 us each: 2 s before 2^32 us.
     let overflows: u32 = (1 << 22) - 2000;
     assert!(board.uno.poke(address, &overflows.to_le_bytes()));

@@ -1,12 +1,11 @@
 //! The firmware on the emulated board.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 mod board;
 
-use board::{board, line, notices, rows};
+use board::{board, line, notices, print_rate, rows};
 use gravical::recording::{ReadOptions, read_bytes};
-use virtual_board::sensor::{Reading, SensorOptions};
+use virtual_board::sensor::Reading;
 
 const G: f64 = 9.80665;
 
@@ -21,7 +20,7 @@ fn counts(reading: &Reading, lsb_per_g: f64, lsb_per_deg_s: f64) -> [i32; 7] {
 
 #[test]
 fn it_says_what_it_is_and_the_reader_reads_it() {
-    let Some(mut board) = board(SensorOptions::default()) else {
+    let Some(mut board) = board("") else {
         return;
     };
     let text = board.text(6.0);
@@ -73,13 +72,11 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
 #[test]
 fn stamps_show_the_clock_of_the_sensor() {
     for ppm in [0.0, 8000.0, -8000.0] {
-        let Some(mut board) = board(SensorOptions {
-            clock_error_ppm: ppm,
-            ..SensorOptions::default()
-        }) else {
+        let Some(mut board) = board("") else {
             return;
         };
-        board.run(0.5);
+        board.uno.sensor().clock_error_ppm = ppm;
+        board.text(0.5);
         let before = board.uno.sensor().samples().1;
         let text = board.text(8.0);
         let stamps: Vec<f64> = rows(text.split_once('\n').unwrap().1)
@@ -98,12 +95,11 @@ fn stamps_show_the_clock_of_the_sensor() {
 
 #[test]
 fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
-    let Some(mut board) = board(SensorOptions::default()) else {
+    let Some(mut board) = board("") else {
         return;
     };
-    board.run(0.5);
-    board.uno.send(b"r200\nf1\n");
-    let text = board.text(5.0);
+    board.text(0.5);
+    let text = board.say("r200\nf1\n", 5.0);
     let from = text.rfind("# gravical").unwrap();
     let text = &text[from..=text.rfind('\n').unwrap()];
     assert!(text.contains("rate 200.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n"));
@@ -126,10 +122,10 @@ fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
 
 #[test]
 fn commands() {
-    let Some(mut board) = board(SensorOptions::default()) else {
+    let Some(mut board) = board("") else {
         return;
     };
-    board.run(0.5);
+    board.text(0.5);
     for (command, says) in [
         ("a4\n", "accelerometer +-4 g"),
         ("a16\r\n", "accelerometer +-16 g"),
@@ -148,8 +144,7 @@ fn commands() {
             "accelerometer +-8 g, gyroscope +-250 deg/s, low-pass 5 Hz, rate 100.00 Hz",
         ),
     ] {
-        board.uno.send(command.as_bytes());
-        let text = board.text(0.8);
+        let text = board.say(command, 0.8);
         // To say all of it takes longer than two samples.
         let said: Vec<&str> = notices(&text)
             .into_iter()
@@ -165,20 +160,61 @@ fn commands() {
             "{command:?} {norm:?}"
         );
     }
-    board.uno.send(b"x\nhello\n\n\n99\n");
-    let text = board.text(0.5);
+    let text = board.say("x\nhello\n\n\n99\n", 0.5);
     assert!(
         notices(&text)
             .iter()
             .all(|l| l.starts_with("# not a command"))
     );
     assert!(!notices(&text).is_empty());
-    board.uno.send(b"p\n");
-    board.run(0.1);
+    board.say("p\n", 0.1);
     assert!(rows(&board.text(1.0)).is_empty());
-    board.uno.send(b"s\n");
-    board.run(0.1);
+    board.say("s\n", 0.1);
     let text = board.text(1.0);
     assert!(notices(&text).is_empty(), "a pause is no overrun: {text}");
     assert!(rows(text.split_once('\n').unwrap().1).len() > 95);
+}
+
+/// What gets through at which rate, and that the rest is counted.
+#[test]
+fn too_fast_is_said() {
+    let Some(mut board) = board("") else {
+        return;
+    };
+    board.text(0.5);
+    board.say("r250\n", 0.3);
+    let (samples, unread) = board.uno.sensor().samples();
+    let text = board.text(5.0);
+    let lines = notices(&text);
+    let overruns = |l: &&str| {
+        l.strip_prefix("# overruns ")?
+            .split(',')
+            .next()?
+            .parse()
+            .ok()
+    };
+    let reported: Vec<u64> = lines.iter().filter_map(overruns).collect();
+    let (all, lost) = board.uno.sensor().samples();
+    let lost = lost - unread;
+    assert!(lost < all - samples, "{lost}");
+    let (first, last) = (reported[0], reported[reported.len() - 1]);
+    // Reported once a second: the first and the last are up to a second apart from
+    // the ends.
+    let share = (last - first) as f64 / lost as f64;
+    assert!((0.5..1.05).contains(&share), "{share}");
+}
+
+#[test]
+#[ignore = "prints the figures of docs/firmware.md"]
+fn figures() {
+    for (format, rates) in [(0, &[100, 125, 166, 200, 250][..]), (1, &[200, 250])] {
+        for rate in rates {
+            let Some(mut board) = board("") else {
+                return;
+            };
+            // As far off as the data sheet allows, so that stamps meet every phase.
+            board.uno.sensor().clock_error_ppm = 3100.0;
+            print_rate(&mut board, format, *rate);
+        }
+    }
 }

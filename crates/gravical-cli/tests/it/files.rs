@@ -5,22 +5,6 @@ use serde_json::Value;
 use crate::support::*;
 
 #[test]
-fn an_existing_file_is_kept_unless_forced() {
-    let folder = six_files(&Sensor::default());
-    let path = folder.path();
-    write(path, "cal.json", "precious");
-    let line = "calibrate . --gravity 9.81 -o cal.json";
-    fails(path, line, 2, "exists");
-    let said = ends(path, line, 2).err;
-    assert!(said.contains("--force"), "{said}");
-    assert_eq!(read(path, "cal.json"), "precious");
-    let out = ends(path, &format!("{line} --force"), 0).out;
-    for said in ["Saved to cal.json", "gravical apply cal.json"] {
-        assert!(out.contains(said), "{out}");
-    }
-}
-
-#[test]
 fn a_written_calibration_is_what_json_prints() {
     let folder = six_files(&Sensor::default());
     let printed = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);

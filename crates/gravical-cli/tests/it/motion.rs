@@ -88,20 +88,6 @@ fn the_procedure_of_the_student_report() {
     close(velocity(&thrown)[2], 0.5, 0.1);
 }
 
-/// The past only: bands, and a table of every row.
-#[test]
-fn a_causal_run_has_all_that_the_whole_has() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    line(path);
-    let call = "motion line/line.csv -c cal.json --causal";
-    let end = json(path, &format!("{call} -o m.csv --report m.html"), 0)["final"].take();
-    assert_eq!(read(path, "m.csv").lines().count(), 1201);
-    let (p, sigma) = (numbers(&end["position_m"])[1], numbers(&end["sigma_m"])[1]);
-    assert!((p - 0.7).abs() < 3.0 * sigma, "{p} ± {sigma}");
-    assert!(sigma < 0.03, "{sigma}");
-}
-
 /// A board whose clock is set in the middle; the search for slow moves once went through all the
 /// years.
 #[test]

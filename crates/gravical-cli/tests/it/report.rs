@@ -40,19 +40,3 @@ fn six_raw_means_give_the_reports_parameters_and_errors() {
     assert_eq!(file["gravity_source"], "given");
     assert_eq!(file["verdict"]["grade"], "not-verifiable");
 }
-
-#[test]
-fn the_table_of_the_faces_has_before_beside_after() {
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), "means.csv", MEANS);
-    let line = "calibrate means.csv --gravity 9.81 --method ferraris";
-    let run = ends(folder.path(), line, 0);
-    let flat = run.out.split_whitespace().collect::<Vec<_>>().join(" ");
-    for text in [
-        "before 37.09 0.41695 0.92000 0.66199",
-        "0.01338 0.02931 0.01785",
-        "1.001552 +0.16",
-    ] {
-        assert!(flat.contains(text), "{text} in\n{}", run.out);
-    }
-}

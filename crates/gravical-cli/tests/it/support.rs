@@ -109,21 +109,6 @@ pub fn demo() -> tempfile::TempDir {
     folder
 }
 
-/// The folder with real recordings; says that a test is skipped without it.
-pub fn data() -> Option<PathBuf> {
-    let Some(folder) = std::env::var_os("GRAVICAL_DATA") else {
-        println!("skipped: GRAVICAL_DATA is not set");
-        return None;
-    };
-    let folder = PathBuf::from(folder);
-    assert!(
-        folder.join("README.md").is_file(),
-        "GRAVICAL_DATA is {}, where no recordings are",
-        folder.display()
-    );
-    Some(folder)
-}
-
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }

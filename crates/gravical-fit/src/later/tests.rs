@@ -190,29 +190,6 @@ fn readings_that_only_repeat_are_tested_together() {
     assert!(found.p > SIGNIFICANCE && found.p == found.test.p_value);
 }
 
-#[test]
-fn one_fault_is_found_and_named() {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
-    let mut moved = truth();
-    moved[BIAS + 1] += 0.02;
-    let result = check(&a, None, &stills(&mut rng, 12, &moved), |_| true).unwrap();
-    assert!(result.test.p_value < SIGNIFICANCE);
-    let [found] = result.explanations[..] else {
-        panic!("{:?}", result.explanations);
-    };
-    assert_eq!(found.cause, Cause::BiasY);
-    assert!((found.change - 0.02 / 0.97).abs() < 0.003);
-    // A scale, and the gravity of another place, look alike.
-    let there = Some(Gravity {
-        value_mps2: 9.78,
-        sd_mps2: 0.0005,
-    });
-    let result = check(&a, there, &stills(&mut rng, 12, &truth()), |_| true).unwrap();
-    let share = result.explanations.iter().find(|e| e.cause == Cause::Share);
-    assert!((share.unwrap().change - 0.0027).abs() < 3e-4);
-}
-
 /// Assumed gravity hides a scale of the same size, and is shared by two calibrations.
 #[test]
 fn gravity_is_counted_once() {

@@ -187,29 +187,16 @@ impl Session {
                 all
             }
             Plan::Edges(n) => {
-                let signs = [1.0, -1.0];
-                let mut all = Vec::new();
-                for axis in 0..3 {
-                    for a in signs {
-                        for b in signs {
-                            let mut n = V::zeros();
-                            n[(axis + 1) % 3] = a;
-                            n[(axis + 2) % 3] = b;
-                            all.push(n.normalize());
-                        }
-                    }
-                }
-                for a in signs {
-                    for b in signs {
-                        for c in signs {
-                            all.push(V::new(a, b, c).normalize());
-                        }
-                    }
-                }
-                let corners = all[12..].to_vec();
-                all.extend(corners);
-                all.truncate(n);
-                all.into_iter().map(|n| self.by_hand(n)).collect()
+                let sign = |k: usize| [1.0, -1.0][k % 2];
+                let edges = (0..12).map(|k| {
+                    let mut n = V::zeros();
+                    n[(k / 4 + 1) % 3] = sign(k / 2);
+                    n[(k / 4 + 2) % 3] = sign(k);
+                    n
+                });
+                let corners = (0..8).map(|k| V::new(sign(k / 4), sign(k / 2), sign(k)));
+                let all = edges.chain(corners.clone()).chain(corners).take(n);
+                all.map(|n| self.by_hand(n.normalize())).collect()
             }
             Plan::Again(times) => (0..times)
                 .flat_map(|_| faces)

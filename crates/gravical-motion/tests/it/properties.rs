@@ -48,10 +48,7 @@ fn the_epoch_does_not_matter() {
 
 #[test]
 fn parts_of_a_recording_agree_with_it() {
-    let scene = Scene {
-        moves: 2,
-        ..Scene::new(10, Trouble::None)
-    };
+    let scene = Scene::new(10, Trouble::None).with(|s| s.moves = 2);
     let recording = scene.record();
     let cut = recording.time_s.partition_point(|t| *t < 9.5);
     let mut part = recording.clone();
@@ -68,46 +65,9 @@ fn parts_of_a_recording_agree_with_it() {
 }
 
 #[test]
-fn a_causal_run_does_not_look_ahead() {
-    let recording = Scene {
-        moves: 3,
-        ..Scene::new(11, Trouble::Wobble(0.1))
-    }
-    .record();
-    let run = |until_s: f64| {
-        let n = recording.time_s.partition_point(|t| *t < until_s);
-        let part = unbridged(
-            &recording.time_s[..n],
-            &recording.force[..n],
-            &recording.rate[..n],
-        );
-        estimate_motion(&part, &causal())
-    };
-    let (whole, part) = (run(f64::MAX), run(18.0));
-    // Both know the second move; what came after it changes neither that nor the path before.
-    for k in 0..2 {
-        assert_eq!(whole.moves[k].displacement_m, part.moves[k].displacement_m);
-        assert_eq!(whole.moves[k].covariance_m2, part.moves[k].covariance_m2);
-    }
-    let end = part.moves[1].samples.end;
-    let before = |m: &Motion| {
-        m.path
-            .iter()
-            .filter(|n| n.sample < end)
-            .cloned()
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(before(&whole), before(&part));
-}
-
-#[test]
 fn the_smoother_ends_where_the_filter_does() {
     // With the same rests and noise the whole run and the causal one know the same at the end.
-    let scene = Scene {
-        moves: 3,
-        rests_s: [3.0, 3.0],
-        ..Scene::new(12, Trouble::None)
-    };
+    let scene = Scene::new(12, Trouble::None).with(|s| (s.moves, s.rests_s) = (3, [3.0, 3.0]));
     let (recording, whole) = estimate(&scene, &options());
     let (_, causal) = estimate(&scene, &causal());
     let (a, b) = (whole.path.last().unwrap(), causal.path.last().unwrap());
@@ -122,10 +82,7 @@ fn the_smoother_ends_where_the_filter_does() {
 
 #[test]
 fn results_agree_with_each_other() {
-    let scene = Scene {
-        moves: 3,
-        ..Scene::new(13, Trouble::Wobble(0.1))
-    };
+    let scene = Scene::new(13, Trouble::Wobble(0.1)).with(|s| s.moves = 3);
     let (_, motion) = estimate(&scene, &options());
     let mut sum = [0.0; 3];
     for one in &motion.moves {

@@ -83,6 +83,12 @@ impl Scene {
             cut_s: 0.0,
         }
     }
+
+    /// The scene with a change.
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
 }
 
 #[derive(Debug, Clone)]

@@ -1,9 +1,9 @@
 //! The motion at every sample.
 
-use gravical_motion::{Motion, MotionOptions, SampleState, estimate_motion};
+use gravical_motion::{Motion, SampleState, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{options, samples, unbridged};
+use crate::study::{options, options_with, samples, unbridged};
 
 fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
@@ -21,16 +21,9 @@ fn trapezoid(a: [f64; 3], b: [f64; 3], seconds: f64) -> [f64; 3] {
 #[test]
 fn acceleration_velocity_and_position_agree() {
     for (seed, gyro, causal) in [(1, true, false), (2, false, false), (3, true, true)] {
-        let scene = Scene {
-            moves: 2,
-            gyro,
-            ..Scene::new(seed, Trouble::Wobble(0.3))
-        };
+        let scene = Scene::new(seed, Trouble::Wobble(0.3)).with(|s| (s.moves, s.gyro) = (2, gyro));
         let samples = samples(&scene.record(), scene.ranges);
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         let motion = estimate_motion(&samples, &options);
         let states: Vec<SampleState> = motion.states(&samples).collect();
         assert_eq!(states.len(), samples.len());
@@ -61,10 +54,7 @@ fn states_are_those_of_the_nodes() {
     for causal in [false, true] {
         let scene = Scene::new(4, Trouble::Wobble(0.3));
         let samples = samples(&scene.record(), scene.ranges);
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         let motion = estimate_motion(&samples, &options);
         let states: Vec<SampleState> = motion.states(&samples).collect();
         for (k, node) in motion.path.iter().enumerate() {

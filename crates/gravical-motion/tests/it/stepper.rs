@@ -90,54 +90,36 @@ fn assert_equal(motion: &Motion, states: &[SampleState]) {
 #[test]
 fn it_is_the_causal_run() {
     let scene = |scene: Scene| samples(&scene.record(), scene.ranges);
-    let plain = Scene {
-        moves: 3,
-        ..Scene::new(1, Trouble::Wobble(0.1))
-    };
+    let plain = Scene::new(1, Trouble::Wobble(0.1)).with(|s| s.moves = 3);
     let recordings = [
         ("plain", scene(plain.clone()), 3),
         // Longer than what is kept of a rest.
         (
             "long",
-            scene(Scene {
-                rests_s: [70.0, 5.0],
-                ..plain.clone()
-            }),
+            scene(plain.clone().with(|s| s.rests_s = [70.0, 5.0])),
             3,
         ),
         (
             "no gyroscope",
-            scene(Scene {
-                gyro: false,
-                moves: 2,
-                ..Scene::new(2, Trouble::None)
-            }),
+            scene(Scene::new(2, Trouble::None).with(|s| (s.gyro, s.moves) = (false, 2))),
             2,
         ),
         (
             "from motion",
-            scene(Scene {
-                cut_s: 6.2,
-                ..plain.clone()
-            }),
+            scene(plain.clone().with(|s| s.cut_s = 6.2)),
             3,
         ),
         (
             "into motion",
-            scene(Scene {
-                rests_s: [5.0, -0.5],
-                ..plain
-            }),
+            scene(plain.with(|s| s.rests_s = [5.0, -0.5])),
             3,
         ),
         (
             "long move",
-            scene(Scene {
-                moves: 1,
-                move_s: 200.0,
-                distance_m: 50.0,
-                ..Scene::new(6, Trouble::Cart(0.5, 0.05))
-            }),
+            scene(
+                Scene::new(6, Trouble::Cart(0.5, 0.05))
+                    .with(|s| (s.moves, s.move_s, s.distance_m) = (1, 200.0, 50.0)),
+            ),
             1,
         ),
         ("walk", walk(12), 1),
@@ -196,10 +178,7 @@ fn nothing_is_known_before_the_first_rest() {
 
 #[test]
 fn an_interruption_is_one_in_both() {
-    let scene = Scene {
-        moves: 2,
-        ..Scene::new(4, Trouble::None)
-    };
+    let scene = Scene::new(4, Trouble::None).with(|s| s.moves = 2);
     let samples = samples(&scene.record(), scene.ranges).with_breaks(&[600]);
     let motion = estimate_motion(&samples, &causal());
     assert!(motion.moves[0].unusable.is_some() && motion.moves[1].unusable.is_none());

@@ -23,11 +23,15 @@ pub fn options() -> MotionOptions {
     }
 }
 
+/// The usual options with a change.
+pub fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
+    let mut options = options();
+    change(&mut options);
+    options
+}
+
 pub fn causal() -> MotionOptions {
-    MotionOptions {
-        causal: true,
-        ..options()
-    }
+    options_with(|o| o.causal = true)
 }
 
 /// Samples of which nothing was bridged.
@@ -149,116 +153,83 @@ pub fn kinds() -> Vec<Kind> {
     use Trouble as T;
     vec![
         ("plain", |s| Scene::new(s, T::None)),
-        ("slow 4 s", |s| Scene {
-            move_s: 4.0,
-            ..Scene::new(s, T::None)
+        ("slow 4 s", |s| {
+            Scene::new(s, T::None).with(|s| s.move_s = 4.0)
         }),
-        ("slow 8 s", |s| Scene {
-            move_s: 8.0,
-            ..Scene::new(s, T::None)
+        ("slow 8 s", |s| {
+            Scene::new(s, T::None).with(|s| s.move_s = 8.0)
         }),
         ("drops", |s| Scene::new(s, T::Drops)),
-        ("noise × 3", |s| Scene {
-            noise: [0.1, 3e-3],
-            ..Scene::new(s, T::None)
+        ("noise × 3", |s| {
+            Scene::new(s, T::None).with(|s| s.noise = [0.1, 3e-3])
         }),
         ("wobble ±3°", |s| {
             Scene::new(s, T::Wobble(3.0_f64.to_radians()))
         }),
         ("cart", |s| Scene::new(s, T::Cart(0.7, 0.1))),
-        ("cart 60 s", |s| Scene {
-            rests_s: [5.0, 60.0],
-            ..Scene::new(s, T::Cart(1.4, 0.2))
+        ("cart 60 s", |s| {
+            Scene::new(s, T::Cart(1.4, 0.2)).with(|s| s.rests_s = [5.0, 60.0])
         }),
         ("varied cart", |s| Scene::new(s, T::VariedCart(1.0, 0.15))),
         ("knocks", |s| Scene::new(s, T::Knocks)),
         ("vibration", |s| Scene::new(s, T::Vibration(3.0))),
-        ("jerk", |s| Scene {
-            move_s: 1.0,
-            ..Scene::new(s, T::Jerk)
-        }),
+        ("jerk", |s| Scene::new(s, T::Jerk).with(|s| s.move_s = 1.0)),
         ("bias step", |s| Scene::new(s, T::BiasStep(0.05))),
         ("tremble", |s| Scene::new(s, T::Tremble)),
-        ("clipped force", |s| Scene {
-            move_s: 0.4,
-            ranges: [2.0 * 9.80665, 1e3],
-            ..Scene::new(s, T::None)
+        ("clipped force", |s| {
+            Scene::new(s, T::None).with(|s| (s.move_s, s.ranges) = (0.4, [2.0 * 9.80665, 1e3]))
         }),
-        ("tilt 115°", |s| Scene {
-            move_s: 1.0,
-            ..Scene::new(s, T::Tilt(2.0))
+        ("tilt 115°", |s| {
+            Scene::new(s, T::Tilt(2.0)).with(|s| s.move_s = 1.0)
         }),
-        ("wobble 57°", |s| Scene {
-            move_s: 1.0,
-            ..Scene::new(s, T::Wobble(1.0))
+        ("wobble 57°", |s| {
+            Scene::new(s, T::Wobble(1.0)).with(|s| s.move_s = 1.0)
         }),
         ("wobble 57° 2 s", |s| Scene::new(s, T::Wobble(1.0))),
-        ("clipped rate", |s| Scene {
-            ranges: [1e3, 250.0_f64.to_radians()],
-            move_s: 1.0,
-            ..Scene::new(s, T::Tilt(2.0))
+        ("clipped rate", |s| {
+            Scene::new(s, T::Tilt(2.0))
+                .with(|s| (s.ranges, s.move_s) = ([1e3, 250.0_f64.to_radians()], 1.0))
         }),
-        ("no gyro", |s| Scene {
-            gyro: false,
-            ..Scene::new(s, T::None)
+        ("no gyro", |s| {
+            Scene::new(s, T::None).with(|s| s.gyro = false)
         }),
-        ("no gyro, tilt 0.5°", |s| Scene {
-            gyro: false,
-            ..Scene::new(s, T::Tilt(0.5_f64.to_radians()))
+        ("no gyro, tilt 0.5°", |s| {
+            Scene::new(s, T::Tilt(0.5_f64.to_radians())).with(|s| s.gyro = false)
         }),
-        ("no gyro, stays 0.5°", |s| Scene {
-            gyro: false,
-            ..Scene::new(s, T::LastingTilt(0.5_f64.to_radians()))
+        ("no gyro, stays 0.5°", |s| {
+            Scene::new(s, T::LastingTilt(0.5_f64.to_radians())).with(|s| s.gyro = false)
         }),
-        ("no gyro, 0.1 m 5 s", |s| Scene {
-            gyro: false,
-            move_s: 5.0,
-            distance_m: 0.1,
-            ..Scene::new(s, T::None)
+        ("no gyro, 0.1 m 5 s", |s| {
+            Scene::new(s, T::None).with(|s| (s.gyro, s.move_s, s.distance_m) = (false, 5.0, 0.1))
         }),
         ("spike", |s| Scene::new(s, T::Spikes(1))),
-        ("three spiked, 60 s", |s| Scene {
-            rests_s: [5.0, 60.0],
-            ..Scene::new(s, T::Spikes(3))
+        ("three spiked, 60 s", |s| {
+            Scene::new(s, T::Spikes(3)).with(|s| s.rests_s = [5.0, 60.0])
         }),
-        ("50 Hz", |s| Scene {
-            rate_hz: 50.0,
-            noise: [0.023, 7e-4],
-            ..Scene::new(s, T::Wobble(0.05))
+        ("50 Hz", |s| {
+            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (50.0, [0.023, 7e-4]))
         }),
-        ("400 Hz", |s| Scene {
-            rate_hz: 400.0,
-            noise: [0.066, 2e-3],
-            ..Scene::new(s, T::Wobble(0.05))
+        ("400 Hz", |s| {
+            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (400.0, [0.066, 2e-3]))
         }),
-        ("coarse steps", |s| Scene {
-            steps: [0.15, 0.02],
-            ..Scene::new(s, T::Wobble(0.05))
+        ("coarse steps", |s| {
+            Scene::new(s, T::Wobble(0.05)).with(|s| s.steps = [0.15, 0.02])
         }),
-        ("quiet sensor", |s| Scene {
-            noise: [0.005, 2e-4],
-            ..Scene::new(s, T::Wobble(0.05))
+        ("quiet sensor", |s| {
+            Scene::new(s, T::Wobble(0.05)).with(|s| s.noise = [0.005, 2e-4])
         }),
-        ("cart, rests of 1 s", |s| Scene {
-            rests_s: [1.0, 1.2],
-            ..Scene::new(s, T::Cart(0.7, 0.1))
+        ("cart, rests of 1 s", |s| {
+            Scene::new(s, T::Cart(0.7, 0.1)).with(|s| s.rests_s = [1.0, 1.2])
         }),
-        ("plain, rests of 1 s", |s| Scene {
-            rests_s: [1.0, 1.2],
-            moves: 3,
-            ..Scene::new(s, T::None)
+        ("plain, rests of 1 s", |s| {
+            Scene::new(s, T::None).with(|s| (s.rests_s, s.moves) = ([1.0, 1.2], 3))
         }),
-        ("calibrated", |s| Scene {
-            miscalibrated: 0.2,
-            ..Scene::new(s, T::Wobble(0.05))
+        ("calibrated", |s| {
+            Scene::new(s, T::Wobble(0.05)).with(|s| s.miscalibrated = 0.2)
         }),
-        ("16 s", |s| Scene {
-            move_s: 16.0,
-            ..Scene::new(s, T::None)
-        }),
-        ("ten moves", |s| Scene {
-            moves: 10,
-            ..Scene::new(s, T::Wobble(0.1))
+        ("16 s", |s| Scene::new(s, T::None).with(|s| s.move_s = 16.0)),
+        ("ten moves", |s| {
+            Scene::new(s, T::Wobble(0.1)).with(|s| s.moves = 10)
         }),
     ]
 }

@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, causal, estimate, kinds, options, samples};
+use crate::study::{Study, causal, estimate, kinds, options, options_with, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -106,11 +106,9 @@ fn causal_bands_hold() {
 fn what_a_matched_filter_sees_is_found() {
     // 35, 13 and 16 σ.
     for (distance_m, move_s) in [(0.01, 0.5), (0.03, 2.0), (0.1, 4.0)] {
-        let scene = |seed| Scene {
-            distance_m,
-            move_s,
-            rests_s: [3.0, 3.0],
-            ..Scene::new(seed, Trouble::None)
+        let scene = |seed| {
+            Scene::new(seed, Trouble::None)
+                .with(|s| (s.distance_m, s.move_s, s.rests_s) = (distance_m, move_s, [3.0, 3.0]))
         };
         let study = Study::of((0..12).map(scene), &options());
         assert!(study.found >= 11, "{distance_m} m: {}", study.found);
@@ -127,35 +125,10 @@ fn turns_calibrate_the_gyroscope_on_the_way() {
 }
 
 #[test]
-#[ignore = "slow: 2·10⁶ rows with 1,000 moves"]
-fn a_long_recording() {
-    let scene = Scene {
-        moves: 1000,
-        rests_s: [18.0, 18.0],
-        ..Scene::new(1, Trouble::Wobble(0.05))
-    };
-    let recording = scene.record();
-    let samples = samples(&recording, scene.ranges);
-    let start = std::time::Instant::now();
-    let motion = estimate_motion(&samples, &options());
-    let seconds = start.elapsed().as_secs_f64();
-    println!(
-        "{} rows, {} moves, {} nodes: {seconds:.2} s",
-        samples.len(),
-        motion.moves.len(),
-        motion.path.len()
-    );
-    assert_eq!(motion.moves.len(), 1000);
-}
-
-#[test]
 #[ignore = "slow: an hour without a rest"]
 fn a_long_leg() {
-    let scene = Scene {
-        distance_m: 1e3,
-        move_s: 3600.0,
-        ..Scene::new(1, Trouble::Cart(0.5, 0.05))
-    };
+    let scene =
+        Scene::new(1, Trouble::Cart(0.5, 0.05)).with(|s| (s.distance_m, s.move_s) = (1e3, 3600.0));
     let (recording, motion) = estimate(&scene, &options());
     println!(
         "{:?} ± {:?}, {} nodes",
@@ -172,10 +145,7 @@ fn a_long_leg() {
 #[test]
 fn bands_hold_inside_a_move() {
     for causal in [false, true] {
-        let options = MotionOptions {
-            causal,
-            ..options()
-        };
+        let options = options_with(|o| o.causal = causal);
         let mut inside = 0;
         for seed in 0..40 {
             let scene = Scene::new(seed, Trouble::None);
@@ -205,10 +175,7 @@ fn options_must_be_possible() {
     let scene = Scene::new(3, Trouble::None);
     let samples = samples(&scene.record(), scene.ranges);
     for max_stance_rate_rad_s in [f64::NAN, -1.0] {
-        let options = MotionOptions {
-            max_stance_rate_rad_s,
-            ..options()
-        };
+        let options = options_with(|o| o.max_stance_rate_rad_s = max_stance_rate_rad_s);
         assert_eq!(estimate_motion(&samples, &options).moves, []);
     }
 }

@@ -54,14 +54,6 @@ fn lines_without_end_take_no_longer_for_it() {
     }
 }
 
-#[test]
-fn what_fuzzing_found_is_counted() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/regressions/reader");
-    for entry in std::fs::read_dir(folder).unwrap() {
-        check(std::fs::read(entry.unwrap().path()).unwrap());
-    }
-}
-
 proptest! {
     #[test]
     fn torn_recordings(cuts in proptest::collection::vec((0.0..1.0, 0..200_usize, any::<u8>()), 1..12)) {

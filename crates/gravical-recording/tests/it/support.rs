@@ -5,29 +5,6 @@ use gravical_recording::{Error, FindingKind, ReadOptions, Recording, read_bytes}
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
 
-/// Numbers that look random (Knuth's linear congruential generator).
-pub struct Dice(u64);
-
-impl Dice {
-    pub fn new(seed: u64) -> Self {
-        let mut dice = Dice(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        dice.below(2);
-        dice
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (self.0 >> 33) as usize % n
-    }
-
-    pub fn noise(&mut self) -> f64 {
-        self.below(2001) as f64 / 1000.0 - 1.0
-    }
-}
-
 /// One row: specific force in g, angular rate in °/s.
 pub struct Row {
     pub accel_g: [f64; 3],
@@ -36,13 +13,21 @@ pub struct Row {
 
 /// The sensor lies on its six faces for two seconds each.
 pub fn six_faces(seed: u64) -> Vec<Row> {
-    let mut dice = Dice::new(seed);
+    // Numbers that look random (Knuth's linear congruential generator), from −1 to 1.
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        ((state >> 33) % 2001) as f64 / 1000.0 - 1.0
+    };
+    noise();
     (0..6 * FACE_ROWS)
         .map(|row| {
             let face = row / FACE_ROWS;
-            let mut accel_g = [0.02, -0.04, 0.05].map(|bias| bias + 0.003 * dice.noise());
+            let mut accel_g = [0.02, -0.04, 0.05].map(|bias| bias + 0.003 * noise());
             accel_g[face / 2] += if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-            let gyro_deg_s = [0.77, -0.31, 1.16].map(|bias| bias + 0.1 * dice.noise());
+            let gyro_deg_s = [0.77, -0.31, 1.16].map(|bias| bias + 0.1 * noise());
             Row {
                 accel_g,
                 gyro_deg_s,

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use gravical_recording::write::{Cell, NewColumn, Table, Writer};
+use gravical_recording::write::{NewColumn, Table, Writer};
 use gravical_recording::{Batch, Format, ReadOptions, sniff};
 
 fn write(
@@ -109,22 +109,4 @@ fn numbers_wrapped_in_words_become_a_table() {
     assert_eq!(rows.len(), 9);
     assert_eq!(rows[3], "0.130,-0.200,9.800,25.3");
     assert_eq!(rows[8], "0.180,-0.200,9.800,25.8");
-}
-
-#[test]
-fn a_plain_table_quotes_what_needs_it() {
-    let text = "t;ax;ay;az;label\n0;0,1;0,2;9,8;\"a \"\"b\"\", c\"\n1;0,1;0,2;9,75;\"on; top\"\n2;0,1;0,2;9,7;desk\n";
-    let format = sniff(text, "", &ReadOptions::default()).unwrap();
-    let columns = [
-        ("z".to_owned(), Cell::Trimmed(0, 9)),
-        ("label".to_owned(), Cell::Quoted(0)),
-    ];
-    let table = Table::plain(columns, [4]);
-    let out = write(text, &format, table, |b| {
-        vec![b.columns[format.accel[2]].clone()]
-    });
-    assert_eq!(
-        out,
-        "z,label\n9.8,\"a \"\"b\"\", c\"\n9.75,on; top\n9.7,desk\n"
-    );
 }

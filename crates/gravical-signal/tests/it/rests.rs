@@ -165,24 +165,6 @@ fn false_rests_and_splits_are_rare() {
 }
 
 #[test]
-fn a_faint_move_parts_a_rest() {
-    // 1 cm in 1 s: 13 σ of a matched filter, a third of the noise of a sample.
-    let minimum_jerk = |u: f64| 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u);
-    let force = |t: f64| {
-        let is_moved = (10.0..11.0).contains(&t);
-        let x = if is_moved {
-            0.01 * minimum_jerk(t - 10.0)
-        } else {
-            0.0
-        };
-        [x, 0.0, 9.8]
-    };
-    let rests = |seed| Recording::new(seed, 20.0, 0.033, force, |_| [0.0; 3]).rests(false);
-    let found = (0..20).filter(|seed| rests(*seed).len() == 2);
-    assert!(found.count() >= 19);
-}
-
-#[test]
 fn a_slow_turn_is_no_rest() {
     let turn = |t: f64| [0.0, 9.8 * (0.05 * t).sin(), 9.8 * (0.05 * t).cos()];
     let rests = Recording::new(1, 20.0, 0.03, turn, |_| [0.05, 0.0, 0.0]).rests(false);

@@ -13,9 +13,6 @@
 
 #[path = "../../../../tests/support/each.rs"]
 mod each;
-#[path = "../../../../tests/support/means.rs"]
-#[allow(dead_code, reason = "others use more of it")]
-mod means;
 #[allow(dead_code, reason = "the tests have sessions of their own")]
 mod session;
 

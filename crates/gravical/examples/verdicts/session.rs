@@ -1,14 +1,16 @@
 //! A session of a virtual part: placements held for some seconds each, one
 //! recording a placement, with or without something that no model knows of.
 
-use crate::means::{MeanReading, Part, Planned};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
+use gravical::poses::face::Face;
 use gravical::recording::{ReadOptions, Recording, SampleColumns};
+use gravical::simulate::spread_directions;
 use gravical_core::matrix3;
-use rand::{RngExt, SeedableRng};
+use nalgebra::Vector3;
+use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
@@ -21,6 +23,87 @@ const HOLD_S: f64 = 5.0;
 const NOISE_MPS2: f64 = 0.033;
 /// Directions in which the truth is looked at.
 const DIRECTIONS: usize = 1000;
+
+/// Seed of the parts.
+const SEED: u64 = 5;
+/// Standard deviation of a scale, relative.
+const SCALE_SD: f64 = 0.02;
+/// Standard deviation of the off-diagonal elements of R, and of the two components of the tilt of a
+/// pose, rad.
+const ANGLE_SD_RAD: f64 = std::f64::consts::PI / 180.0;
+/// Biases are uniformly distributed over ± this, m/s².
+const BIAS_LIMIT_MPS2: f64 = 0.5;
+
+/// A virtual part with known parameters: a cheap one.
+#[derive(Clone)]
+struct Part {
+    model: [[f64; 3]; 3],
+    bias: [f64; 3],
+    tilts: ChaCha8Rng,
+}
+
+impl Part {
+    /// Each part has its own random streams, so that it does not depend on the other parts, and
+    /// separate ones for parameters and tilts.
+    fn draw(index: u64) -> Self {
+        let mut rng = stream(1, index);
+        let mut model = [[0.0; 3]; 3];
+        for (i, row) in model.iter_mut().enumerate() {
+            let scale = 1.0 + SCALE_SD * normal(&mut rng);
+            for (j, element) in row.iter_mut().enumerate() {
+                let off = ANGLE_SD_RAD * normal(&mut rng);
+                *element = scale * if i == j { 1.0 } else { off };
+            }
+        }
+        let bias = std::array::from_fn(|_| BIAS_LIMIT_MPS2 * uniform(&mut rng));
+        let mut tilts = stream(2, index);
+        // What a table that is not level would take: published figures are of the tilts after it.
+        for _ in 0..2 {
+            normal(&mut tilts);
+        }
+        for _ in 0..6 {
+            uniform(&mut tilts);
+        }
+        Part { model, bias, tilts }
+    }
+
+    /// The directions of the six faces, +x −x +y −y +z −z, each with a tilt of its own.
+    fn faces(&mut self) -> Vec<[f64; 3]> {
+        Face::all().map(|face| self.tilted(face)).to_vec()
+    }
+
+    fn tilted(&mut self, face: Face) -> [f64; 3] {
+        let nominal = Vector3::from(face.direction());
+        let first = nominal.cross(&Vector3::ith(nominal.iamin(), 1.0));
+        let first = first.normalize();
+        let second = nominal.cross(&first);
+        let [p, q] = [0, 1].map(|_| ANGLE_SD_RAD * normal(&mut self.tilts));
+        let delta = first * p + second * q;
+        let angle = delta.norm();
+        (nominal * angle.cos() + delta * (angle.sin() / angle)).into()
+    }
+
+    /// Reading without noise, m/s².
+    fn read(&self, direction: [f64; 3]) -> [f64; 3] {
+        let force = matrix3::mul_vec(&self.model, &direction);
+        std::array::from_fn(|i| G * force[i] + self.bias[i])
+    }
+}
+
+/// The stream of random numbers of one purpose, as the simulator has it.
+fn stream(purpose: u64, index: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+    rng.set_stream((index << 8) | purpose);
+    rng
+}
+
+fn normal(rng: &mut impl Rng) -> f64 {
+    rng.sample(StandardNormal)
+}
+
+fn uniform(rng: &mut impl Rng) -> f64 {
+    2.0 * rng.random::<f64>() - 1.0
+}
 
 /// Which placements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -142,7 +225,7 @@ impl Session {
         Session {
             plan,
             index,
-            part: Part::draw(0.0, 5, index as usize),
+            part: Part::draw(index),
             rng: ChaCha8Rng::seed_from_u64(1000 + index),
         }
     }
@@ -155,17 +238,17 @@ impl Session {
 
     /// `count` directions spread over the sphere, each missed by some degrees, in no
     /// particular order.
-    fn by_hand(&mut self, count: usize) -> Vec<Planned> {
-        let mut keyed: Vec<(f64, Planned)> = sphere(count)
+    fn by_hand(&mut self, count: usize) -> Vec<[f64; 3]> {
+        let mut keyed: Vec<(f64, [f64; 3])> = sphere(count)
             .map(|n| {
                 let by = self.direction();
                 let v: [f64; 3] = std::array::from_fn(|i| n[i] + 0.15 * by[i]);
                 let length = matrix3::norm(&v);
-                (self.rng.random(), Planned::Free(v.map(|v| v / length)))
+                (self.rng.random(), v.map(|v| v / length))
             })
             .collect();
         keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-        keyed.into_iter().map(|(_, planned)| planned).collect()
+        keyed.into_iter().map(|(_, direction)| direction).collect()
     }
 
     /// Recordings of one session, and the true reading in any direction, the noise and
@@ -174,22 +257,20 @@ impl Session {
         &mut self,
         disturbance: Disturbance,
     ) -> (Vec<Recording>, impl Fn([f64; 3]) -> [f64; 3] + use<>) {
-        let planned: Vec<Planned> = match self.plan {
-            Plan::Proposed(_) => Planned::six_faces(),
+        let mut places: Vec<[f64; 3]> = match self.plan {
+            Plan::Proposed(_) => self.part.faces(),
             Plan::Spread(n) => {
-                let mut all = Planned::six_faces();
-                all.extend(Planned::spread(n, self.index));
-                all
+                let spread = spread_directions(n, self.index);
+                self.part.faces().into_iter().chain(spread).collect()
             }
             Plan::Free(n) => self.by_hand(n),
-            Plan::Faces => (0..4).flat_map(|_| Planned::six_faces()).collect(),
+            Plan::Faces => (0..4).flat_map(|_| self.part.faces()).collect(),
             Plan::Again => {
-                let mut all = Planned::six_faces();
-                all.push(all[self.index as usize % 6]);
+                let mut all = self.part.faces();
+                all.push(self.part.tilted(Face::all()[self.index as usize % 6]));
                 all
             }
         };
-        let mut places = self.part.place(&planned);
         let clean = self.part.clone();
         let cubic = move |u: [f64; 3]| match disturbance {
             Disturbance::Cubic => u.map(|v| v + 0.005 * G * (v / G).powi(3)),
@@ -201,18 +282,12 @@ impl Session {
                 let so_far: Vec<Recording> = places
                     .iter()
                     .enumerate()
-                    .filter_map(|(k, p)| self.hold(k, read(p.direction), |_| [0.0; 3]))
+                    .filter_map(|(k, up)| self.hold(k, read(*up), |_| [0.0; 3]))
                     .collect();
                 let Some(file) = calibrated(&so_far) else {
                     break;
                 };
-                let next: Vec<Planned> = file
-                    .accelerometer
-                    .next_poses
-                    .iter()
-                    .map(|p| Planned::Free(p.direction))
-                    .collect();
-                places.extend(self.part.place(&next));
+                places.extend(file.accelerometer.next_poses.iter().map(|p| p.direction));
             }
         }
         let recordings = self.spoiled(&places, &read, disturbance);
@@ -221,7 +296,7 @@ impl Session {
 
     fn spoiled(
         &mut self,
-        places: &[MeanReading],
+        places: &[[f64; 3]],
         read: &impl Fn([f64; 3]) -> [f64; 3],
         disturbance: Disturbance,
     ) -> Vec<Recording> {
@@ -250,7 +325,7 @@ impl Session {
                 Disturbance::Spikes if k == hit && spikes[row] => way.map(|w| G * w),
                 _ => [0.0; 3],
             };
-            out.extend(self.hold(k, read(place.direction), more));
+            out.extend(self.hold(k, read(*place), more));
         }
         out
     }

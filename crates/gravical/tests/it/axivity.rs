@@ -16,8 +16,7 @@ use crate::support::{finding, kinds};
 use crate::wear::{self, Wear};
 
 fn data(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("GRAVICAL_DATA")?;
-    Some(Path::new(&folder).join("skdh-axivity").join(name))
+    Some(crate::support::data()?.join("skdh-axivity").join(name))
 }
 
 fn read_cwa(bytes: &[u8]) -> Recording {

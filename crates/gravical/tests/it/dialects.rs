@@ -1,6 +1,6 @@
 //! Text formats that the harness of writings does not draw.
 
-use gravical::recording::{ReadOptions, parse_columns};
+use gravical::recording::parse_columns;
 
 use crate::support::*;
 
@@ -30,10 +30,7 @@ fn an_unnamed_index_column_does_not_shift_the_channels() {
 #[test]
 fn columns_by_name_and_in_order() {
     let plain = read(text().as_bytes());
-    let by_name = |spec: &str| ReadOptions {
-        columns: Some(parse_columns(spec).unwrap()),
-        ..ReadOptions::default()
-    };
+    let by_name = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
     // x and y are swapped by name; other columns are assigned automatically.
     let [x, y, z] = &plain.accel;
     for spec in ["ax=aY (m/s^2),ay=aX (m/s^2),temp=-", "_,ay,ax,az,-"] {

@@ -2,6 +2,8 @@
 //! calibration it was made from: on a thousand random vectors, to 1e-6 of full scale.
 
 mod autopilot;
+#[path = "../../../../tests/support/calibration.rs"]
+mod calibration;
 mod code;
 mod registers;
 mod ros;
@@ -10,29 +12,21 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection, from_imucal};
+use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection};
 use gravical::core::matrix3::{diagonal, inverse, mul};
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::finding::Advice;
 use gravical::recording::{AccelUnit, GyroUnit};
-use serde_json::json;
 
 use crate::support::*;
+use calibration::{G, made};
 
 type Vector = [f64; 3];
 type Matrix = [[f64; 3]; 3];
 
-/// g₀ in m/s².
-const G: f64 = 9.80665;
-
 /// An MPU6050 at ±2 g and ±250 °/s, in counts.
 fn in_counts() -> CalibrationFile {
-    let mut file = made(16384.0 / G, 131.0);
-    file.accelerometer.input_unit = AccelUnit::Counts;
-    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    let gyro = file.gyroscope.as_mut().unwrap();
-    gyro.input_unit = GyroUnit::Counts;
-    file
+    calibration::in_counts(16384.0, 131.0)
 }
 
 /// A sensor that reads g and °/s.
@@ -43,26 +37,11 @@ fn in_g() -> CalibrationFile {
     file
 }
 
-/// A sensor with every kind of error; `per_mps2` and `per_deg_s` are its nominal scales.
-fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
-    let times = |v: Vector, by: f64| v.map(|x| x * by);
-    let k_ga = [
-        [0.01, 0.002, -0.003],
-        [0.0, -0.02, 0.004],
-        [0.001, 0.0, 0.015],
-    ];
-    let value = json!({
-        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
-        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
-        "b_a": times([0.31, -0.42, 0.55], per_mps2),
-        "K_g": diagonal(times([0.991, 1.004, 1.013], per_deg_s)),
-        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
-        "K_ga": k_ga.map(|row| times(row, per_deg_s)),
-        "b_g": times([1.3, -2.4, 0.7], per_deg_s),
-        "cal_type": "Ferraris",
-        "_format_version": "2.0.0"
-    });
-    from_imucal(&value).unwrap()
+/// The usual options with a change.
+fn options_with(change: impl FnOnce(&mut ExportOptions)) -> ExportOptions {
+    let mut options = ExportOptions::default();
+    change(&mut options);
+    options
 }
 
 fn export_to(
@@ -100,25 +79,40 @@ fn calibrated(file: &CalibrationFile, accel: &[Vector], gyro: &[Vector]) -> Vec<
         .collect()
 }
 
-/// Six numbers a line, accelerometer and gyroscope, against `wanted` to 1e-6 of the largest.
+/// Six numbers a line, accelerometer and gyroscope, against `wanted`.
 fn agree(out: &str, wanted: &[[Vector; 2]]) {
-    let rows: Vec<Vec<f64>> = out
-        .lines()
-        .map(|l| l.split_whitespace().map(|w| w.parse().unwrap()).collect())
-        .collect();
+    let row = |line: &str| -> [Vector; 2] {
+        let numbers = line.split_whitespace().map(|w| w.parse().unwrap());
+        let [x, y, z, u, v, w] = numbers.collect::<Vec<f64>>()[..] else {
+            panic!("{line}")
+        };
+        [[x, y, z], [u, v, w]]
+    };
+    agree_rows(&out.lines().map(row).collect::<Vec<_>>(), wanted);
+}
+
+/// To 1e-6 of the largest.
+fn agree_rows(rows: &[[Vector; 2]], wanted: &[[Vector; 2]]) {
     assert_eq!(rows.len(), wanted.len());
     for sensor in 0..2 {
-        let most = wanted
-            .iter()
-            .flat_map(|w| w[sensor])
-            .fold(0.0_f64, |m, v| m.max(v.abs()));
+        let all = wanted.iter().flat_map(|w| w[sensor]);
+        let most = all.fold(0.0_f64, |m, v| m.max(v.abs()));
         for (row, wanted) in rows.iter().zip(wanted) {
-            assert_eq!(row.len(), 6);
             for i in 0..3 {
-                close(row[3 * sensor + i], wanted[sensor][i], 1e-6 * most);
+                close(row[sensor][i], wanted[sensor][i], 1e-6 * most);
             }
         }
     }
+}
+
+fn times(m: &[f64], v: Vector) -> Vector {
+    assert_eq!(m.len(), 9);
+    std::array::from_fn(|i| (0..3).map(|j| m[3 * i + j] * v[j]).sum())
+}
+
+fn less(a: Vector, b: &[f64]) -> Vector {
+    assert_eq!(b.len(), 3);
+    std::array::from_fn(|i| a[i] - b[i])
 }
 
 /// The vectors as lines of a program's input.
@@ -177,23 +171,14 @@ fn nominal(file: &CalibrationFile, per_mps2: f64) -> (Matrix, Vector) {
 
 #[test]
 fn a_target_refuses_options_and_names_that_it_cannot_use() {
-    let named = |name: &str| ExportOptions {
-        name: Some(name.to_owned()),
-        ..ExportOptions::default()
-    };
+    let named = |name: &str| options_with(|o| o.name = Some(name.to_owned()));
     let long = "n".repeat(49);
     let names = [
         "", "9lives", "a-b", "a b", "a__b", "_a", "größe", "x*/y", &long,
     ];
     let names = names.map(|name| ("c", named(name), "export-name"));
-    let id = ExportOptions {
-        device_id: Some(1),
-        ..ExportOptions::default()
-    };
-    let rotation = ExportOptions {
-        rotation: Some("y,-x,z".parse().unwrap()),
-        ..ExportOptions::default()
-    };
+    let id = options_with(|o| o.device_id = Some(1));
+    let rotation = options_with(|o| o.rotation = Some("y,-x,z".parse().unwrap()));
     let others = [
         ("px4", named("imu"), "export-option"),
         ("c", id, "export-option"),

@@ -412,10 +412,7 @@ fn the_end_of_a_range() {
             let rates = csv(&[top, s.w[1], s.w[2]], decimals);
             format!("{},{},{rates}", 10 * s.i, csv(&mps2(s), 5))
         });
-        let options = ReadOptions {
-            gyro_range_deg_s: range,
-            ..ReadOptions::default()
-        };
+        let options = read_options(|o| o.gyro_range_deg_s = range);
         let recording = read_with(text.as_bytes(), &options);
         let of = recording
             .findings
@@ -467,10 +464,9 @@ fn columns_of_the_gyroscopes_file() {
     let gyro = written("t_ms,u,v,w_\n", |s| {
         format!("{},{}", 10 * s.i, csv(&s.w, 4))
     });
-    let options = ReadOptions {
-        columns: Some(parse_columns("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_").unwrap()),
-        ..ReadOptions::default()
-    };
+    let options = read_options(|o| {
+        o.columns = Some(parse_columns("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_").unwrap())
+    });
     let mut recording = read_with(accel.as_bytes(), &options.beside_gyroscope_file());
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
     close(mean(&recording.gyro.as_ref().unwrap()[2]), 0.03, 0.001);
@@ -478,10 +474,7 @@ fn columns_of_the_gyroscopes_file() {
     let both = written("t_ms,ax,ay,az,gx,gy,gz\n", |s| {
         format!("{},{},{}", 10 * s.i, csv(&mps2(s), 4), csv(&s.w, 4))
     });
-    let options = ReadOptions {
-        columns: Some(parse_columns("gx=-,gy=-,gz=-").unwrap()),
-        ..ReadOptions::default()
-    };
+    let options = read_options(|o| o.columns = Some(parse_columns("gx=-,gy=-,gz=-").unwrap()));
     let mut recording = read_with(both.as_bytes(), &options.beside_gyroscope_file());
     let gyro = gyro.replace("u,v,w_", "gx,gy,gz");
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();

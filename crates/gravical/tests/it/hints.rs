@@ -91,19 +91,11 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 
 #[test]
 fn an_option_that_is_named_helps() {
-    let columns = |spec: &str| ReadOptions {
-        columns: Some(parse_columns(spec).unwrap()),
-        ..ReadOptions::default()
-    };
+    use crate::support::read_options;
+    let columns = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
     let none = ReadOptions::default;
-    let seconds = |unit| ReadOptions {
-        time_unit: Some(unit),
-        ..none()
-    };
-    let milligravity = || ReadOptions {
-        accel_unit: Some(AccelUnit::MilliGravity),
-        ..none()
-    };
+    let seconds = |unit| read_options(|o| o.time_unit = Some(unit));
+    let milligravity = || read_options(|o| o.accel_unit = Some(AccelUnit::MilliGravity));
     let commas = |a| cells(a, ",");
     let plain = |k: usize, a| format!("{},{}", 40 * k, commas(a));
     let semicolons = |k: usize, a| format!("{};{}", 40 * k, cells(a, ";"));

@@ -19,9 +19,6 @@ mod hints;
 mod join;
 mod later;
 mod live;
-#[path = "../../../../tests/support/means.rs"]
-#[allow(dead_code, reason = "the examples use more of it")]
-mod means;
 mod motion_misfit;
 mod motion_stories;
 mod noise;

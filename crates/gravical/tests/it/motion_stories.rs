@@ -1,9 +1,7 @@
 //! Motion of recordings whose story is known: what is missing, replaced, given or asked for. How
 //! accurate it is, and what is a rest, is tested in `gravical-motion`.
 
-use gravical::motion::{
-    MotionJudgement, MotionOptions, MotionResult, MotionStepper, Readings, motion, write_table,
-};
+use gravical::motion::{MotionJudgement, MotionOptions, MotionResult, motion, write_table};
 use gravical::noise::{NoiseOptions, noise_of};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
@@ -53,10 +51,11 @@ fn ride(cruise: f64) -> impl Fn(f64) -> f64 {
     }
 }
 
-fn computed(recording: &Recording) -> MotionResult {
-    motion(recording, None, &MotionOptions::default())
-        .unwrap()
-        .result
+/// The usual options with a change.
+fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
+    let mut options = MotionOptions::default();
+    change(&mut options);
+    options
 }
 
 fn kinds(result: &MotionResult) -> Vec<&str> {
@@ -80,23 +79,14 @@ fn without_a_rest_nothing_is_computed_and_that_is_said() {
 fn a_velocity_at_the_start_counts_without_zero_velocity() {
     let recording = record(12.0, ride(1.0), true, |_| true);
     let with = |v0: f64, zero_velocity: bool| {
-        let options = MotionOptions {
-            v0_mps: Some([v0, 0.0, 0.0]),
-            zero_velocity: Some(zero_velocity),
-            ..MotionOptions::default()
-        };
+        let options = options_with(|o| {
+            (o.v0_mps, o.zero_velocity) = (Some([v0, 0.0, 0.0]), Some(zero_velocity))
+        });
         motion(&recording, None, &options)
     };
     assert_eq!(with(1.0, true).err().unwrap().option(), Some("v0"));
     let at = |v0: f64| with(v0, false).unwrap().result.r#final.position_m.unwrap()[0];
     assert!((at(1.0) - at(0.0) - 11.99).abs() < 1e-6);
-}
-
-#[test]
-fn replaced_values_are_told() {
-    let spiked = |t: f64| ride(1.0)(t) + if (t - 5.15).abs() < 0.004 { 40.0 } else { 0.0 };
-    let result = computed(&record(12.0, spiked, true, |_| true));
-    assert!(result.moves[0].replaced > 0 && kinds(&result).contains(&"values-replaced"));
 }
 
 /// A second estimate, because of a noise file, filters or a calibration in doubt, is of the same rows and
@@ -110,14 +100,8 @@ fn what_is_computed_twice_forgets_nothing() {
     );
     let options = [
         MotionOptions::default(),
-        MotionOptions {
-            noise: Some(noise.unwrap().section()),
-            ..MotionOptions::default()
-        },
-        MotionOptions {
-            smooth: vec!["savgol:5,2".parse().unwrap()],
-            ..MotionOptions::default()
-        },
+        options_with(|o| o.noise = Some(noise.unwrap().section())),
+        options_with(|o| o.smooth = vec!["savgol:5,2".parse().unwrap()]),
     ];
     let results = options.map(|o| motion(&recording, None, &o).unwrap().result);
     for result in &results {
@@ -146,14 +130,8 @@ fn a_mean_of_rows_that_move_is_told() {
 #[test]
 fn the_table_has_a_line_for_every_sample_in_every_case() {
     let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
-    let open = MotionOptions {
-        zero_velocity: Some(false),
-        ..MotionOptions::default()
-    };
-    let plain = MotionOptions {
-        no_bands: true,
-        ..MotionOptions::default()
-    };
+    let open = options_with(|o| o.zero_velocity = Some(false));
+    let plain = options_with(|o| o.no_bands = true);
     let usual = MotionOptions::default();
     for (options, columns, keep) in [
         (&usual, 27, (|_| true) as fn(f64) -> bool),
@@ -174,38 +152,4 @@ fn the_table_has_a_line_for_every_sample_in_every_case() {
         }
         assert!(!table.contains("NaN") && !table.contains("inf"));
     }
-}
-
-#[test]
-fn sample_by_sample_it_is_the_causal_run() {
-    let recording = record(16.0, ride(1.0), true, |_| true);
-    let options = MotionOptions {
-        causal: true,
-        p0_m: [1.0, 0.0, 0.0],
-        ..MotionOptions::default()
-    };
-    let whole = motion(&recording, None, &options).unwrap();
-    let mut stepper = MotionStepper::new(&recording, None, &options).unwrap();
-    let gyro = recording.gyro.as_ref().unwrap();
-    let mut last_band = 0.0;
-    for (i, t_s) in recording.time_s.as_ref().unwrap().iter().enumerate() {
-        let readings = Readings {
-            t_s: Some(*t_s),
-            accel: recording.accel_at(i),
-            gyro: gyro.each_ref().map(|c| c[i]),
-            temperature_c: f64::NAN,
-        };
-        assert!(stepper.update(&readings));
-        assert!(!stepper.update(&readings), "its time is not later");
-        last_band = stepper.now().state.position_sd_m[0];
-    }
-    let (now, end) = (&stepper.now().state, &whole.result.r#final);
-    let (p, sigma) = (end.position_m.unwrap(), end.sigma_m.unwrap());
-    for k in 0..3 {
-        let off = (now.position_m[k] - p[k]).abs();
-        assert!(off < 1e-9, "{:?} {p:?}", now.position_m);
-        assert!((now.position_sd_m[k] - sigma[k]).abs() < 1e-9);
-    }
-    assert!(now.at_rest && last_band > 0.0);
-    assert_eq!(stepper.samples() as usize, 2 * recording.rows());
 }

@@ -19,6 +19,13 @@ pub fn read(bytes: &[u8]) -> Recording {
     read_with(bytes, &ReadOptions::default())
 }
 
+/// The usual options with a change.
+pub fn read_options(change: impl FnOnce(&mut ReadOptions)) -> ReadOptions {
+    let mut options = ReadOptions::default();
+    change(&mut options);
+    options
+}
+
 /// Reads a file and checks that every line is accounted for.
 pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Recording {
     let recording = read_bytes(bytes, "test.csv", options).unwrap();
@@ -96,19 +103,4 @@ pub fn six_files(sensor: &Sensor, rows: usize) -> Vec<Recording> {
             read_bytes(text.as_bytes(), &name, &ReadOptions::default()).unwrap()
         })
         .collect()
-}
-
-/// The folder with real recordings; prints that a test is skipped without it.
-pub fn data() -> Option<std::path::PathBuf> {
-    let Some(folder) = std::env::var_os("GRAVICAL_DATA") else {
-        println!("skipped: GRAVICAL_DATA is not set");
-        return None;
-    };
-    let folder = std::path::PathBuf::from(folder);
-    assert!(
-        folder.join("README.md").is_file(),
-        "GRAVICAL_DATA is {}, where no recordings are",
-        folder.display()
-    );
-    Some(folder)
 }

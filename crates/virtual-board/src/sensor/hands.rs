@@ -2,65 +2,23 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::str::FromStr;
 
 use gravical::poses::face::Face;
-use gravical::simulate::{InteractiveSensor, LineOptions, SimulateOptions, Truth};
+use gravical::simulate::{
+    InteractiveSensor, LineOptions, Scenario, SimulateOptions, StaticOptions, Truth,
+};
 use gravical::{Error, Result};
 
-use super::source::{Reading, Source};
-
-/// One thing that hands do.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Command {
-    /// Lays it down with that face up.
-    Lay(Face),
-    /// Holds it with that direction up.
-    Hold([f64; 3]),
-    /// Pushes it that far along its y, m.
-    Push(f64),
-}
+use super::Reading;
 
 /// What can be typed.
 pub const COMMANDS: &str = "+x -x +y -y +z -z: that axis up; \
                             0.3 0.5 -0.8: that direction up; push, push 0.5: along y, m";
 
-impl FromStr for Command {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let cannot = || {
-            Error::usage("hands", format!("{text:?} is nothing that hands do")).with_hint(COMMANDS)
-        };
-        let text = text.trim();
-        if let Some(face) = Face::all().into_iter().find(|f| f.name() == text) {
-            return Ok(Command::Lay(face));
-        }
-        let (word, rest) = text.split_once(' ').unwrap_or((text, ""));
-        if word == "push" {
-            let way_m = match rest.trim() {
-                "" => LineOptions::default().distance_m,
-                way => way.parse().map_err(|_| cannot())?,
-            };
-            return Ok(Command::Push(way_m));
-        }
-        let numbers: Vec<f64> = text
-            .split_whitespace()
-            .map(|word| word.parse().map_err(|_| cannot()))
-            .collect::<Result<_>>()?;
-        match *numbers {
-            [x, y, z] => Ok(Command::Hold([x, y, z])),
-            _ => Err(cannot()),
-        }
-    }
-}
-
-/// A sensor in hand, as a source of readings. The world goes on when the board is
-/// reset, which is what the opening of a port does: readings do not begin again.
+/// A sensor in hand. The world goes on when the board is reset, which is what the opening of a
+/// port does: the sensor lies where it lay.
 #[derive(Clone)]
-pub struct Hands {
-    world: Rc<RefCell<World>>,
-}
+pub struct Hands(Rc<RefCell<World>>);
 
 struct World {
     sensor: InteractiveSensor,
@@ -70,51 +28,55 @@ struct World {
 }
 
 impl Hands {
-    /// Lying with z up.
+    /// The sensor of a seed, lying with z up; each pose on a face is tilted at random, by this
+    /// standard deviation of each of two components.
     ///
     /// # Errors
     ///
     /// Those of [`InteractiveSensor::new`].
-    pub fn new(options: &SimulateOptions) -> Result<Self> {
-        let mut options = options.clone();
+    pub fn new(seed: u64, tilt_sd_deg: f64) -> Result<Self> {
+        let mut options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
+        (options.seed, options.tilt_sd_deg) = (seed, tilt_sd_deg);
         // The counts are made by the model of the registers.
         options.sensor.quantise = false;
-        Ok(Self {
-            world: Rc::new(RefCell::new(World {
-                sensor: InteractiveSensor::new(&options)?,
-                began_s: 0.0,
-                last_s: 0.0,
-            })),
-        })
+        Ok(Self(Rc::new(RefCell::new(World {
+            sensor: InteractiveSensor::new(&options)?,
+            began_s: 0.0,
+            last_s: 0.0,
+        }))))
     }
 
-    /// Does it; gives the seconds until it rests.
+    /// Does what was typed; gives the seconds until it rests.
     ///
     /// # Errors
     ///
-    /// `simulate-option` (usage) for a direction or a way that cannot be.
-    pub fn act(&self, command: Command) -> Result<f64> {
-        let sensor = &mut self.world.borrow_mut().sensor;
-        match command {
-            Command::Lay(face) => Ok(sensor.lay(face)),
-            Command::Hold(up) => sensor.hold(up),
-            Command::Push(distance_m) => sensor.push(&LineOptions {
-                distance_m,
+    /// `hands` (usage) for another word, `simulate-option` for a direction or a distance that
+    /// cannot be.
+    pub fn act(&self, line: &str) -> Result<f64> {
+        let sensor = &mut self.0.borrow_mut().sensor;
+        let unknown =
+            || Error::usage("hands", format!("{line:?} is no command")).with_hint(COMMANDS);
+        let number = |word: &str| word.parse::<f64>().map_err(|_| unknown());
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            ["push"] => sensor.push(&LineOptions::default()),
+            ["push", distance] => sensor.push(&LineOptions {
+                distance_m: number(distance)?,
                 ..LineOptions::default()
             }),
+            [x, y, z] => sensor.hold([number(x)?, number(y)?, number(z)?]),
+            [name] => {
+                let face = Face::all().into_iter().find(|f| f.name() == name);
+                Ok(sensor.lay(face.ok_or_else(unknown)?))
+            }
+            _ => Err(unknown()),
         }
     }
 
-    /// What the sensor is in truth.
+    /// The reading `time_s` seconds after the start or the last reset.
     #[must_use]
-    pub fn truth(&self) -> Truth {
-        self.world.borrow().sensor.truth()
-    }
-}
-
-impl Source for Hands {
-    fn at(&mut self, time_s: f64) -> Reading {
-        let mut world = self.world.borrow_mut();
+    pub fn at(&self, time_s: f64) -> Reading {
+        let mut world = self.0.borrow_mut();
         if time_s < world.last_s {
             world.began_s += world.last_s;
         }
@@ -127,46 +89,34 @@ impl Source for Hands {
             temperature_c: reading.temperature_c,
         }
     }
+
+    /// What the sensor is in truth.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        self.0.borrow().sensor.truth()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravical::simulate::{Scenario, StaticOptions};
 
     #[test]
-    fn what_is_typed() {
-        for face in Face::all() {
-            let command: Command = format!(" {} ", face.name()).parse().unwrap();
-            assert_eq!(command, Command::Lay(face));
-        }
-        assert_eq!("push".parse::<Command>().unwrap(), Command::Push(0.7));
-        assert_eq!("push -0.5".parse::<Command>().unwrap(), Command::Push(-0.5));
-        assert_eq!(
-            "0.3 0.5 -0.8".parse::<Command>().unwrap(),
-            Command::Hold([0.3, 0.5, -0.8])
-        );
-        for wrong in ["", "x", "+w", "push far", "1 2", "1 2 3 4", "1 2 z"] {
-            let error = wrong.parse::<Command>().unwrap_err();
-            assert_eq!(error.code(), "hands", "{wrong}");
-            assert!(error.hint().unwrap().contains("push"));
-        }
-    }
-
-    #[test]
-    fn the_world_goes_on_when_readings_begin_again() {
-        let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-        let mut hands = Hands::new(&options).unwrap();
+    fn the_sensor_lies_as_typed_and_stays_there_when_readings_begin_again() {
+        let hands = Hands::new(1, 1.0).unwrap();
         assert!(hands.at(10.0).accel_mps2[2] > 8.0);
-        hands.act(Command::Lay(Face::all()[0])).unwrap();
+        hands.act(" +x ").unwrap();
         assert!(hands.at(15.0).accel_mps2[0] > 8.0);
         // A reset: the sensor lies where it lay, and is as warm.
         let before_c = hands.at(100.0).temperature_c;
         let after = hands.at(0.0);
         assert!(after.accel_mps2[0] > 8.0);
         assert!((after.temperature_c - before_c).abs() < 0.2);
-        hands.act(Command::Push(0.7)).unwrap();
-        assert!(hands.act(Command::Hold([0.0; 3])).is_err());
-        assert!(hands.act(Command::Push(1e9)).is_err());
+        for line in ["push", "push -0.5", "0.3 0.5 -0.8"] {
+            assert!(hands.act(line).is_ok(), "{line}");
+        }
+        for wrong in ["", "+w", "push far", "push 1e9", "1 2", "1 2 z", "0 0 0"] {
+            assert!(hands.act(wrong).unwrap_err().is_usage(), "{wrong}");
+        }
     }
 }

@@ -1,12 +1,13 @@
-//! The MPU6050 as its registers show it. Pure Rust, without the emulator.
+//! The MPU6050 as its registers show it (MPU-6000/MPU-6050 Register Map and Descriptions, revision
+//! 4.2), at the address 0x68. Pure Rust, without the emulator.
 //!
 //! The bus talks to it byte by byte ([`Mpu6050::start`], [`write`], [`read`],
-//! [`stop`]) and says what time it is; the readings come from a [`Source`].
+//! [`stop`]) and says what time it is; the readings are a function of time.
 //!
 //! In the model: the identity, sleep at power-up and after a reset, the reset
 //! itself (no answer for 10 ms), ranges and their clipping, the rate divider
-//! with the low-pass on (1 kHz) and off (8 kHz), data-ready in `INT_STATUS` and
-//! what clears it, the offset registers, and a clock of its own. What is read
+//! with the low-pass on (1 kHz) and off (8 kHz), data-ready in `INT_STATUS`, which
+//! reading it clears, and a clock of its own. What is read
 //! between a start and a stop is the sample of the start (section 3 of the data
 //! sheet: the registers that are read are renewed while the bus is idle); the
 //! status is the present one, which is the worse case for a program that reads
@@ -14,7 +15,7 @@
 //!
 //! Not in the model: what the low-pass does to the signal (readings are taken as
 //! they come), the 1 kHz limit of the accelerometer, start-up of the gyroscope,
-//! the FIFO, self-test, motion interrupts, single axes in standby, cycling.
+//! the offset registers, the FIFO, self-test, interrupts, single axes in standby, cycling.
 //!
 //! [`write`]: Mpu6050::write
 //! [`read`]: Mpu6050::read
@@ -22,66 +23,77 @@
 
 mod faults;
 mod hands;
-pub(crate) mod registers;
-mod source;
-#[cfg(test)]
-mod tests;
+mod recorded;
 
-pub use faults::{Fault, FaultKind, Faults};
-pub use hands::{COMMANDS, Command, Hands};
-pub use source::{Reading, Rows, Source};
+pub use faults::{FaultKind, Faults};
+pub use hands::{COMMANDS, Hands};
+pub use recorded::recorded;
 
 use gravical_core::unit::{
     MPU6050_ACCELEROMETER_LSB_PER_G, MPU6050_GYROSCOPE_LSB_PER_DEG_S, STANDARD_GRAVITY_MPS2,
 };
-use registers::{
-    ACCEL_CONFIG, ACCEL_XOUT_H, CONFIG, COUNT, DATA_READY, DEVICE_RESET, FIFO_R_W, GYRO_CONFIG,
-    IDENTITY, INT_ENABLE, INT_PIN_CFG, INT_RD_CLEAR, INT_STATUS, PWR_MGMT_1, SLEEP, SMPLRT_DIV,
-    WHO_AM_I, XA_OFFS_H, XG_OFFS_H, read_only,
-};
+
+/// Its address on the bus, and what `WHO_AM_I` reads.
+const ADDRESS: u8 = 0x68;
+const SMPLRT_DIV: u8 = 0x19;
+const CONFIG: u8 = 0x1a;
+const GYRO_CONFIG: u8 = 0x1b;
+const ACCEL_CONFIG: u8 = 0x1c;
+const INT_ENABLE: u8 = 0x38;
+const INT_STATUS: u8 = 0x3a;
+const ACCEL_XOUT_H: u8 = 0x3b;
+const PWR_MGMT_1: u8 = 0x6b;
+const WHO_AM_I: u8 = 0x75;
+/// `PWR_MGMT_1`: sleep, and a reset of every register.
+const SLEEP: u8 = 0x40;
+const DEVICE_RESET: u8 = 0x80;
+/// `INT_STATUS` and `INT_ENABLE`: data ready.
+const DATA_READY: u8 = 0x01;
+
+/// Number of registers.
+const COUNT: usize = 128;
+/// Acceleration, temperature, angular rate.
+const SAMPLE_BYTES: usize = 14;
 
 /// Seconds that the part is busy with a reset and answers nothing. The data sheet
 /// promises only that it is over after 100 ms.
 const RESET_S: f64 = 0.01;
-
-/// Accelerometer offsets that the factory wrote, in units of 1/2048 g. Any part
-/// has others; software must keep them when it writes its own.
-const FACTORY_OFFSETS: [i16; 3] = [-1234, 567, 1290];
-
-/// Acceleration, temperature, angular rate.
-const SAMPLE_BYTES: usize = 14;
 
 /// Counts of the thermometer: 340 LSB/°C and
 /// 36.53 °C (register map, section 4.18).
 const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
 
-/// How a part differs from the data sheet.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SensorOptions {
-    /// 7-bit address: 0x68, or 0x69 with AD0 high. Default 0x68.
-    pub address: u8,
-    /// How much faster its clock runs than the board's, parts per million.
-    /// Default 0; the data sheet allows ±10 000 with the gyroscope's clock.
-    pub clock_error_ppm: f64,
-    /// What goes wrong. Default nothing.
-    pub faults: Faults,
+/// What a perfect part would read at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Specific force along x, y, z, m/s².
+    pub accel_mps2: [f64; 3],
+    /// Angular rate about x, y, z, °/s.
+    pub gyro_deg_s: [f64; 3],
+    /// Temperature, °C.
+    pub temperature_c: f64,
 }
 
-impl Default for SensorOptions {
+impl Default for Reading {
+    /// Flat on the table at 25 °C.
     fn default() -> Self {
         Self {
-            address: 0x68,
-            clock_error_ppm: 0.0,
-            faults: Faults::default(),
+            accel_mps2: [0.0, 0.0, STANDARD_GRAVITY_MPS2],
+            gyro_deg_s: [0.0; 3],
+            temperature_c: 25.0,
         }
     }
 }
 
 /// One MPU6050.
 pub struct Mpu6050 {
-    options: SensorOptions,
-    source: Box<dyn Source>,
+    /// What goes wrong.
+    pub faults: Faults,
+    /// How much faster its clock runs than the board's, parts per million;
+    /// the data sheet allows ±10 000 with the gyroscope's clock.
+    pub clock_error_ppm: f64,
+    source: Box<dyn FnMut(f64) -> Reading>,
     registers: [u8; COUNT],
     /// When readings and faults begin to count, s.
     origin_s: f64,
@@ -104,10 +116,12 @@ pub struct Mpu6050 {
 }
 
 impl Mpu6050 {
-    /// A part that has just got its supply: asleep.
-    pub fn new(source: impl Source + 'static, options: SensorOptions) -> Self {
+    /// A part that has just got its supply: asleep. `source` gives its reading a time in s after
+    /// the start.
+    pub fn new(source: impl FnMut(f64) -> Reading + 'static) -> Self {
         let mut sensor = Self {
-            options,
+            faults: Faults::default(),
+            clock_error_ppm: 0.0,
             source: Box::new(source),
             registers: [0; COUNT],
             origin_s: 0.0,
@@ -133,14 +147,13 @@ impl Mpu6050 {
     }
 
     /// Seconds between two samples on the board's clock.
-    #[must_use]
-    pub fn period_s(&self) -> f64 {
+    fn period_s(&self) -> f64 {
         let base_hz = match self.registers[CONFIG as usize] & 7 {
             0 | 7 => 8000.0,
             _ => 1000.0,
         };
         let divider = f64::from(self.registers[SMPLRT_DIV as usize]) + 1.0;
-        divider / base_hz / (1.0 + self.options.clock_error_ppm * 1e-6)
+        divider / base_hz / (1.0 + self.clock_error_ppm * 1e-6)
     }
 
     /// Readings and faults start again from their beginning; the part stays as
@@ -156,24 +169,12 @@ impl Mpu6050 {
         self.now_s - self.origin_s
     }
 
-    /// The register that the next byte belongs to.
-    #[must_use]
-    pub fn pointer(&self) -> Option<u8> {
-        self.pointer
-    }
-
-    /// The faults.
-    #[must_use]
-    pub fn faults(&self) -> &Faults {
-        &self.options.faults
-    }
-
     /// Lets time go on to `now_s` on the board's clock.
     pub fn advance(&mut self, now_s: f64) {
         let from_s = self.elapsed_s();
         self.now_s = now_s;
         let to_s = self.elapsed_s();
-        if self.options.faults.begins(FaultKind::Dip, from_s, to_s) {
+        if self.faults.begins(FaultKind::Dip, from_s, to_s) {
             self.power_up();
         }
         if self.next_s > now_s {
@@ -198,14 +199,12 @@ impl Mpu6050 {
             self.shadow
                 .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
         }
+        let elapsed_s = self.elapsed_s();
         let silent = self
-            .options
             .faults
-            .now(self.elapsed_s(), |kind| {
-                (kind == FaultKind::NoAnswer).then_some(())
-            })
-            .is_some();
-        self.selected = address == self.options.address && !silent && now_s >= self.busy_until_s;
+            .at(elapsed_s)
+            .any(|kind| kind == FaultKind::NoAnswer);
+        self.selected = address == ADDRESS && !silent && now_s >= self.busy_until_s;
         if self.selected && !read {
             self.pointer = None;
         }
@@ -221,7 +220,7 @@ impl Mpu6050 {
             None => self.pointer = Some(byte & 0x7f),
             Some(register) => {
                 self.set(register, byte);
-                self.step();
+                self.pointer = Some((register + 1) & 0x7f);
             }
         }
         true
@@ -233,26 +232,22 @@ impl Mpu6050 {
             return 0xff;
         }
         let register = self.pointer.unwrap_or(0);
-        let in_sample = usize::from(register).checked_sub(ACCEL_XOUT_H as usize);
-        let mut value = in_sample
-            .and_then(|at| self.shadow.get(at).copied())
-            .unwrap_or(self.registers[register as usize]);
+        self.pointer = Some((register + 1) & 0x7f);
         if register == WHO_AM_I {
-            let other = self
-                .options
-                .faults
-                .now(self.elapsed_s(), |kind| match kind {
-                    FaultKind::Identity(id) => Some(id),
-                    _ => None,
-                });
-            value = other.unwrap_or(value);
+            let mut faults = self.faults.at(self.elapsed_s());
+            let other = faults.find_map(|kind| match kind {
+                FaultKind::Identity(id) => Some(id),
+                _ => None,
+            });
+            return other.unwrap_or(ADDRESS);
         }
-        let any = self.registers[INT_PIN_CFG as usize] & INT_RD_CLEAR != 0;
-        if register == INT_STATUS || any {
-            self.registers[INT_STATUS as usize] = 0;
+        if register == INT_STATUS {
+            return std::mem::take(&mut self.registers[INT_STATUS as usize]);
         }
-        self.step();
-        value
+        let in_sample = usize::from(register).checked_sub(ACCEL_XOUT_H as usize);
+        in_sample
+            .and_then(|at| self.shadow.get(at).copied())
+            .unwrap_or(self.registers[register as usize])
     }
 
     /// A stop condition.
@@ -261,28 +256,13 @@ impl Mpu6050 {
         self.bus_busy = false;
     }
 
-    /// On to the next register, but not from the FIFO.
-    fn step(&mut self) {
-        self.pointer = self.pointer.map(|at| match at {
-            FIFO_R_W => at,
-            _ => (at + 1) & 0x7f,
-        });
-    }
-
     fn power_up(&mut self) {
         self.registers = [0; COUNT];
         self.registers[PWR_MGMT_1 as usize] = SLEEP;
-        self.registers[WHO_AM_I as usize] = IDENTITY;
-        for (axis, offset) in FACTORY_OFFSETS.iter().enumerate() {
-            self.put(XA_OFFS_H, axis, *offset);
-        }
         self.next_s = f64::INFINITY;
     }
 
     fn set(&mut self, register: u8, value: u8) {
-        if read_only(register) {
-            return;
-        }
         if register == PWR_MGMT_1 && value & DEVICE_RESET != 0 {
             self.power_up();
             self.busy_until_s = self.now_s + RESET_S;
@@ -302,34 +282,25 @@ impl Mpu6050 {
     /// One sample into its registers.
     fn measure(&mut self, time_s: f64) {
         let elapsed_s = time_s - self.origin_s;
-        let reading = self.source.at(elapsed_s.max(0.0));
+        let reading = (self.source)(elapsed_s.max(0.0));
         let (_, lsb_per_g) = MPU6050_ACCELEROMETER_LSB_PER_G[self.range(ACCEL_CONFIG)];
         let (_, lsb_per_deg_s) = MPU6050_GYROSCOPE_LSB_PER_DEG_S[self.range(GYRO_CONFIG)];
-        let frozen = self.options.faults.now(elapsed_s, |kind| match kind {
-            FaultKind::Frozen(axis) => Some(axis),
-            _ => None,
-        });
         for axis in 0..3 {
-            // The lowest bit is reserved; the others are ours less the factory's.
-            let own = self.get(XA_OFFS_H, axis) & !1;
-            let offset_g = f64::from(own - (FACTORY_OFFSETS[axis] & !1)) / 2048.0;
-            let accel_g = reading.accel_mps2[axis] / STANDARD_GRAVITY_MPS2 + offset_g;
-            if frozen != Some(axis) {
+            let frozen = FaultKind::Frozen(axis);
+            if !self.faults.at(elapsed_s).any(|kind| kind == frozen) {
+                let accel_g = reading.accel_mps2[axis] / STANDARD_GRAVITY_MPS2;
                 self.held[axis] = counts(accel_g * lsb_per_g);
             }
-            self.put(ACCEL_XOUT_H, axis, self.held[axis]);
-            // In units of the ±1000 °/s range.
-            let offset_deg_s = f64::from(self.get(XG_OFFS_H, axis)) / 32.8;
-            let rate_deg_s = reading.gyro_deg_s[axis] + offset_deg_s;
-            self.put(ACCEL_XOUT_H, 4 + axis, counts(rate_deg_s * lsb_per_deg_s));
+            self.put(axis, self.held[axis]);
+            self.put(4 + axis, counts(reading.gyro_deg_s[axis] * lsb_per_deg_s));
         }
         let above_c = reading.temperature_c - TEMPERATURE_AT_ZERO_C;
-        self.put(ACCEL_XOUT_H, 3, counts(above_c * TEMPERATURE_LSB_PER_C));
+        self.put(3, counts(above_c * TEMPERATURE_LSB_PER_C));
         self.samples += 1;
-        if self.registers[INT_STATUS as usize] & DATA_READY != 0 {
-            self.unread += 1;
-        }
-        self.registers[INT_STATUS as usize] |= self.registers[INT_ENABLE as usize] & DATA_READY;
+        let enabled = self.registers[INT_ENABLE as usize] & DATA_READY;
+        let status = &mut self.registers[INT_STATUS as usize];
+        self.unread += u64::from(*status & DATA_READY);
+        *status |= enabled;
     }
 
     /// Number of the range in a configuration register.
@@ -337,14 +308,9 @@ impl Mpu6050 {
         usize::from(self.registers[register as usize] >> 3 & 3)
     }
 
-    /// The `index`th big-endian word from `register` on.
-    fn get(&self, register: u8, index: usize) -> i16 {
-        let at = register as usize + 2 * index;
-        i16::from_be_bytes([self.registers[at], self.registers[at + 1]])
-    }
-
-    fn put(&mut self, register: u8, index: usize, value: i16) {
-        let at = register as usize + 2 * index;
+    /// A word of the sample, the high byte first.
+    fn put(&mut self, index: usize, value: i16) {
+        let at = ACCEL_XOUT_H as usize + 2 * index;
         self.registers[at..at + 2].copy_from_slice(&value.to_be_bytes());
     }
 }
@@ -354,4 +320,138 @@ fn counts(value: f64) -> i16 {
     value
         .round()
         .clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The counts of x name the sample: the time in milliseconds.
+    fn clock(time_s: f64) -> Reading {
+        let x = (time_s * 1e3).round() / 16384.0;
+        Reading {
+            accel_mps2: [x, -1.0, 3.0].map(|g| g * STANDARD_GRAVITY_MPS2),
+            gyro_deg_s: [100.0, -200.0, 3000.0],
+            temperature_c: 30.0,
+        }
+    }
+
+    fn write(sensor: &mut Mpu6050, now_s: f64, register: u8, value: u8) {
+        assert!(sensor.start(now_s, ADDRESS, false));
+        assert!(sensor.write(register) && sensor.write(value));
+        sensor.stop();
+    }
+
+    fn read<const N: usize>(sensor: &mut Mpu6050, now_s: f64, register: u8) -> Option<[u8; N]> {
+        let selected = sensor.start(now_s, ADDRESS, false)
+            && sensor.write(register)
+            && sensor.start(now_s, ADDRESS, true);
+        let bytes = [(); N].map(|()| sensor.read());
+        sensor.stop();
+        selected.then_some(bytes)
+    }
+
+    fn sample(sensor: &mut Mpu6050, now_s: f64) -> [i16; 7] {
+        let bytes: [u8; 14] = read(sensor, now_s, ACCEL_XOUT_H).unwrap();
+        [0, 1, 2, 3, 4, 5, 6].map(|i| i16::from_be_bytes([bytes[2 * i], bytes[2 * i + 1]]))
+    }
+
+    /// As the sketch sets it up, 100 Hz, at `now_s`.
+    fn awake(now_s: f64) -> Mpu6050 {
+        let mut sensor = Mpu6050::new(clock);
+        sensor.restart(now_s);
+        for (register, value) in [
+            (PWR_MGMT_1, 1),
+            (CONFIG, 3),
+            (INT_ENABLE, 1),
+            (SMPLRT_DIV, 9),
+        ] {
+            write(&mut sensor, now_s, register, value);
+        }
+        sensor
+    }
+
+    #[test]
+    fn data_ready_is_cleared_by_reading_the_status_only() {
+        let mut sensor = awake(0.0);
+        assert_eq!(read(&mut sensor, 0.009, INT_STATUS), Some([0]));
+        assert_eq!(sample(&mut sensor, 0.0101)[0], 10);
+        assert_eq!(read(&mut sensor, 0.0102, INT_STATUS), Some([1]));
+        assert_eq!(read(&mut sensor, 0.0103, INT_STATUS), Some([0]));
+    }
+
+    #[test]
+    fn a_burst_holds_one_sample_and_lost_ones_are_counted() {
+        let mut sensor = awake(0.0);
+        assert!(sensor.start(0.0101, ADDRESS, false) && sensor.write(ACCEL_XOUT_H));
+        assert!(sensor.start(0.0101, ADDRESS, true));
+        let bytes = [0, 1].map(|i| {
+            sensor.advance(0.0201 + 0.01 * f64::from(i));
+            sensor.read()
+        });
+        assert_eq!(i16::from_be_bytes(bytes), 10);
+        sensor.stop();
+        // Nothing until the second is over: all but the last overwritten.
+        assert_eq!(sample(&mut sensor, 1.0001)[0], 1000);
+        assert_eq!(sensor.samples(), (100, 99));
+    }
+
+    #[test]
+    fn ranges_and_clipping() {
+        let mut sensor = awake(0.0);
+        for (code, one_g, three_g, rates) in [
+            (0, -16384, i16::MAX, [13100, -26200]),
+            (1, -8192, 24576, [6550, -13100]),
+            (2, -4096, 12288, [3280, -6560]),
+            (3, -2048, 6144, [1640, -3280]),
+        ] {
+            let now_s = f64::from(code) + 1.0;
+            write(&mut sensor, now_s, ACCEL_CONFIG, code << 3);
+            write(&mut sensor, now_s, GYRO_CONFIG, code << 3);
+            let v = sample(&mut sensor, now_s + 0.1);
+            assert_eq!(v[1..3], [one_g, three_g], "range {code}");
+            assert_eq!(v[3], ((30.0_f64 - 36.53) * 340.0).round() as i16);
+            assert_eq!(v[4..6], rates, "range {code}");
+            assert_eq!(v[6], i16::MAX);
+        }
+    }
+
+    #[test]
+    fn rates_from_divider_low_pass_and_clock() {
+        for (config, divider, clock_error_ppm, period_s) in [
+            (3, 9, 0.0, 0.01),
+            (3, 9, 10_000.0, 0.01 / 1.01),
+            (6, 255, 0.0, 0.256),
+            (0, 9, 0.0, 0.00125),
+            (7, 0, 0.0, 0.000_125),
+        ] {
+            let mut sensor = awake(0.0);
+            sensor.clock_error_ppm = clock_error_ppm;
+            write(&mut sensor, 0.0, CONFIG, config);
+            write(&mut sensor, 0.0, SMPLRT_DIV, divider);
+            sensor.advance(10.000_01);
+            let samples = (10.000_01 / period_s) as u64;
+            assert_eq!(sensor.samples().0, samples, "{config} {divider}");
+        }
+    }
+
+    #[test]
+    fn faults_and_a_reset_on_their_schedule() {
+        let mut sensor = awake(100.0);
+        let faults = "no-answer@1-2,who-am-i=0x70@3-4,frozen-x@5-6,dip@8";
+        sensor.faults = faults.parse().unwrap();
+        assert_eq!(read(&mut sensor, 100.9, WHO_AM_I), Some([0x68]));
+        assert!(read::<1>(&mut sensor, 101.5, WHO_AM_I).is_none());
+        assert_eq!(read(&mut sensor, 103.5, WHO_AM_I), Some([0x70]));
+        assert_eq!(sample(&mut sensor, 104.9951)[0], 4990);
+        for now_s in [105.0151, 105.5, 105.9951] {
+            assert_eq!(sample(&mut sensor, now_s)[0], 4990);
+        }
+        assert_eq!(sample(&mut sensor, 106.0151)[0], 6010);
+        assert_eq!(read(&mut sensor, 107.9, PWR_MGMT_1), Some([1]));
+        assert_eq!(read(&mut sensor, 108.1, PWR_MGMT_1), Some([SLEEP]));
+        write(&mut sensor, 109.0, PWR_MGMT_1, DEVICE_RESET);
+        assert_eq!(read::<1>(&mut sensor, 109.005, WHO_AM_I), None, "busy");
+        assert_eq!(read(&mut sensor, 109.1, SMPLRT_DIV), Some([0]));
+    }
 }

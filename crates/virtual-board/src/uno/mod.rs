@@ -23,7 +23,6 @@ use crate::sensor::{FaultKind, Mpu6050};
 
 mod wires;
 
-pub use wires::{Bus, Sent};
 use wires::{Shared, cycles_per_bit, on_twi, on_uart};
 
 /// Clock of the Uno, Hz.
@@ -152,9 +151,6 @@ impl Uno {
                 sensor,
                 past: 0,
                 sent: Vec::new(),
-                bus: Bus::default(),
-                ready_cycle: None,
-                burst_done: false,
             }));
             ffi::avr_irq_register_notify(uart_output, Some(on_uart), shared.cast());
             ffi::avr_irq_register_notify(twi_output, Some(on_twi), shared.cast());
@@ -179,27 +175,14 @@ impl Uno {
         self.cycles() as f64 / FREQUENCY_HZ
     }
 
-    /// Bits a second that the UART is set to.
-    #[must_use]
-    pub fn baud(&self) -> f64 {
-        // SAFETY: `avr` is valid as long as `self`.
-        FREQUENCY_HZ / unsafe { cycles_per_bit(self.avr) } as f64
-    }
-
     /// The sensor.
     pub fn sensor(&mut self) -> &mut Mpu6050 {
         // SAFETY: `shared` is valid as long as `self`, and no callback runs now.
         unsafe { &mut (*self.shared).sensor }
     }
 
-    /// What went over the bus since the last call.
-    pub fn take_bus(&mut self) -> Bus {
-        // SAFETY: as in `sensor`.
-        unsafe { std::mem::take(&mut (*self.shared).bus) }
-    }
-
     /// What the board sent since the last call.
-    pub fn take_sent(&mut self) -> Vec<Sent> {
+    pub fn take_sent(&mut self) -> Vec<u8> {
         // SAFETY: as in `sensor`.
         unsafe { std::mem::take(&mut (*self.shared).sent) }
     }
@@ -300,11 +283,9 @@ impl Uno {
         let sensor = self.sensor();
         sensor.advance(now_s);
         let to_s = sensor.elapsed_s();
-        let stuck = sensor
-            .faults()
-            .now(to_s, |kind| (kind == FaultKind::StuckBus).then_some(()))
-            .is_some();
-        let hangs = sensor.faults().begins(FaultKind::Hang, looked_s, to_s);
+        let faults = &sensor.faults;
+        let stuck = faults.at(to_s).any(|kind| kind == FaultKind::StuckBus);
+        let hangs = faults.begins(FaultKind::Hang, looked_s, to_s);
         self.hang_due |= hangs;
         self.looked_s = to_s;
         // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`

@@ -6,7 +6,6 @@ use simavr_ffi as ffi;
 
 use super::FREQUENCY_HZ;
 use crate::sensor::Mpu6050;
-use crate::sensor::registers::{DATA_READY, GYRO_ZOUT_L, INT_STATUS};
 
 /// Addresses of the ATmega328P's registers in data space (data sheet, section 36).
 const TWBR: usize = 0xb8;
@@ -16,29 +15,6 @@ const UBRR0L: usize = 0xc4;
 const UBRR0H: usize = 0xc5;
 const U2X0: u8 = 0x02;
 
-/// A byte that the board sent.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sent {
-    /// The byte.
-    pub byte: u8,
-    /// When it began, s since power-up.
-    pub time_s: f64,
-    /// Its bits a second.
-    pub baud: f64,
-}
-
-/// What went over the I²C bus.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Bus {
-    /// Start conditions.
-    pub starts: u64,
-    /// Bursts that were read to their end.
-    pub bursts: u64,
-    /// Cycles from a data-ready that was seen to the next look for one: what a
-    /// sample costs. The rest is waiting.
-    pub busy_cycles: u64,
-}
-
 /// What the callbacks see.
 pub(super) struct Shared {
     pub(super) avr: *mut ffi::avr_t,
@@ -47,10 +23,8 @@ pub(super) struct Shared {
     pub(super) sensor: Mpu6050,
     /// Cycles before the last reset.
     pub(super) past: u64,
-    pub(super) sent: Vec<Sent>,
-    pub(super) bus: Bus,
-    pub(super) ready_cycle: Option<u64>,
-    pub(super) burst_done: bool,
+    /// What the board sent.
+    pub(super) sent: Vec<u8>,
 }
 
 /// Cycles a bit of the UART (data sheet, table 24-1).
@@ -74,13 +48,8 @@ pub(super) unsafe extern "C" fn on_uart(_: *mut ffi::avr_irq_t, value: u32, para
     // else borrows meanwhile.
     unsafe {
         let shared = &mut *param.cast::<Shared>();
-        let per_bit = cycles_per_bit(shared.avr);
-        (*shared.uart).cycles_per_byte = 10 * per_bit;
-        shared.sent.push(Sent {
-            byte: value as u8,
-            time_s: (shared.past + (*shared.avr).cycle) as f64 / FREQUENCY_HZ,
-            baud: FREQUENCY_HZ / per_bit as f64,
-        });
+        (*shared.uart).cycles_per_byte = 10 * cycles_per_bit(shared.avr);
+        shared.sent.push(value as u8);
     }
 }
 
@@ -94,12 +63,9 @@ pub(super) unsafe extern "C" fn on_twi(_: *mut ffi::avr_irq_t, value: u32, param
     // simavr only.
     unsafe {
         let shared = &mut *param.cast::<Shared>();
-        let cycle = shared.past + (*shared.avr).cycle;
         if message & ffi::TWI_COND_START != 0 {
-            shared.bus.starts += 1;
             let reads = address & 1 != 0;
             if !reads {
-                shared.look(cycle);
                 let data = (*shared.avr).data;
                 let prescale = 2 * (u64::from(*data.add(TWSR)) & 3);
                 (*shared.avr).cycle += 10 * (16 + ((2 * u64::from(*data.add(TWBR))) << prescale));
@@ -115,27 +81,8 @@ pub(super) unsafe extern "C" fn on_twi(_: *mut ffi::avr_irq_t, value: u32, param
                 ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_ACK, 1));
             }
         } else if message & ffi::TWI_COND_READ != 0 {
-            let register = shared.sensor.pointer();
             let byte = shared.sensor.read();
-            match register {
-                Some(INT_STATUS) if byte & DATA_READY != 0 => shared.ready_cycle = Some(cycle),
-                Some(GYRO_ZOUT_L) => shared.burst_done = true,
-                _ => {}
-            }
             ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_READ, byte));
         }
-    }
-}
-
-impl Shared {
-    /// A new look at the sensor: the sample before it is dealt with.
-    fn look(&mut self, cycle: u64) {
-        if self.burst_done
-            && let Some(ready) = self.ready_cycle.take()
-        {
-            self.bus.busy_cycles += cycle - ready;
-            self.bus.bursts += 1;
-        }
-        self.burst_done = false;
     }
 }

@@ -7,8 +7,8 @@ use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
-use virtual_board::sensor::{Faults, Mpu6050, Reading, Rows, SensorOptions, Source};
-use virtual_board::uno::{Sent, Uno};
+use virtual_board::sensor::{Hands, Mpu6050, Reading};
+use virtual_board::uno::Uno;
 
 /// `GRAVICAL_FIRMWARE`, else built here where there is a compiler for it.
 pub fn firmware() -> Option<&'static Path> {
@@ -59,59 +59,49 @@ pub struct Board {
     pub fed: Rc<RefCell<Vec<Reading>>>,
 }
 
-/// None, with a word, where there is no firmware.
-pub fn board(options: SensorOptions) -> Option<Board> {
+/// A board whose sensor is at rest, with these faults; none, with a word, where there is no
+/// firmware.
+pub fn board(faults: &str) -> Option<Board> {
     let Some(elf) = firmware() else {
         eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
         return None;
     };
-    let rows = Rows::simulated("static", 5).unwrap();
-    Some(fed_by(elf, rows, options))
+    let mut board = on(elf, at_rest());
+    board.uno.sensor().faults = faults.parse().unwrap();
+    Some(board)
+}
+
+/// A sensor with z up, with its noise.
+pub fn at_rest() -> impl FnMut(f64) -> Reading {
+    let hands = Hands::new(5, 1.0).unwrap();
+    move |time_s| hands.at(time_s)
 }
 
 /// The program `elf` with a sensor that feels `reading`, a function of the time in s.
-pub fn on(elf: &Path, reading: impl Source + 'static) -> Board {
-    fed_by(elf, reading, SensorOptions::default())
-}
-
-fn fed_by(elf: &Path, mut source: impl Source + 'static, options: SensorOptions) -> Board {
+pub fn on(elf: &Path, mut reading: impl FnMut(f64) -> Reading + 'static) -> Board {
     let fed = Rc::new(RefCell::new(Vec::new()));
     let log = Rc::clone(&fed);
     let source = move |time_s: f64| {
-        let reading = source.at(time_s);
+        let reading = reading(time_s);
         log.borrow_mut().push(reading);
         reading
     };
-    Board {
-        uno: Uno::new(elf, Mpu6050::new(source, options)).unwrap(),
-        fed,
-    }
-}
-
-/// As [`board`], with faults.
-pub fn faulty(faults: &str) -> Option<Board> {
-    board(SensorOptions {
-        faults: faults.parse::<Faults>().unwrap(),
-        ..SensorOptions::default()
-    })
+    let uno = Uno::new(elf, Mpu6050::new(source)).unwrap();
+    Board { uno, fed }
 }
 
 impl Board {
     /// What is sent in so many seconds.
-    pub fn run(&mut self, seconds: f64) -> Vec<Sent> {
-        self.uno.run(seconds);
-        self.uno.take_sent()
-    }
-
-    /// The same as text.
     pub fn text(&mut self, seconds: f64) -> String {
-        text(&self.run(seconds))
+        self.uno.run(seconds);
+        String::from_utf8(self.uno.take_sent()).unwrap()
     }
-}
 
-pub fn text(sent: &[Sent]) -> String {
-    let bytes = sent.iter().map(|s| s.byte).collect();
-    String::from_utf8(bytes).unwrap()
+    /// Commands, and what is sent in so many seconds.
+    pub fn say(&mut self, commands: &str, seconds: f64) -> String {
+        self.uno.send(commands.as_bytes());
+        self.text(seconds)
+    }
 }
 
 /// Rate in Hz and standard deviation in µs of stamps in µs about a straight line.
@@ -147,28 +137,19 @@ pub fn notices(text: &str) -> Vec<&str> {
     text.lines().filter(|l| l.starts_with('#')).collect()
 }
 
-/// Prints what gets through at a rate, and what it costs.
+/// Prints what gets through at a rate.
 pub fn print_rate(board: &mut Board, format: u32, rate: u32) {
-    const SECONDS: f64 = 4.0;
-    board.run(0.5);
-    board.uno.send(format!("r{rate}\nf{format}\n").as_bytes());
-    board.run(0.5);
-    board.uno.take_bus();
+    board.text(0.5);
+    board.say(&format!("r{rate}\nf{format}\n"), 0.5);
     let (all, lost) = board.uno.sensor().samples();
-    let sent = board.run(SECONDS);
+    let text = board.text(4.0);
     let (all_now, lost_now) = board.uno.sensor().samples();
-    let text = text(&sent);
     let rows = rows(text.split_once('\n').unwrap().1);
     let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
     let (rate_hz, sd_us) = line(&stamps);
-    let bus = board.uno.take_bus();
-    let busy_us = bus.busy_cycles as f64 / bus.bursts as f64 / 16.0;
     eprintln!(
-        "format {format} rate {rate}: {} of {} lost: {rate_hz:.2} Hz, stamps {sd_us:.0} us, \
-         line {:.0} %, processor {:.0} % ({busy_us:.0} us a sample)",
+        "format {format} rate {rate}: {} of {} lost: {rate_hz:.2} Hz, stamps {sd_us:.0} us",
         lost_now - lost,
         all_now - all,
-        100.0 * sent.len() as f64 * 10.0 / board.uno.baud() / SECONDS,
-        busy_us * rate_hz / 1e4,
     );
 }

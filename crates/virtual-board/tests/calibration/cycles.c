@@ -1,6 +1,4 @@
-/* What a calibration by `gravical export --to arduino` costs: -DWHICH=0 to 2 leaves one
- * function in, for the size of the program; without it a table of cycles is printed.
- */
+/* What a calibration by `gravical export --to arduino` costs: a table of cycles. */
 #include "cal.h"
 
 /* Numerical Recipes' generator: any would do. */
@@ -15,7 +13,7 @@ static int16_t next(void)
 static int16_t raw[3], turn[3];
 static float force[3], rate[3];
 
-#define APART __attribute__((noinline, noclone, unused)) static void
+#define APART __attribute__((noinline, noclone)) static void
 #define OPAQUE __asm__ volatile("" ::: "memory")
 APART nothing(void) { OPAQUE; }
 APART accel_float(void) { gravical_apply(raw, force); OPAQUE; }
@@ -48,7 +46,7 @@ static void number(uint32_t value, char behind)
 }
 
 /* Fewest and most cycles of so many draws, with the reading of the clock. */
-__attribute__((unused)) static void measure(void (*volatile call)(void))
+static void measure(void (*volatile call)(void))
 {
     uint16_t least = 65535, most = 0;
     for (int n = 0; n < 1000; n++) {
@@ -70,19 +68,9 @@ int main(void)
     UCSR0A = _BV(U2X0); /* 2 Mbaud */
     UCSR0B = _BV(TXEN0);
     TCCR1B = _BV(CS10); /* the clock of the processor */
-#ifdef WHICH
-    draw();
-    switch (WHICH) {
-    case 1: accel_float(); break;
-    case 2: accel_float(); gyro_float(); break;
-    default: nothing();
-    }
-    for (int i = 0; i < 3; i++) number(raw[i] + turn[i], ' ');
-#else
     measure(nothing);
     measure(accel_float);
     measure(gyro_float);
-#endif
     put(4);
     for (;;) {}
 }

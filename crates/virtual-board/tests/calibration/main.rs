@@ -1,69 +1,40 @@
 //! A calibration on the board: the sketch with an exported header, and what the header's functions
 //! cost.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used)] // helpers of a test may panic as it does
 
 #[path = "../board/mod.rs"]
 mod board;
 mod cost;
+#[path = "../../../../tests/support/calibration.rs"]
+#[allow(dead_code)] // the tests of the library use more of it
+mod made;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use board::{build_with, notices, on, print_rate, rows};
-use gravical::apply::{ApplyOptions, apply};
-use gravical::calibration_file::{CalibrationFile, from_imucal};
+use board::{at_rest, build_with, notices, on, print_rate, rows};
+use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, Target, export};
-use gravical::recording::BoardSettings;
-use gravical::recording::bytes::from_reader;
-use gravical::recording::{AccelUnit, GyroUnit, ReadOptions, read_bytes};
-use serde_json::json;
-use virtual_board::sensor::{Reading, Rows};
+use gravical::recording::{AccelUnit, BoardSettings, GyroUnit, ReadOptions, read_bytes};
+use made::G;
+use virtual_board::sensor::Reading;
 
-const G: f64 = 9.80665;
 const LSB_PER_G: f64 = 16384.0;
 const LSB_PER_DEG_S: f64 = 65.5;
 
-/// A sensor with every kind of error, in counts of the sketch's ranges.
 fn calibration() -> CalibrationFile {
-    let per_mps2 = LSB_PER_G / G;
-    let times = |v: [f64; 3], by: f64| v.map(|x| x * by);
-    let diagonal = |v: [f64; 3]| [[v[0], 0.0, 0.0], [0.0, v[1], 0.0], [0.0, 0.0, v[2]]];
-    let k_ga = [
-        [0.01, 0.002, -0.003],
-        [0.0, -0.02, 0.004],
-        [0.001, 0.0, 0.015],
-    ];
-    let mut file = from_imucal(&json!({
-        "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
-        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
-        "b_a": times([0.31, -0.42, 0.55], per_mps2),
-        "K_g": diagonal(times([0.991, 1.004, 1.013], LSB_PER_DEG_S)),
-        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
-        "K_ga": k_ga.map(|row| times(row, LSB_PER_DEG_S)),
-        "b_g": times([1.3, -2.4, 0.7], LSB_PER_DEG_S),
-        "cal_type": "Ferraris",
-        "_format_version": "2.0.0"
-    }))
-    .unwrap();
-    file.accelerometer.input_unit = AccelUnit::Counts;
-    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
-    file
+    made::in_counts(LSB_PER_G, LSB_PER_DEG_S)
 }
 
-fn header(file: &CalibrationFile) -> String {
+/// The header of a sketch for a range of the accelerometer.
+fn header(file: &CalibrationFile, counts_per_g: Option<f64>) -> String {
     let options = ExportOptions {
-        counts_per_g: Some(LSB_PER_G),
-        counts_per_deg_s: Some(LSB_PER_DEG_S),
+        counts_per_g,
+        counts_per_deg_s: counts_per_g.map(|_| LSB_PER_DEG_S),
         ..ExportOptions::default()
     };
-    export_sketch(file, &options)
-}
-
-fn export_sketch(file: &CalibrationFile, options: &ExportOptions) -> String {
     let target = Target::find("arduino").unwrap();
-    export(file, target, options).unwrap().text
+    export(file, target, &options).unwrap().text
 }
 
 /// An empty folder of this test.
@@ -74,11 +45,11 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// The sketch with a header of `file`; none without a compiler.
-fn firmware(name: &str, file: &CalibrationFile) -> Option<PathBuf> {
+/// The sketch with a header of the calibration; none without a compiler.
+fn firmware(name: &str) -> Option<PathBuf> {
     let folder = folder(name);
     let path = folder.join("mysensor.h");
-    std::fs::write(&path, header(file)).unwrap();
+    std::fs::write(&path, header(&calibration(), Some(LSB_PER_G))).unwrap();
     build_with(&folder, Some(&path)).map(|(elf, said)| {
         eprintln!("{}", said.trim());
         elf
@@ -108,55 +79,19 @@ fn sweep(time_s: f64) -> Reading {
     }
 }
 
-/// Counts in the order of the board's columns.
-fn counts(reading: &Reading) -> [i16; 7] {
-    let count = |v: f64| v.round().clamp(-32768.0, 32767.0) as i16;
-    let [ax, ay, az] = reading.accel_mps2.map(|v| count(v / G * LSB_PER_G));
-    let [gx, gy, gz] = reading.gyro_deg_s.map(|v| count(v * LSB_PER_DEG_S));
-    let temperature = count((reading.temperature_c - 36.53) * 340.0);
-    [ax, ay, az, temperature, gx, gy, gz]
-}
-
-/// What `gravical apply` makes of counts that the board would have sent raw: specific force and
-/// angular rate.
-fn applied(file: &CalibrationFile, raw: &[[i16; 7]]) -> Vec<[f64; 6]> {
-    let mut text = String::from(
-        "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, \
-         low-pass 44 Hz, rate 100.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n",
-    );
-    for (i, [ax, ay, az, temp, gx, gy, gz]) in raw.iter().enumerate() {
-        text += &format!("{},{ax},{ay},{az},{temp},{gx},{gy},{gz}\n", 10 * i);
-    }
-    let input = from_reader(Box::new(std::io::Cursor::new(text.into_bytes())), false).unwrap();
-    let mut out = Vec::new();
-    // Of a sensor that is swung through its whole range gravity does not show the unit.
-    let options = ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(AccelUnit::Counts),
-            ..ReadOptions::default()
-        },
-        ..ApplyOptions::default()
-    };
-    apply(file, input, "raw.csv", &mut out, &options).unwrap();
-    let text = String::from_utf8(out).unwrap();
-    let mut lines = text.lines().skip_while(|l| l.starts_with('#'));
-    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let columns = [
-        "ax_mps2", "ay_mps2", "az_mps2", "gx_rad_s", "gy_rad_s", "gz_rad_s",
+/// Counts of both sensors.
+fn counts(reading: &Reading) -> [[f64; 3]; 2] {
+    let count = |v: f64| v.round().clamp(-32768.0, 32767.0);
+    [
+        reading.accel_mps2.map(|v| count(v / G * LSB_PER_G)),
+        reading.gyro_deg_s.map(|v| count(v * LSB_PER_DEG_S)),
     ]
-    .map(|c| names.iter().position(|n| *n == c).unwrap());
-    lines
-        .map(|line| {
-            let cells: Vec<&str> = line.split(',').collect();
-            columns.map(|c| cells[c].parse().unwrap())
-        })
-        .collect()
 }
 
 #[test]
 fn board_and_host_calibrate_alike() {
     let file = calibration();
-    let Some(elf) = firmware("calibrated", &file) else {
+    let Some(elf) = firmware("calibrated") else {
         return;
     };
     let mut board = on(&elf, sweep);
@@ -165,28 +100,35 @@ fn board_and_host_calibrate_alike() {
 
     let sent = rows(text);
     assert!(sent.len() > 1100, "{}", sent.len());
-    let fed: Vec<[i16; 7]> = board.fed.borrow().iter().map(counts).collect();
+    let (accelerometer, gyroscope) = (
+        file.accelerometer_calibration(),
+        file.gyroscope_calibration().unwrap(),
+    );
+    let calibrated = |reading: &Reading| -> [[f64; 3]; 2] {
+        let [accel, gyro] = counts(reading);
+        let force = accelerometer.apply(accel);
+        [force, gyroscope.apply(gyro, force)]
+    };
+    let host: Vec<[[f64; 3]; 2]> = board.fed.borrow().iter().map(calibrated).collect();
     // The first samples may have been ready before the settings were said. Where the swing is
     // fast, one sample off would be a hundred times the tolerance.
-    let host = applied(&file, &fed);
     let off = |first: usize| -> f64 {
         let pairs = sent.iter().zip(&host[first..]);
-        pairs.map(|(b, h)| (b[1] - h[0]).abs()).fold(0.0, f64::max)
+        pairs
+            .map(|(b, [h, _])| (b[1] - h[0]).abs())
+            .fold(0.0, f64::max)
     };
     let first = (0..8).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap();
     let (mut accel, mut gyro) = (0.0_f64, 0.0_f64);
     let mut largest = 0.0_f64;
-    for (board, host) in sent.iter().zip(&host[first..]) {
+    for (board, [force, rate]) in sent.iter().zip(&host[first..]) {
         let norm = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let force = [0, 1, 2].map(|i| host[i]);
-        let apart = norm([0, 1, 2].map(|i| board[1 + i] - host[i]));
+        let apart = norm([0, 1, 2].map(|i| board[1 + i] - force[i]));
         // Near free fall the last digit of the board's text is more than that.
-        let size = norm(force).max(0.5 * G);
-        accel = accel.max(apart / size);
-        largest = largest.max(norm(force));
-        for i in 0..3 {
-            gyro = gyro.max((board[5 + i] - host[3 + i]).abs());
-        }
+        accel = accel.max(apart / norm(*force).max(0.5 * G));
+        largest = largest.max(norm(*force));
+        let off = [0, 1, 2].map(|i| (board[5 + i] - rate[i]).abs());
+        gyro = off.into_iter().fold(gyro, f64::max);
     }
     eprintln!(
         "board and host: {accel:.1e} of ||a||, {gyro:.1e} rad/s, {} rows, up to {largest:.1} m/s^2",
@@ -200,10 +142,10 @@ fn board_and_host_calibrate_alike() {
 
 #[test]
 fn the_reader_knows_that_the_board_calibrated() {
-    let Some(elf) = firmware("calibrated-at-rest", &calibration()) else {
+    let Some(elf) = firmware("calibrated-at-rest") else {
         return;
     };
-    let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
+    let mut board = on(&elf, at_rest());
     let text = board.text(6.0);
     let text = &text[..=text.rfind('\n').unwrap()];
     let said = notices(text);
@@ -221,15 +163,12 @@ fn the_reader_knows_that_the_board_calibrated() {
 
 #[test]
 fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
-    let Some(elf) = firmware("calibrated-commands", &calibration()) else {
+    let Some(elf) = firmware("calibrated-commands") else {
         return;
     };
     let mut board = on(&elf, |_| Reading::default());
-    board.run(0.5);
-    let mut say = |command: &str| -> String {
-        board.uno.send(command.as_bytes());
-        board.text(0.8)
-    };
+    board.text(0.5);
+    let mut say = |command: &str| board.say(command, 0.8);
     let refused = say("a4\n");
     assert_eq!(
         notices(&refused),
@@ -248,12 +187,11 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
 
 #[test]
 fn a_sketch_without_a_calibration_says_so() {
-    let Some(mut board) = board::board(Default::default()) else {
+    let Some(mut board) = board::board("") else {
         return;
     };
-    board.run(0.5);
-    board.uno.send(b"f3\n");
-    let text = board.text(0.5);
+    board.text(0.5);
+    let text = board.say("f3\n", 0.5);
     assert_eq!(notices(&text), ["# no calibration in this sketch: f0 f1"]);
     assert!(rows(text.split_once('\n').unwrap().1).len() > 30);
 }
@@ -265,35 +203,30 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
         eprintln!("skipped: no avr-gcc");
         return;
     }
-    let refused = |name: &str, options: ExportOptions| -> String {
+    for (name, counts_per_g, what_to_do) in [
+        (
+            "other-range",
+            Some(8192.0),
+            "ACCEL_RANGE_G is not the range of the header",
+        ),
+        ("no-counts", None, "with --counts-per-g 16384"),
+    ] {
         let folder = folder(name);
-        let text = export_sketch(&calibration(), &options);
         let path = folder.join("mysensor.h");
-        std::fs::write(&path, text).unwrap();
-        board::build_refused(&folder, &path)
-    };
-    let of_other_range = ExportOptions {
-        counts_per_g: Some(8192.0),
-        counts_per_deg_s: Some(LSB_PER_DEG_S),
-        ..ExportOptions::default()
-    };
-    let said = refused("other-range", of_other_range);
-    assert!(
-        said.contains("ACCEL_RANGE_G is not the range of the header"),
-        "{said}"
-    );
-    let said = refused("no-counts", ExportOptions::default());
-    assert!(said.contains("with --counts-per-g 16384"), "{said}");
+        std::fs::write(&path, header(&calibration(), counts_per_g)).unwrap();
+        let said = board::build_refused(&folder, &path);
+        assert!(said.contains(what_to_do), "{said}");
+    }
 }
 
 #[test]
 #[ignore = "prints the figures of docs/firmware.md"]
 fn figures() {
-    let Some(elf) = firmware("calibrated-figures", &calibration()) else {
+    let Some(elf) = firmware("calibrated-figures") else {
         return;
     };
     for rate in [100, 150, 166, 200, 250] {
-        let mut board = on(&elf, Rows::simulated("static", 5).unwrap());
+        let mut board = on(&elf, at_rest());
         print_rate(&mut board, 3, rate);
     }
 }

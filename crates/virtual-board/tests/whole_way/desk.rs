@@ -3,7 +3,6 @@
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
@@ -14,33 +13,20 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The program: `GRAVICAL_BIN`, else built now, because nothing of this crate depends on
 /// it.
-fn program() -> &'static Path {
-    static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    BUILT.get_or_init(|| {
-        if let Some(given) = std::env::var_os("GRAVICAL_BIN") {
-            return given.into();
-        }
-        let built = Command::new(env!("CARGO"))
-            .args(["build", "--locked", "--package", "gravical-cli"])
-            .args(["--message-format", "json-render-diagnostics"])
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .stderr(Stdio::inherit())
-            .output()
-            .unwrap();
-        assert!(built.status.success());
-        let messages = String::from_utf8(built.stdout).unwrap();
-        let path = messages
-            .lines()
-            .filter_map(|line| serde_json::from_str::<Value>(line).ok())
-            .filter(|message| message["target"]["name"] == "gravical")
-            .find_map(|message| message["executable"].as_str().map(PathBuf::from));
-        path.expect("no program was built")
-    })
+fn program() -> Command {
+    if let Some(given) = std::env::var_os("GRAVICAL_BIN") {
+        return Command::new(given);
+    }
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../gravical-cli/Cargo.toml");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["run", "--quiet", "--locked", "--manifest-path"]);
+    cargo.args([manifest, "--"]);
+    cargo
 }
 
 /// Runs the program to its end; what it prints.
 pub fn gravical(folder: &Path, words: &[&str]) -> String {
-    let done = Command::new(program())
+    let done = program()
         .args(words)
         .current_dir(folder)
         .stdin(Stdio::null())

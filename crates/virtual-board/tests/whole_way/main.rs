@@ -1,7 +1,6 @@
 //! The whole way: the firmware as it is compiled from the sketch, on an emulated Uno
 //! with a simulated sensor of known truth, recorded by the program, calibrated and
 //! turned into a way. In real time, so it takes about two minutes.
-#![cfg(feature = "emulator")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // helpers of a test may panic
 
 #[path = "../board/mod.rs"]
@@ -18,8 +17,6 @@ use serde_json::Value;
 
 /// What the sensors of this seed are is nothing special; the motion sees the same.
 const SEED: u64 = 7;
-const GRAVITY_MPS2: f64 = 9.80665;
-const MG: f64 = 1e-3 * GRAVITY_MPS2;
 /// Recordings of the faces, two for each axis.
 const FILES: [&str; 6] = [
     "x_axis_pos.csv",
@@ -29,12 +26,6 @@ const FILES: [&str; 6] = [
     "z_axis_pos.csv",
     "z_axis_neg.csv",
 ];
-
-/// What `joint` leaves with six faces that are off by 1° (sd of each component) and
-/// means that are good to 1.24 mm/s², root mean square of many sensors: of the bias of
-/// an axis, and of the magnitude over all directions.
-const BIAS_RMS_MPS2: f64 = 0.26 * MG;
-const NORM_RMS_MPS2: f64 = 6.5 * MG;
 
 #[test]
 fn from_the_sketch_to_the_way() {
@@ -63,7 +54,9 @@ fn from_the_sketch_to_the_way() {
     calibrated(&folder, &calibration, &truth(&folder));
 
     // The same part is pushed along a line.
-    let line = ["--simulate", "line", "--seed", &seed];
+    let simulate = ["simulate", "line", "-o", "line", "--seed", &seed];
+    gravical(&folder, &simulate);
+    let line = ["--recording", "line/line.csv"];
     let desk = Desk::new(&folder, firmware, &line);
     desk.log("line.csv", 1180);
     drop(desk);
@@ -94,12 +87,10 @@ fn warnings(folder: &Path, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Bias and scale are within what is predicted for this noise and this tilt, and within
-/// what the file says of them.
+/// Bias and scale are within what the file says of them.
 fn calibrated(folder: &Path, file: &CalibrationFile, truth: &AccelerometerTruth) {
     let found = &file.accelerometer;
     let deviations = found.deviations.as_ref().unwrap();
-    let mut bias = [0.0; 3];
     for (axis, names) in FILES.chunks(2).enumerate() {
         // It warms up meanwhile. The files of an axis are those that show its bias.
         let mut warmer_c = -25.0;
@@ -107,16 +98,12 @@ fn calibrated(folder: &Path, file: &CalibrationFile, truth: &AccelerometerTruth)
             let recording = read(&folder.join(name), &ReadOptions::default()).unwrap();
             warmer_c += 0.5 * temperature_c(&recording);
         }
-        bias[axis] = truth.bias_mps2[axis] + warmer_c * truth.bias_drift_mps2_per_c[axis];
-        let bias_error = found.bias[axis] - bias[axis];
+        let bias = truth.bias_mps2[axis] + warmer_c * truth.bias_drift_mps2_per_c[axis];
+        let bias_error = found.bias[axis] - bias;
         let row = truth.matrix[axis];
         let scale = row.iter().map(|m| m * m).sum::<f64>().sqrt();
         let scale_error = found.scale[axis] / scale - 1.0;
         let [bias_sd, scale_sd] = [deviations.bias[axis], deviations.scale[axis] / scale];
-        assert!(
-            bias_error.abs() < 3.0 * BIAS_RMS_MPS2,
-            "{axis}: {bias_error}"
-        );
         assert!(
             bias_error.abs() < 3.5 * bias_sd,
             "{axis}: {bias_error} {bias_sd}"
@@ -126,29 +113,6 @@ fn calibrated(folder: &Path, file: &CalibrationFile, truth: &AccelerometerTruth)
             "{axis}: {scale_error} {scale_sd}"
         );
     }
-    // Over all directions: what the calibration makes of the truth's readings.
-    let calibration = file.accelerometer_calibration();
-    let mut squares = 0.0;
-    const DIRECTIONS: u32 = 300;
-    for i in 0..DIRECTIONS {
-        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(DIRECTIONS);
-        let turn = f64::from(i) * 2.399_963_229_728_653;
-        let level = (1.0 - z * z).sqrt();
-        let force = [level * turn.cos(), level * turn.sin(), z].map(|n| n * GRAVITY_MPS2);
-        let raw =
-            [0, 1, 2].map(|k| bias[k] + (0..3).map(|j| truth.matrix[k][j] * force[j]).sum::<f64>());
-        let norm = calibration
-            .apply(raw)
-            .iter()
-            .map(|a| a * a)
-            .sum::<f64>()
-            .sqrt();
-        squares += (norm - GRAVITY_MPS2).powi(2);
-    }
-    let rms = (squares / f64::from(DIRECTIONS)).sqrt();
-    let predicted = found.predicted_norm_error_mps2.unwrap();
-    assert!(rms < 2.5 * NORM_RMS_MPS2, "{rms}");
-    assert!(rms < 2.5 * predicted, "{rms} {predicted}");
 }
 
 fn temperature_c(recording: &Recording) -> f64 {

@@ -80,10 +80,7 @@ fn px4_corrects_like_the_diagonal_fit() {
             diagonal_fit(&file, per_mps2),
         );
     }
-    let options = ExportOptions {
-        device_id: Some(3_000_000_000),
-        ..ExportOptions::default()
-    };
+    let options = options_with(|o| o.device_id = Some(3_000_000_000));
     let result = export_to(&in_g(), "px4", &options).unwrap();
     // A signed parameter with the same bits.
     assert_eq!(params(&result.text)["CAL_ACC0_ID"], -1_294_967_296.0);
@@ -104,10 +101,7 @@ fn param(text: &str) -> HashMap<String, f64> {
 #[test]
 fn ardupilot_corrects_like_the_diagonal_fit() {
     let file = in_counts();
-    let options = ExportOptions {
-        device_id: Some(2_753_028),
-        ..ExportOptions::default()
-    };
+    let options = options_with(|o| o.device_id = Some(2_753_028));
     let values = param(&export_to(&file, "ardupilot", &options).unwrap().text);
     assert_eq!(values.len(), 7);
     assert_eq!(values["INS_ACC_ID"], 2_753_028.0);
@@ -115,10 +109,7 @@ fn ardupilot_corrects_like_the_diagonal_fit() {
     let scale = three(&values, |a| format!("INS_ACCSCAL_{a}"));
     corrects_alike(offset, scale, diagonal_fit(&file, 16384.0 / G));
     // The vehicle's x is the sensor's y, its y the sensor's −x.
-    let options = ExportOptions {
-        rotation: Some("y,-x,z".parse().unwrap()),
-        ..ExportOptions::default()
-    };
+    let options = options_with(|o| o.rotation = Some("y,-x,z".parse().unwrap()));
     let turned = param(&export_to(&file, "ardupilot", &options).unwrap().text);
     let sign = |v: Vector| [v[1], -v[0], v[2]];
     assert_eq!(three(&turned, |a| format!("INS_ACCOFFS_{a}")), sign(offset));

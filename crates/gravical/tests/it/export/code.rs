@@ -49,10 +49,7 @@ fn c_compiles_and_calibrates_alike() {
         (in_counts(), "float", ""),
         (in_g(), "float", ""),
     ] {
-        let options = ExportOptions {
-            name: Some("imu_left".to_owned()),
-            ..ExportOptions::default()
-        };
+        let options = options_with(|o| o.name = Some("imu_left".to_owned()));
         let header = export_to(&file, "c", &options).unwrap().text;
         let calls = format!("imu_left_accel{ending}(r, a); imu_left_gyro{ending}(g, a, w);");
         let main = main_in_c("#include \"cal.h\"", raw, &calls);
@@ -66,39 +63,19 @@ fn the_arduino_header_compiles_and_calibrates_alike() {
         let header = written(&file, "arduino").text;
         let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
         compiles_and_agrees(&file, &header, &main_in_c("#include \"cal.h\"", raw, calls));
-        // The compiler of the board itself, where it is installed; it is no part of a build server.
-        let folder = tempfile::tempdir().unwrap();
-        save(folder.path(), "cal.h", &header);
-        let sketch = format!(
-            "#include \"cal.h\"\nvoid f(const {raw} r[3], float a[3]) {{ gravical_apply(r, a); }}\n"
-        );
-        save(folder.path(), "sketch.c", &sketch);
-        if Command::new("avr-gcc").arg("--version").output().is_ok() {
-            let args =
-                "-mmcu=atmega328p -std=gnu11 -Os -Wall -Wno-unused-function -Werror -c sketch.c";
-            let args: Vec<&str> = args.split(' ').collect();
-            output("avr-gcc", &args, folder.path(), "").unwrap();
-        }
     }
 }
 
 /// Raw values of the sensor's converter for a calibration that was made in SI units or in counts
 /// whose gyroscope does not say what they are.
 fn for_the_converter() -> ExportOptions {
-    ExportOptions {
-        counts_per_g: Some(16384.0),
-        counts_per_deg_s: Some(131.0),
-        ..ExportOptions::default()
-    }
+    options_with(|o| (o.counts_per_g, o.counts_per_deg_s) = (Some(16384.0), Some(131.0)))
 }
 
 #[test]
 fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
     // In counts of half the range, and in SI units: the same for a sketch that reads 16384 per g.
-    let mut half = made(8192.0 / G, 131.0);
-    half.accelerometer.input_unit = AccelUnit::Counts;
-    half.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
-    half.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
+    let half = calibration::in_counts(8192.0, 131.0);
     let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
     for file in [in_counts(), half, in_g()] {
         let header = export_to(&file, "arduino", &for_the_converter()).unwrap();
@@ -200,24 +177,15 @@ fn the_matlab_function_holds_the_numbers_of_its_formula() {
     ] {
         assert!(text.contains(formula), "{text}");
     }
-    let times = |m: &[f64], v: Vector| -> Vector {
-        std::array::from_fn(|i| (0..3).map(|j| m[3 * i + j] * v[j]).sum())
-    };
-    let less = |a: Vector, b: &[f64]| -> Vector { std::array::from_fn(|i| a[i] - b[i]) };
     let (accel, gyro) = (vectors(7, 32000.0), vectors(8, 32000.0));
     let of = |name: &str| literal(&text, name);
-    let out: String = accel
-        .iter()
-        .zip(&gyro)
-        .map(|(a, w)| {
-            let a = times(&of("accel_matrix"), less(*a, &of("accel_bias")));
-            let bent = times(&of("gyro_g_sensitivity"), a);
-            let w = times(&of("gyro_matrix"), less(less(*w, &of("gyro_bias")), &bent));
-            let [[x, y, z], [u, v, w]] = [a, w];
-            format!("{x:e} {y:e} {z:e} {u:e} {v:e} {w:e}\n")
-        })
-        .collect();
-    agree(&out, &calibrated(&file, &accel, &gyro));
+    let own = accel.iter().zip(&gyro).map(|(a, w)| {
+        let a = times(&of("accel_matrix"), less(*a, &of("accel_bias")));
+        let bent = times(&of("gyro_g_sensitivity"), a);
+        let w = less(less(*w, &of("gyro_bias")), &bent);
+        [a, times(&of("gyro_matrix"), w)]
+    });
+    agree_rows(&own.collect::<Vec<_>>(), &calibrated(&file, &accel, &gyro));
 }
 
 #[test]

@@ -23,16 +23,6 @@ fn list(text: &str, key: &str) -> Vec<f64> {
         .collect()
 }
 
-fn times(m: &[f64], v: Vector) -> Vector {
-    assert_eq!(m.len(), 9);
-    std::array::from_fn(|i| (0..3).map(|j| m[3 * i + j] * v[j]).sum())
-}
-
-fn less(a: Vector, b: &[f64]) -> Vector {
-    assert_eq!(b.len(), 3);
-    std::array::from_fn(|i| a[i] - b[i])
-}
-
 #[test]
 fn imu_calib_calibrates_alike() {
     for (file, per_mps2, size) in [(in_counts(), 16384.0 / G, 32000.0), (in_g(), 1.0 / G, 4.0)] {
@@ -59,20 +49,14 @@ fn the_parameters_of_ros2_calibrate_alike() {
     assert!(text.contains("\nimu_apply:\n  ros__parameters:\n    accel:\n"));
     let (accel, gyro) = text.split_once("    gyro:\n").unwrap();
     let (raw_a, raw_g) = (vectors(12, 4.0), vectors(13, 500.0));
-    let out: String = raw_a
-        .iter()
-        .zip(&raw_g)
-        .map(|(a, w)| {
-            let a = less(a.map(|v| v * G), &list(accel, "offset"));
-            let a = times(&list(accel, "matrix"), a);
-            let w = less(w.map(f64::to_radians), &list(gyro, "offset"));
-            let w = less(w, &times(&list(gyro, "g_sensitivity"), a));
-            let w = times(&list(gyro, "matrix"), w);
-            let [[x, y, z], [u, v, w]] = [a, w];
-            format!("{x:e} {y:e} {z:e} {u:e} {v:e} {w:e}\n")
-        })
-        .collect();
-    agree(&out, &calibrated(&file, &raw_a, &raw_g));
+    let own = raw_a.iter().zip(&raw_g).map(|(a, w)| {
+        let a = less(a.map(|v| v * G), &list(accel, "offset"));
+        let a = times(&list(accel, "matrix"), a);
+        let w = less(w.map(f64::to_radians), &list(gyro, "offset"));
+        let w = less(w, &times(&list(gyro, "g_sensitivity"), a));
+        [a, times(&list(gyro, "matrix"), w)]
+    });
+    agree_rows(&own.collect::<Vec<_>>(), &calibrated(&file, &raw_a, &raw_g));
     // Counts of a gyroscope have no scale in the file: left out, and said.
     let counts = written(&in_counts(), "ros2");
     assert!(!counts.text.contains("gyro:\n") && counts.notes.len() == 1);
