@@ -57,8 +57,7 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     faulty(&mut board, 200);
     let (code, text) = log.ended_text();
     assert_eq!(code, 0, "{text}");
-    assert!(text.contains("accelerometer in m/s², 100.00 Hz"), "{text}");
-    assert!(text.contains("! frozen-axis: ay keeps exactly"), "{text}");
+    assert!(text.contains("frozen-axis: ay keeps exactly"), "{text}");
 }
 
 /// Poses are in the status, in the summary, and found by `calibrate` in the folder.
