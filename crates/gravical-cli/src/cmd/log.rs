@@ -122,10 +122,10 @@ impl Args {
     }
 }
 
-/// Runs the command. It reports its errors itself, without waiting for a reader.
-pub fn run(args: &Args) -> ExitCode {
+/// Runs the command.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let code = record(args, &mut reporter).unwrap_or_else(|error| reporter.fail(&error));
+    let code = record(args, &mut reporter);
     reporter.drain();
     code
 }
@@ -194,12 +194,11 @@ fn end(
     });
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
+    let is_missed = is_unplugged || recorder.is_silent(now_s);
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_early || is_unplugged || recorder.is_incomplete => {
-            failure::INTERRUPTED
-        }
+        Some(End::User) if is_early || is_missed || recorder.is_incomplete => failure::INTERRUPTED,
         Some(End::Duration) if is_unplugged => failure::DEVICE,
-        Some(End::Duration) if recorder.ends_in_gap => failure::INTERRUPTED,
+        Some(End::Duration) if is_missed => failure::INTERRUPTED,
         _ => 0,
     }))
 }

@@ -1,5 +1,6 @@
 //! Why a port cannot be opened, or gives no row, and the remedy.
 
+use std::io;
 #[cfg(target_os = "linux")]
 use std::path::{Path, PathBuf};
 
@@ -9,26 +10,21 @@ use serialport::ErrorKind;
 
 /// The error for a `path` that could not be opened.
 pub fn opening(path: &str, error: &serialport::Error) -> Error {
-    let kind = match error.kind() {
-        ErrorKind::Io(kind) => Some(kind),
-        ErrorKind::NoDevice => None,
-        _ => Some(std::io::ErrorKind::Other),
-    };
     // Windows reports NoDevice both for a missing port and for one in use.
-    let there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
+    let is_there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
         || serialport::available_ports()
             .is_ok_and(|ports| ports.iter().any(|p| p.port_name == path));
-    match kind {
-        Some(std::io::ErrorKind::PermissionDenied) => Error::device(
+    match error.kind() {
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => Error::device(
             "port-permission",
             format!("{path}: no permission to open this port"),
         )
         .with_hint(permission_hint(path)),
-        Some(std::io::ErrorKind::NotFound) | None if !there => {
+        ErrorKind::Io(io::ErrorKind::NotFound) | ErrorKind::NoDevice if !is_there => {
             Error::device("no-such-port", format!("{path}: there is no such port"))
                 .with_hint("gravical ports lists the ports; --wait waits for it")
         }
-        None => Error::device(
+        ErrorKind::NoDevice => Error::device(
             "port-busy",
             match holders(path).as_slice() {
                 [] => format!("{path}: another program has this port open"),
@@ -151,9 +147,9 @@ mod tests {
     fn busy_missing_and_not_a_serial_port() {
         let busy = serialport::Error::new(ErrorKind::NoDevice, "busy");
         assert_eq!(opening("/dev/null", &busy).code(), "port-busy");
-        let missing = serialport::Error::new(ErrorKind::Io(std::io::ErrorKind::NotFound), "no");
+        let missing = serialport::Error::new(ErrorKind::Io(io::ErrorKind::NotFound), "no");
         assert_eq!(opening("/dev/no-such", &missing).code(), "no-such-port");
-        let denied = ErrorKind::Io(std::io::ErrorKind::PermissionDenied);
+        let denied = ErrorKind::Io(io::ErrorKind::PermissionDenied);
         let error = opening("/dev/no-such", &serialport::Error::new(denied, "no"));
         assert_eq!(error.code(), "port-permission");
         let odd = serialport::Error::new(ErrorKind::Unknown, "Not a typewriter");

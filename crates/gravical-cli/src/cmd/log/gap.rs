@@ -41,8 +41,6 @@ pub struct Gap {
     pub duration_s: f64,
     /// The clock of the board restarted.
     pub clock_restarts: bool,
-    /// No row arrived after it.
-    pub until_end: bool,
 }
 
 impl Gap {
@@ -56,7 +54,6 @@ impl Gap {
             Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
         };
         let rows = match self.rows {
-            _ if self.until_end => "no row arrived until the end".to_owned(),
             Some(1) => "1 row is missing".to_owned(),
             Some(n) => format!("{n} rows are missing"),
             None => "an unknown number of rows is missing".to_owned(),
@@ -77,7 +74,7 @@ pub struct Gaps {
     cause: Option<Cause>,
     /// Lines that were rejected: they were rows.
     pub rejected: u64,
-    last_s: f64,
+    last_s: Option<f64>,
     last_stamp: Option<f64>,
     steps: VecDeque<f64>,
     /// Rows, and those at which the stamp changed: a stamp may stand for several rows.
@@ -93,21 +90,37 @@ impl Gaps {
 
     /// What is missing before the next row is not asked for: there was a pause.
     pub fn forget(&mut self) {
-        (self.cause, self.last_stamp, self.rejected) = (None, None, 0);
+        (self.cause, self.rejected) = (None, 0);
+        (self.last_s, self.last_stamp) = (None, None);
     }
 
-    /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none.
-    pub fn before_row(&mut self, at_s: f64, stamp: f64, rate_hz: Option<f64>) -> Option<Gap> {
+    /// Time since the last row, s.
+    pub fn silence_s(&self, now_s: f64) -> f64 {
+        self.last_s.map_or(0.0, |last_s| now_s - last_s)
+    }
+
+    /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none. Then only a silence
+    /// of more than `max_silence_s` tells.
+    pub fn before_row(
+        &mut self,
+        at_s: f64,
+        stamp: f64,
+        rate_hz: Option<f64>,
+        max_silence_s: f64,
+    ) -> Option<Gap> {
         let (missing, clock_restarts) = self.step_to(stamp);
         let rejected = std::mem::take(&mut self.rejected);
         let rows = missing.map(|rows| rows.saturating_sub(rejected));
-        let silence_s = at_s - std::mem::replace(&mut self.last_s, at_s);
-        let cause = match (rows, self.cause.take()) {
-            (Some(MIN_MISSING..), cause) => cause.or(Some(Cause::Lost)),
-            // The board was silent, and no row is missing.
-            (Some(_), Some(Cause::Silent)) => None,
-            (_, cause) if clock_restarts => cause.or(Some(Cause::Reset)),
-            (_, cause) => cause,
+        let silence_s = self.silence_s(at_s);
+        self.last_s = Some(at_s);
+        let is_silence = silence_s > max_silence_s;
+        let cause = match rows {
+            _ if self.cause.is_some() => self.cause.take(),
+            _ if clock_restarts => Some(Cause::Reset),
+            Some(..MIN_MISSING) => None,
+            _ if is_silence => Some(Cause::Silent),
+            Some(_) => Some(Cause::Lost),
+            None => None,
         }?;
         let by_clock_s = rows.zip(rate_hz).map(|(rows, hz)| (rows as f64 + 1.0) / hz);
         Some(Gap {
@@ -115,22 +128,6 @@ impl Gaps {
             rows,
             duration_s: by_clock_s.unwrap_or(silence_s),
             clock_restarts,
-            until_end: false,
-        })
-    }
-
-    /// The gap at the end: one that is open, or a silence of more than `max_silence_s`.
-    pub fn at_end(&mut self, now_s: f64, max_silence_s: f64) -> Option<Gap> {
-        let duration_s = now_s - self.last_s;
-        if duration_s > max_silence_s {
-            self.open(Cause::Silent);
-        }
-        Some(Gap {
-            cause: self.cause.take()?,
-            rows: None,
-            duration_s,
-            clock_restarts: false,
-            until_end: true,
         })
     }
 
@@ -202,7 +199,6 @@ mod tests {
             rows: Some(12),
             duration_s: 0.5,
             clock_restarts: false,
-            until_end: false,
         };
         assert_eq!(gap.line(), "# gap: unplugged: 12 rows are missing, 0.5 s");
     }

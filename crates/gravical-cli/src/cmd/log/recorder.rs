@@ -6,12 +6,12 @@
 use std::collections::VecDeque;
 
 use gravical::escape::shown;
-use gravical::recording::{ColumnsSpec, Follow, LineKind, ReadOptions};
+use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
 use gravical::{Error, Result};
 
 use super::Args;
 use super::event::{Counts, End, Event};
-use super::gap::{Cause, GAP_STEPS, Gap, Gaps};
+use super::gap::{Cause, GAP_STEPS, Gaps};
 use super::lines::{Line, Prefixes, Splitter};
 use super::status::Status;
 use crate::device::board::Settings;
@@ -19,8 +19,12 @@ use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// After this time the format of a slow board is detected from the lines that are there, s.
-const HELD_S: f64 = 6.0;
+/// The format is detected from so many lines of a second or more, or those of a slow board in this
+/// time, s; what is none in many lines is no recording. It is tried again after this time, s.
+const HELD_LINES: usize = 100;
+const HELD_S: [f64; 2] = [1.0, 6.0];
+const MAX_HELD_LINES: usize = 800;
+const RETRY_S: f64 = 0.5;
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s, and at the end; for a slow board more.
@@ -43,8 +47,9 @@ enum State {
     /// The board has not confirmed the settings that are wanted: lines are dropped. When they are sent
     /// next, s, and how often they were.
     Setting { next_s: f64, sent: u32 },
-    /// They are held until their format is known; until when an answer to a question is waited for.
-    Holding { asked_until_s: Option<f64> },
+    /// They are held until their format is known. When that is tried next, s, and whether the board was
+    /// asked for its settings.
+    Holding { next_s: f64, is_asked: bool },
     /// They are written.
     Writing,
     /// All that was asked for is there, or the user ended it.
@@ -96,8 +101,6 @@ pub struct Recorder {
     paused_from_s: Option<f64>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
-    /// No row had arrived for a while at the end.
-    pub ends_in_gap: bool,
     pub out: Output,
 }
 
@@ -140,7 +143,6 @@ impl Recorder {
             began_s: f64::INFINITY,
             paused_from_s: None,
             is_incomplete: false,
-            ends_in_gap: false,
             out: Output::default(),
         })
     }
@@ -162,6 +164,11 @@ impl Recorder {
             rejected: self.counts.rejected,
             ..Status::default()
         }
+    }
+
+    /// Whether no row has arrived for a while.
+    pub fn is_silent(&self, now_s: f64) -> bool {
+        self.paused_from_s.is_none() && self.gaps.silence_s(now_s) > self.silence_s(SILENT_END_S)
     }
 
     /// Seconds since the first row, without pauses.
@@ -260,20 +267,26 @@ impl Recorder {
     ///
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
-        let is_heard = self.port.as_ref().is_some_and(|p| p.last_bytes_s.is_some());
+        let port = self.port.as_ref();
+        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
+        let is_due = port.is_some_and(|port| port.is_due(now_s));
         match self.state {
             State::Setting { next_s, .. } if is_heard && now_s >= next_s => {
-                self.send_settings(now_s)?
+                self.send_settings(now_s)
             }
-            State::Holding { .. } => self.begin(now_s, false)?,
+            State::Setting { .. } if is_due && !is_heard => self.report_no_rows(),
+            State::Holding { .. } => self.begin(now_s, false),
+            State::Writing if is_due && self.counts.rows == 0 => self.report_no_rows(),
             State::Writing if self.elapsed_s(now_s) >= self.max_s() => {
-                self.write_last_gap(now_s);
                 self.state = State::Ended(End::Duration);
+                Ok(())
             }
-            State::Writing => self.notice_silence(now_s),
-            _ => {}
+            State::Writing => {
+                self.notice_silence(now_s);
+                Ok(())
+            }
+            _ => Ok(()),
         }
-        self.diagnose(now_s)
     }
 
     /// The user ends it: what is held is written.
@@ -283,9 +296,6 @@ impl Recorder {
     /// Those of the reader.
     pub fn finish(&mut self, now_s: f64) -> Result<()> {
         self.begin(now_s, true)?;
-        if let State::Writing = self.state {
-            self.write_last_gap(now_s);
-        }
         if self.end().is_none() {
             self.state = State::Ended(End::User);
         }
@@ -315,7 +325,7 @@ impl Recorder {
                 let line = self.prefixed(line);
                 self.add(line)?;
             }
-            State::Holding { .. } if !is_half => self.add(line)?,
+            State::Holding { .. } if !is_half => self.waiting.push_back(line),
             _ => {}
         }
         Ok(())
@@ -330,47 +340,44 @@ impl Recorder {
 
     /// Passes a line to the reader, and writes what that has judged.
     fn add(&mut self, line: Line) -> Result<()> {
-        let read = self.reader.push(&line.in_file()).map(drop);
+        let read = self.reader.push(&line.in_file());
         self.waiting.push_back(line);
-        match (read, &self.state) {
-            (Ok(()), State::Writing) => self.write_judged(),
-            (Ok(()), _) => {}
-            (Err(error), State::Writing) => return Err(unreadable(&error)),
-            (Err(_), _) => {
-                self.waiting.clear();
-                self.reader = reader(&self.args, self.args.board.columns.clone());
-                return self.report_no_rows();
-            }
-        }
+        read.map_err(|error| unreadable(&error))?;
+        self.write_judged();
         Ok(())
     }
 
     /// Lines are written once their format is known. `is_last`: nothing follows.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
-        let State::Holding { asked_until_s } = &mut self.state else {
+        let State::Holding { next_s, is_asked } = &mut self.state else {
             return Ok(());
         };
-        let Some(first) = self.waiting.front() else {
-            return Ok(());
-        };
+        let lines = self.waiting.len();
+        let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
         let is_due = self.port.as_ref().is_some_and(|p| p.is_due(now_s));
-        if is_last || is_due || now_s - first.at_s >= HELD_S {
-            // They may be no recording yet.
-            let _ = self.reader.settle(1);
-        }
-        let Some(form) = self.reader.form() else {
-            return Ok(());
+        let is_enough = match lines {
+            MAX_HELD_LINES.. => true,
+            HELD_LINES.. => is_due || held_s >= HELD_S[0],
+            _ => is_due || held_s >= HELD_S[1],
         };
-        if form.header_line == 0 && form.delimiter.is_some() && !is_last {
-            // A board that names no columns is asked for its settings.
-            let commands = &mut self.out.commands;
-            let until_s = *asked_until_s.get_or_insert_with(|| {
-                commands.push_str("?\n");
-                now_s + ASK_S
-            });
-            if now_s < until_s {
+        if !is_last && (now_s < *next_s || !is_enough) {
+            return Ok(());
+        }
+        *next_s = now_s + RETRY_S;
+        let Some(form) = form_of(&self.args, &self.waiting) else {
+            if lines >= MAX_HELD_LINES {
+                self.waiting.clear();
+            } else if is_last || !is_due {
                 return Ok(());
             }
+            return self.report_no_rows();
+        };
+        let names_columns = form.header_line > 0 || form.delimiter.is_none();
+        if !names_columns && !is_last && !std::mem::replace(is_asked, true) {
+            // The settings of a board are followed by its header.
+            self.out.commands += "?\n";
+            *next_s = now_s + ASK_S;
+            return Ok(());
         }
         self.state = State::Writing;
         let lines = std::mem::take(&mut self.waiting);
@@ -442,8 +449,13 @@ impl Recorder {
         // Times of arrival do not tell what is missing.
         let is_stamped = self.prefixes.stamps();
         let stamp = if is_stamped { f64::NAN } else { stamp };
-        if let Some(gap) = self.gaps.before_row(at_s, stamp, self.rate_hz()) {
-            self.write_gap(gap);
+        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s(SILENCE_S));
+        if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
+            self.write(format!("{}\n", gap.line()).as_bytes());
+            self.counts.gaps += 1;
+            self.counts.missing += gap.rows.unwrap_or(0);
+            self.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
+            self.say(Event::Gap(gap));
         }
         self.counts.rows += 1;
     }
@@ -484,24 +496,6 @@ impl Recorder {
         self.write(format!("# rejected: {text}\n").as_bytes());
     }
 
-    fn write_gap(&mut self, gap: Gap) {
-        self.write(format!("{}\n", gap.line()).as_bytes());
-        self.counts.gaps += 1;
-        self.counts.missing += gap.rows.unwrap_or(0);
-        self.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
-        self.say(Event::Gap(gap));
-    }
-
-    fn write_last_gap(&mut self, now_s: f64) {
-        if self.counts.rows > 0
-            && self.paused_from_s.is_none()
-            && let Some(gap) = self.gaps.at_end(now_s, self.silence_s(SILENT_END_S))
-        {
-            self.ends_in_gap = true;
-            self.write_gap(gap);
-        }
-    }
-
     /// Lines whose format is not known are dropped, but for those that are kept, and that is said.
     fn drop_held(&mut self, when: &str, keeps: impl Fn(&Line) -> bool) {
         let State::Holding { .. } = self.state else {
@@ -511,11 +505,6 @@ impl Recorder {
         self.waiting.retain(keeps);
         let dropped = held - self.waiting.len();
         if dropped > 0 {
-            self.reader = reader(&self.args, self.args.board.columns.clone());
-            for line in &self.waiting {
-                // What is refused is so with the next line, too.
-                let _ = self.reader.push(&line.in_file());
-            }
             let text = format!("{dropped} lines that the board sent {when} are not recorded");
             self.say(Event::Warning { text });
         }
@@ -524,23 +513,6 @@ impl Recorder {
     // Without rows.
 
     /// After a while without a row it is said what arrives instead.
-    fn diagnose(&mut self, now_s: f64) -> Result<()> {
-        let Some(port) = &self.port else {
-            return Ok(());
-        };
-        let has_rows = match self.state {
-            // Settings that are not confirmed have their own end.
-            State::Setting { .. } => port.last_bytes_s.is_some(),
-            State::Holding { .. } => self.reader.form().is_some(),
-            State::Writing => self.counts.rows > 0,
-            State::Ended(_) => true,
-        };
-        if port.is_due(now_s) && !has_rows {
-            return self.report_no_rows();
-        }
-        Ok(())
-    }
-
     fn report_no_rows(&mut self) -> Result<()> {
         let Some(port) = &mut self.port else {
             return Ok(());
@@ -572,7 +544,6 @@ impl Recorder {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
             if duration_s >= max_s {
                 port.is_silent = true;
-                self.gaps.open(Cause::Silent);
                 self.say(Event::Silent { duration_s });
             }
         }
@@ -622,7 +593,8 @@ impl State {
         match reader.form() {
             Some(_) => State::Writing,
             None => State::Holding {
-                asked_until_s: None,
+                next_s: 0.0,
+                is_asked: false,
             },
         }
     }
@@ -642,6 +614,17 @@ fn reader(args: &Args, columns: Option<ColumnsSpec>) -> Follow {
         ..ReadOptions::default()
     };
     Follow::new(&args.file().display().to_string(), options, JUDGED_ROWS)
+}
+
+/// The format of lines; none if they are no recording, yet.
+fn form_of(args: &Args, lines: &VecDeque<Line>) -> Option<Form> {
+    let mut reader = reader(args, args.board.columns.clone());
+    for line in lines {
+        // What is no recording with the first lines is none with all.
+        reader.push(&line.in_file()).ok()?;
+    }
+    reader.settle(1).ok()?;
+    reader.form()
 }
 
 /// The error of rows that cannot be read as those before.
@@ -728,8 +711,7 @@ mod tests {
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end(), Some(End::Duration));
-        assert!(bench.gaps()[1].contains("no row arrived until the end"));
-        assert!(bench.recorder.ends_in_gap);
+        assert!(bench.recorder.is_silent(bench.now_s));
     }
 
     #[test]

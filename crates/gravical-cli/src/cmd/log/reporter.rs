@@ -1,7 +1,6 @@
 //! Where the events of a recording go: JSON for scripts, messages and a status line for people.
 
 use std::io;
-use std::process::ExitCode;
 
 use gravical::escape::{shell_word, shown, shown_json};
 use gravical::numfmt::count;
@@ -10,7 +9,6 @@ use gravical_report::report;
 use serde::Serialize;
 
 use super::event::{Ended, Event};
-use crate::failure::RenderedError;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;
 
@@ -87,23 +85,6 @@ impl Reporter {
             self.screen.line(&shown(&summary(&ended)));
         }
         self.report(&[Event::Ended(Box::new(ended))]);
-    }
-
-    /// Reports an error; returns the exit code.
-    pub fn fail(&mut self, error: &anyhow::Error) -> ExitCode {
-        let Some(error) = RenderedError::of(error) else {
-            return ExitCode::SUCCESS;
-        };
-        self.screen.close();
-        if self.json {
-            self.out.drain();
-            let line = format!("{}\n", shown_json(&error.object.to_string()));
-            self.out.send(line.into_bytes());
-        } else {
-            self.screen.drain();
-            self.screen.line(&error.text);
-        }
-        ExitCode::from(error.exit)
     }
 
     /// Waits until everything is written, as long as somebody reads.

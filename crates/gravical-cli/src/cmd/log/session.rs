@@ -15,12 +15,8 @@ use crate::device::trouble::holders;
 
 /// Longest wait for bytes of the port.
 const WAIT: Duration = Duration::from_millis(20);
-/// Time between two searches for a port, s.
-const SEARCH_S: f64 = 0.3;
 /// Time between two synchronisations with the disk, s.
-const SYNC_S: f64 = 10.0;
-/// Time between two statuses, s.
-const STATUS_S: f64 = 1.0;
+const SYNC_S: u64 = 10;
 
 /// A recording of a port in a file.
 pub struct Session {
@@ -33,9 +29,8 @@ pub struct Session {
     /// The device that is open, or was.
     target: Option<Target>,
     serial: Option<Serial>,
-    searched_s: f64,
-    synced_s: f64,
-    observed_s: f64,
+    /// The second in which a port was searched for, and the status reported.
+    second: u64,
     /// Code of the error with which the port could not be opened.
     open_error: Option<&'static str>,
 }
@@ -60,9 +55,7 @@ impl Session {
             observed_rows: 0,
             target: None,
             serial: None,
-            searched_s: 0.0,
-            synced_s: 0.0,
-            observed_s: 0.0,
+            second: 0,
             open_error: None,
         };
         if let Err(error) = session.connect() {
@@ -116,18 +109,19 @@ impl Session {
             Ok(bytes) => done = self.recorder.bytes(now_s, &bytes),
             Err(e) => self.lost(&e.to_string()),
         }
-        if self.serial.is_none()
-            && is_due(&mut self.searched_s, now_s, SEARCH_S)
-            && let Err(error) = self.connect()
-        {
-            self.report_missing(&error);
-        }
         let done = done.and_then(|()| self.recorder.tick(now_s));
-        if is_due(&mut self.observed_s, now_s, STATUS_S) {
+        let second = now_s as u64;
+        let is_new_second = std::mem::replace(&mut self.second, second) != second;
+        if is_new_second {
+            if self.serial.is_none()
+                && let Err(error) = self.connect()
+            {
+                self.report_missing(&error);
+            }
             self.observe(now_s);
         }
         let lines = self.write()?;
-        if is_due(&mut self.synced_s, now_s, SYNC_S) {
+        if is_new_second && second.is_multiple_of(SYNC_S) {
             self.file.sync()?;
         }
         done.map(|()| lines)
@@ -203,7 +197,6 @@ impl Session {
 
     fn lost(&mut self, why: &str) {
         self.serial = None;
-        self.searched_s = self.now_s();
         self.recorder.lost(why);
     }
 
@@ -248,29 +241,12 @@ impl Session {
     /// Just after plugging in, permissions are not set yet, and other programs probe the port: an error
     /// is reported once, and it is retried.
     fn report_missing(&mut self, error: &Error) {
-        if self.open_error.replace(error.code()) == Some(error.code()) {
-            return;
+        if self.open_error.replace(error.code()) != Some(error.code()) {
+            let hint = error.hint().unwrap_or_default();
+            let text = format!("the port: {error} ({hint})");
+            self.recorder.say(Event::Waiting { text });
         }
-        let event = if is_missing(error) {
-            let name = self.port().unwrap_or("a board");
-            let text = format!("{name} to be plugged in");
-            Event::Waiting { text }
-        } else {
-            let hint = error.hint().map_or_else(String::new, |h| format!(" ({h})"));
-            let text = format!("{error}; it is retried{hint}");
-            Event::Warning { text }
-        };
-        self.recorder.say(event);
     }
-}
-
-/// Whether `last_s` is so long ago; then it is now.
-fn is_due(last_s: &mut f64, now_s: f64, period_s: f64) -> bool {
-    let is_due = now_s - *last_s >= period_s;
-    if is_due {
-        *last_s = now_s;
-    }
-    is_due
 }
 
 /// There is no port, yet.
