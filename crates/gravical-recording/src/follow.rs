@@ -100,8 +100,6 @@ struct Opened {
     /// Lines that the last call read, and how many were read so far.
     lines: Vec<LineKind>,
     line_count: usize,
-    /// What ends the recording after the rows that were returned.
-    error: Option<Error>,
 }
 
 impl Follow {
@@ -135,19 +133,11 @@ impl Follow {
     }
 
     fn take(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
-        if let Some(opened) = &mut self.opened {
-            self.bytes.extend_from_slice(bytes);
-            let whole = whole_rows(&opened.format, &self.bytes);
-            let text: Vec<u8> = self.bytes.drain(..whole).collect();
-            let samples = opened.read(text, self.max_rows)?;
-            return match self.bytes.len() {
-                ..=MAX_ROW_BYTES => Ok(samples),
-                _ => Err(no_table("", LONG_ROW)),
-            };
-        }
         let mut samples = Vec::new();
         let mut rest = bytes;
-        while let Some(end) = line_end(rest) {
+        while self.opened.is_none()
+            && let Some(end) = line_end(rest)
+        {
             self.bytes.extend_from_slice(&rest[..=end]);
             rest = &rest[end + 1..];
             self.lines += 1;
@@ -155,13 +145,13 @@ impl Follow {
                 && let Some(first) = self.open()?
             {
                 samples = first;
-                break;
             }
         }
-        if self.opened.is_some() {
-            samples.extend(self.take(rest)?);
-        } else {
-            self.bytes.extend_from_slice(rest);
+        self.bytes.extend_from_slice(rest);
+        if let Some(opened) = &mut self.opened {
+            let whole = whole_rows(&opened.format, &self.bytes);
+            let text: Vec<u8> = self.bytes.drain(..whole).collect();
+            samples.append(&mut opened.read(text, self.max_rows)?);
         }
         // What never ends a line is no text.
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
@@ -287,7 +277,6 @@ impl Follow {
             rate_hz: recording.timing.rate_hz(),
             lines: Vec::new(),
             line_count: 0,
-            error: None,
         };
         opened.note_lines(&rows);
         opened.rows = rows;
@@ -380,29 +369,16 @@ impl Opened {
     }
 
     fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>> {
-        if let Some(error) = self.error.take() {
-            return Err(error);
-        }
         self.batches.feed(text);
         let mut samples = Vec::new();
-        loop {
-            match self.batches.read_batch().map_err(Error::from) {
-                Ok(None) => break,
-                Ok(Some(mut batch)) => {
-                    self.note_lines(&batch);
-                    self.rows.append(batch.clone());
-                    if self.writes_blanks {
-                        batch.blanks.clear();
-                    }
-                    let readings = self.later.read(&mut batch)?;
-                    samples.append(&mut self.samples(&batch.lines, &readings));
-                }
-                Err(error) if samples.is_empty() => return Err(error),
-                Err(error) => {
-                    self.error = Some(error);
-                    break;
-                }
+        while let Some(mut batch) = self.batches.read_batch().map_err(Error::from)? {
+            self.note_lines(&batch);
+            self.rows.append(batch.clone());
+            if self.writes_blanks {
+                batch.blanks.clear();
             }
+            let readings = self.later.read(&mut batch)?;
+            samples.append(&mut self.samples(&batch.lines, &readings));
         }
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);

@@ -86,11 +86,10 @@ fn what_is_no_recording_is_refused() {
     let zeros = (0..10_000).find_map(|_| follow.push(&[0; 4096]).err());
     assert_eq!(zeros.unwrap().code(), "no-rows");
     // Columns change while it runs.
-    let mut text = texts().swap_remove(1);
-    text += "t_ms;ax_g;ay_g;temperature_c\n1;0.1;0.2;25\n";
     let mut follow = Follow::new("any.csv", ReadOptions::default(), usize::MAX);
-    follow.push(text.as_bytes()).unwrap();
-    let refused = follow.push(b"2;0.1;0.2;25\n").unwrap_err();
+    follow.push(texts()[1].as_bytes()).unwrap();
+    let other = b"t_ms;ax_g;ay_g;temperature_c\n1;0.1;0.2;25\n";
+    let refused = follow.push(other).unwrap_err();
     assert_eq!(refused.code(), "header-differs");
 }
 

@@ -1,6 +1,6 @@
 //! The file of a recording: locked, appended to, and rescued if it cannot be written.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,8 @@ use gravical::{Error, Result};
 
 /// The format of a file that is continued is told by so many bytes; its last line is shorter.
 const HEAD: u64 = 1 << 18;
+/// The error of Windows for a file that another program writes to.
+const SHARING_VIOLATION: i32 = 32;
 /// What was received is held up to this many bytes.
 const MAX_HELD: usize = 10_000_000;
 
@@ -78,10 +80,18 @@ impl LogFile {
         // On Windows a lock would exclude readers; this shares reading and deleting only.
         #[cfg(windows)]
         std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
-        let file = options.open(path).and_then(lock);
+        let file = options.open(path).map_err(|e| match e.raw_os_error() {
+            Some(SHARING_VIOLATION) if cfg!(windows) => in_use(path),
+            _ => Error::io(path, e),
+        })?;
+        // A file system without locks is accepted.
+        let is_locked = || matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if cfg!(not(windows)) && !is_device && is_locked() {
+            return Err(in_use(path));
+        }
         let mut file = LogFile {
             path: path.to_owned(),
-            file: file.map_err(|e| refused(path, e))?,
+            file,
             existing: if is_device {
                 Existing::Refuse
             } else {
@@ -261,22 +271,7 @@ impl LogFile {
     }
 }
 
-/// Locks `file` against other writers; a file system without locks is accepted.
-fn lock(file: File) -> io::Result<File> {
-    let is_locked = || matches!(file.try_lock(), Err(std::fs::TryLockError::WouldBlock));
-    if cfg!(not(windows)) && file.metadata()?.is_file() && is_locked() {
-        return Err(io::ErrorKind::ResourceBusy.into());
-    }
-    Ok(file)
-}
-
-/// The error of a file that cannot be opened: another program may write to it.
-fn refused(path: &Path, error: io::Error) -> Error {
-    const SHARING_VIOLATION: i32 = 32;
-    let is_shared = cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION);
-    if !is_shared && error.kind() != io::ErrorKind::ResourceBusy {
-        return Error::io(path, error);
-    }
+fn in_use(path: &Path) -> Error {
     Error::usage("in-use", "another gravical log is writing to this file")
         .at(path, None)
         .with_hint("end that one first, or name another file with -o")

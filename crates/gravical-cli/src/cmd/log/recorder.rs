@@ -33,10 +33,10 @@ const SILENT_END_S: f64 = 1.0;
 /// Opening a port resets the board within this time, and then it is silent for that time, s.
 const RESET_S: f64 = 4.0;
 const RESET_SILENCE_S: f64 = 1.5;
-/// A board that was reset by opening its port reports its settings within this time, or is told
-/// them then, and so many times again, s.
+/// A board that was reset by opening its port reports its settings within this time; it is told other
+/// ones this often, and for so long, s.
 const COMMAND_S: f64 = 2.5;
-const MAX_COMMANDS: u32 = 4;
+const MAX_SETTING_S: f64 = 12.5;
 /// A board of ours answers a question within this time, s.
 const ASK_S: f64 = 1.5;
 /// Characters of a rejected line in a message.
@@ -45,8 +45,8 @@ const QUOTED: usize = 60;
 /// What becomes of the lines. In each state the port may be lost and found.
 enum State {
     /// The board has not confirmed the settings that are wanted: lines are dropped. When they are sent
-    /// next, s, and how often they were.
-    Setting { next_s: f64, sent: u32 },
+    /// next, s.
+    Setting { next_s: f64 },
     /// They are held until their format is known. When that is tried next, s, and whether the board was
     /// asked for its settings.
     Holding { next_s: f64, is_asked: bool },
@@ -124,10 +124,7 @@ impl Recorder {
         }
         let state = match args.board.wanted.commands().as_str() {
             "" => State::of(&reader),
-            _ => State::Setting {
-                next_s: COMMAND_S,
-                sent: 0,
-            },
+            _ => State::Setting { next_s: COMMAND_S },
         };
         Ok(Recorder {
             args,
@@ -189,8 +186,8 @@ impl Recorder {
         if self.counts.rows == 0 {
             self.out.preamble = preamble;
         }
-        if let State::Setting { next_s, sent } = &mut self.state {
-            (*next_s, *sent) = (now_s + COMMAND_S, 0);
+        if let State::Setting { next_s } = &mut self.state {
+            *next_s = now_s + COMMAND_S;
         }
         self.port = Some(Port {
             name: port.to_owned(),
@@ -271,22 +268,19 @@ impl Recorder {
         let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
         let is_due = port.is_some_and(|port| port.is_due(now_s));
         match self.state {
-            State::Setting { next_s, .. } if is_heard && now_s >= next_s => {
-                self.send_settings(now_s)
+            State::Setting { .. } if is_due && !is_heard => return self.report_no_rows(),
+            State::Setting { next_s } if is_heard && now_s >= next_s => {
+                return self.send_settings(now_s);
             }
-            State::Setting { .. } if is_due && !is_heard => self.report_no_rows(),
-            State::Holding { .. } => self.begin(now_s, false),
-            State::Writing if is_due && self.counts.rows == 0 => self.report_no_rows(),
-            State::Writing if self.elapsed_s(now_s) >= self.max_s() => {
-                self.state = State::Ended(End::Duration);
-                Ok(())
-            }
+            State::Holding { .. } => return self.begin(now_s, false),
+            State::Writing if is_due && self.counts.rows == 0 => return self.report_no_rows(),
             State::Writing => {
                 self.notice_silence(now_s);
-                Ok(())
+                self.end_at(now_s);
             }
-            _ => Ok(()),
+            _ => {}
         }
+        Ok(())
     }
 
     /// The user ends it: what is held is written.
@@ -296,7 +290,7 @@ impl Recorder {
     /// Those of the reader.
     pub fn finish(&mut self, now_s: f64) -> Result<()> {
         self.begin(now_s, true)?;
-        if self.end().is_none() {
+        if !self.end_at(now_s) {
             self.state = State::Ended(End::User);
         }
         Ok(())
@@ -312,7 +306,7 @@ impl Recorder {
             let (settings, text) = (Settings::parse(&text), shown(&text).into_owned());
             self.say(Event::Board { text });
             if let Some(settings) = settings {
-                self.settings_are(now_s, &settings)?;
+                self.settings_are(now_s, &settings);
             }
         } else if self.paused_from_s.is_some() {
             return Ok(());
@@ -424,21 +418,12 @@ impl Recorder {
                 _ => self.write(&line.in_file()),
             }
         }
-        // The last row may have more lines than one.
-        if self.has_all_rows() {
-            self.state = State::Ended(End::Rows);
-        }
     }
 
     /// A row follows, unless it ends here.
     fn begin_row(&mut self, at_s: f64, stamp: f64) {
-        if self.has_all_rows() {
-            self.state = State::Ended(End::Rows);
-            return;
-        }
         self.began_s = self.began_s.min(at_s);
-        if self.elapsed_s(at_s) > self.max_s() {
-            self.state = State::Ended(End::Duration);
+        if self.end_at(at_s) {
             return;
         }
         if self.counts.rows == 0 {
@@ -460,12 +445,17 @@ impl Recorder {
         self.counts.rows += 1;
     }
 
-    fn has_all_rows(&self) -> bool {
-        self.args.rows == Some(self.counts.rows)
-    }
-
-    fn max_s(&self) -> f64 {
-        self.args.duration.unwrap_or(f64::INFINITY)
+    /// Ends it once all that was asked for is there; whether it has ended.
+    fn end_at(&mut self, now_s: f64) -> bool {
+        let elapsed_s = self.elapsed_s(now_s);
+        if let State::Writing = self.state {
+            if self.args.rows == Some(self.counts.rows) {
+                self.state = State::Ended(End::Rows);
+            } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
+                self.state = State::Ended(End::Duration);
+            }
+        }
+        self.end().is_some()
     }
 
     fn rate_hz(&self) -> Option<f64> {
@@ -551,7 +541,7 @@ impl Recorder {
 
     // Settings.
 
-    fn settings_are(&mut self, now_s: f64, settings: &Settings) -> Result<()> {
+    fn settings_are(&mut self, now_s: f64, settings: &Settings) {
         let is_met = self.args.board.wanted.is_met_by(settings);
         match self.state {
             State::Setting { .. } if is_met => {
@@ -561,7 +551,6 @@ impl Recorder {
                     port.opened_s = now_s;
                 }
             }
-            State::Setting { sent: 0, .. } => self.send_settings(now_s)?,
             // Rows before are of another start, or have no header.
             State::Holding { .. } => self.drop_held("before its settings", Line::is_comment),
             State::Writing if !is_met => self.say(Event::Warning {
@@ -569,20 +558,19 @@ impl Recorder {
             }),
             _ => {}
         }
-        Ok(())
     }
 
-    /// Sends the settings that are wanted, unless that was in vain too often.
+    /// Sends the settings that are wanted, unless that was in vain for long.
     fn send_settings(&mut self, now_s: f64) -> Result<()> {
-        if let State::Setting { next_s, sent } = &mut self.state {
-            if *sent >= MAX_COMMANDS {
-                let text = "the board does not report the settings that were sent to it";
-                let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
-                return Err(Error::device("settings-refused", text).with_hint(hint));
-            }
-            (*next_s, *sent) = (now_s + COMMAND_S, *sent + 1);
-            self.out.commands += &self.args.board.wanted.commands();
+        let opened_s = self.port.as_ref().map_or(now_s, |port| port.opened_s);
+        if now_s - opened_s >= MAX_SETTING_S {
+            let text = "the board does not report the settings that were sent to it";
+            let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
+            return Err(Error::device("settings-refused", text).with_hint(hint));
         }
+        let next_s = now_s + COMMAND_S;
+        self.state = State::Setting { next_s };
+        self.out.commands += &self.args.board.wanted.commands();
         Ok(())
     }
 }
