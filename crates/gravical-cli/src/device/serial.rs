@@ -2,7 +2,7 @@
 
 use std::io::{self, Read as _, Write as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use gravical::Result;
 use serialport::SerialPort;
@@ -12,8 +12,8 @@ use super::trouble;
 /// Longest wait of one read. After a silence of this time the thread sends no bytes, by which it notices
 /// that nobody wants more, and ends.
 const READ: Duration = Duration::from_millis(10);
-/// What waits at the end are fewer reads than this, unless bytes keep arriving as fast as they are taken.
-const MAX_READS: usize = 1 << 16;
+/// What waits at the end is taken in this time, in which few bytes arrive.
+const REST: Duration = Duration::from_millis(20);
 
 /// An open port.
 pub struct Serial {
@@ -60,10 +60,12 @@ impl Serial {
         self.port.flush()
     }
 
-    /// Closes the port; returns the bytes that have arrived until now, also if more keep arriving.
+    /// Closes the port; returns the bytes that have arrived. It ends even if bytes keep arriving.
     pub fn rest(self) -> Vec<u8> {
-        let reads = std::iter::from_fn(|| self.incoming.try_recv().ok()?.ok());
-        reads.take(MAX_READS).flatten().collect()
+        let start = Instant::now();
+        let reads = self.incoming.try_iter().map_while(|read| read.ok());
+        let reads = reads.take_while(|_| start.elapsed() < REST);
+        reads.flatten().collect()
     }
 }
 
