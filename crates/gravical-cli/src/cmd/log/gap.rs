@@ -88,10 +88,10 @@ impl Gaps {
         self.cause.get_or_insert(cause);
     }
 
-    /// What is missing before the next row is not asked for: there was a pause.
-    pub fn forget(&mut self) {
+    /// What was missing until now is not asked for: a pause ends.
+    pub fn resume(&mut self, now_s: f64) {
         (self.cause, self.rejected) = (None, 0);
-        (self.last_s, self.last_stamp) = (None, None);
+        (self.last_s, self.last_stamp) = (Some(now_s), None);
     }
 
     /// Time since the last row, s.

@@ -29,7 +29,7 @@ impl Keys {
         let (sender, pressed) = channel();
         std::thread::spawn(move || {
             // Interrupted reads are repeated; any other error ends it.
-            for byte in io::stdin().bytes().map_while(Result::ok) {
+            for byte in io::stdin().lock().bytes().map_while(Result::ok) {
                 let key = match byte {
                     b' ' => Key::Pause,
                     // Ctrl-C and Ctrl-D.

@@ -253,7 +253,7 @@ impl Recorder {
             return Ok(());
         };
         self.began_s += now_s - from_s;
-        self.gaps.forget();
+        self.gaps.resume(now_s);
         self.say(Event::Resumed);
         (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
     }

@@ -175,7 +175,7 @@ impl Session {
         if std::mem::replace(&mut self.observed_rows, status.rows) != status.rows
             && let Some(Ok(recording)) = recorder.reader.recording(u32::MAX)
         {
-            let findings = self.monitor.observe(&mut status, recording);
+            let findings = self.monitor.observe(&mut status, &recording);
             let findings = findings.into_iter().map(Event::Finding);
             recorder.out.events.extend(findings);
         }

@@ -1,12 +1,11 @@
 //! The state of the recording for the person who records: rate, magnitude, rest, poses; in one
 //! line.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
-use gravical::core::matrix3::{add, norm};
-use gravical::poses::MAX_FACE_ANGLE_DEG;
-use gravical::poses::face::{AXES, Face};
-use gravical::poses::rests::find_rests;
+use gravical::core::matrix3::norm;
+use gravical::inspect::inspect;
+use gravical::poses::face::{AXES, AxisMap, Face};
 use gravical::recording::{AccelScale, Finding, Recording, Severity};
 use serde::Serialize;
 
@@ -47,50 +46,41 @@ pub struct Status {
 /// Judges the last rows once a second.
 #[derive(Default)]
 pub struct Monitor {
-    /// Of each of [`Face::all`], whether it was recorded as a pose.
-    done: [bool; 6],
+    /// Faces that were recorded as a pose.
+    done: BTreeSet<String>,
     /// Findings that were returned: their kinds, and their messages without numbers.
-    said: HashSet<String>,
+    said: BTreeSet<String>,
 }
 
 impl Monitor {
     /// Adds to the state what the last rows say; returns what may spoil them and was not returned
     /// before.
-    pub fn observe(&mut self, status: &mut Status, recording: Recording) -> Vec<Finding> {
+    pub fn observe(&mut self, status: &mut Status, recording: &Recording) -> Vec<Finding> {
+        let inspection = inspect(recording, &AxisMap::default());
         status.rate_hz = recording.timing.rate_hz();
         let (rows, rate_hz) = (recording.rows(), status.rate_hz.unwrap_or(1.0));
         let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize);
-        let accel = |row: usize| recording.accel.each_ref().map(|axis| axis[row]);
-        let mut norms: Vec<f64> = (recent..rows).map(|row| norm(&accel(row))).collect();
-        norms.retain(|norm| norm.is_finite());
-        let mean = norms.iter().sum::<f64>() / norms.len() as f64;
-        status.norm = Some(mean).filter(|mean| mean.is_finite());
+        let norms =
+            (recent..rows).map(|row| norm(&recording.accel.each_ref().map(|axis| axis[row])));
+        let norms: Vec<f64> = norms.filter(|norm| norm.is_finite()).collect();
+        status.norm = (!norms.is_empty()).then(|| norms.iter().sum::<f64>() / norms.len() as f64);
         status.accel = Some(recording.accel_scale);
         let temperatures = recording.temperature_c.iter().flatten();
         status.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
         if rows as f64 >= FIRST_REST_S * rate_hz {
             status.still = Some(false);
-            for rest in find_rests(&recording).spans {
-                let sum = rest
-                    .clone()
-                    .map(accel)
-                    .fold([0.0; 3], |sum, a| add(&sum, &a));
-                let (face, angle_deg) = Face::nearest(sum);
-                let face = Some(face).filter(|_| angle_deg <= MAX_FACE_ANGLE_DEG);
-                if let Some(face) = face.filter(|_| rest.len() as f64 >= POSE_S * rate_hz) {
-                    self.done[face.index()] = true;
+            for rest in inspection.static_intervals {
+                if (rest.end_row - rest.start_row) as f64 >= POSE_S * rate_hz {
+                    self.done.extend(rest.face.clone());
                 }
-                if rest.end > recent {
+                if rest.end_row > recent {
                     status.still = Some(true);
-                    status.up = face.map(Face::name);
+                    status.up = rest.face;
                 }
             }
-            let done = Face::all()
-                .into_iter()
-                .filter(|face| self.done[face.index()]);
-            status.done = Some(done.map(Face::name).collect());
+            status.done = Some(self.done.iter().cloned().collect());
         }
-        let mut findings = recording.findings;
+        let mut findings = inspection.findings;
         findings.retain(|finding| {
             let words = finding.message.replace(|c: char| c.is_ascii_digit(), "");
             finding.severity == Severity::Warning
