@@ -242,8 +242,9 @@ impl Session {
     /// is reported once, and it is retried.
     fn report_missing(&mut self, error: &Error) {
         if self.open_error.replace(error.code()) != Some(error.code()) {
-            let hint = error.hint().unwrap_or_default();
-            let text = format!("the port: {error} ({hint})");
+            let hint = error.hint().filter(|_| !is_missing(error));
+            let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
+            let text = format!("the port: {error}{hint}");
             self.recorder.say(Event::Waiting { text });
         }
     }
