@@ -233,11 +233,10 @@ impl LogFile {
         }
         if self.held.len() > MAX_HELD {
             let half = usize::midpoint(self.head, self.held.len());
-            let rest = self.held.iter().skip(half);
-            let line = rest.take_while(|b| **b != b'\n').count() + 1;
-            let mark = b"# gap: earlier rows are not held\n";
-            let earlier = self.head..self.held.len().min(half + line);
-            self.held.splice(earlier, mark.iter().copied());
+            let line = self.held[half..].iter().position(|b| *b == b'\n');
+            let end = half + line.map_or(0, |at| at + 1);
+            let mark = *b"# gap: earlier rows are not held\n";
+            self.held.splice(self.head..end, mark);
         }
     }
 

@@ -19,16 +19,20 @@ use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// The format is detected from so many lines of a second or more, or those of a slow board in this
-/// time, s; what is none in many lines is no recording. It is tried again after this time, s.
-const HELD_LINES: usize = 100;
-const HELD_S: [f64; 2] = [1.0, 6.0];
+/// The format is detected from this many lines of this time, s, or from those that a slow board sends in
+/// that time, s.
+const MIN_HELD_LINES: usize = 100;
+const MIN_HELD_S: f64 = 1.0;
+const MAX_HELD_S: f64 = 6.0;
+/// So many lines without a format are no recording.
 const MAX_HELD_LINES: usize = 800;
+/// Time between two attempts to detect it, s.
 const RETRY_S: f64 = 0.5;
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
-/// Nothing for this time is a silence, s, and at the end; for a slow board more.
+/// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
+/// At the end a shorter one is, s: somebody who sees that rows are missing ends the recording.
 const SILENT_END_S: f64 = 1.0;
 /// Opening a port resets the board within this time, and then it is silent for that time, s.
 const RESET_S: f64 = 4.0;
@@ -351,8 +355,8 @@ impl Recorder {
         let is_due = self.port.as_ref().is_some_and(|p| p.is_due(now_s));
         let is_enough = match lines {
             MAX_HELD_LINES.. => true,
-            HELD_LINES.. => is_due || held_s >= HELD_S[0],
-            _ => is_due || held_s >= HELD_S[1],
+            MIN_HELD_LINES.. => is_due || held_s >= MIN_HELD_S,
+            _ => is_due || held_s >= MAX_HELD_S,
         };
         if !is_last && (now_s < *next_s || !is_enough) {
             return Ok(());
