@@ -242,31 +242,32 @@ impl LogFile {
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
-        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
-        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        let name = |n: u32| match n {
-            1 => format!("{stem}.rescued.{ending}"),
-            n => format!("{stem}.rescued-{n}.{ending}"),
-        };
-        let here = self.path.parent().unwrap_or(Path::new("")).to_owned();
-        let mut places = [here, std::env::temp_dir()]
-            .into_iter()
-            .flat_map(|folder| (1..100).map(move |n| folder.join(name(n).trim_end_matches('.'))));
-        let rescue = match places.find(|path| self.rescue_to(path).is_ok()) {
-            Some(path) => format!("what was received is in {}", path_text(&path)),
-            None => "what was received could not be written anywhere".to_owned(),
+        let rescued = self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let rescue = match rescued.or_else(|_| self.rescue_in(&std::env::temp_dir())) {
+            Ok(path) => format!("what was received is in {}", path_text(&path)),
+            Err(_) => "what was received could not be written anywhere".to_owned(),
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))
     }
 
-    fn rescue_to(&self, path: &Path) -> io::Result<()> {
-        let mut file = File::create_new(path)?;
+    /// As `walk.rescued.csv`, or `walk.rescued-2.csv` if there is one already.
+    fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
+        let mut name = format!("{stem}.rescued.{ending}");
+        let mut number = 1;
+        while folder.join(&name).exists() {
+            number += 1;
+            name = format!("{stem}.rescued-{number}.{ending}");
+        }
+        let path = folder.join(name);
+        let mut file = File::create_new(&path)?;
         let done = file.write_all(&self.held).and_then(|()| file.sync_data());
         if done.is_err() {
-            let _ = std::fs::remove_file(path);
+            let _ = std::fs::remove_file(&path);
         }
-        done
+        done.map(|()| path)
     }
 }
 
