@@ -345,7 +345,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Lines are written once their format is known. `is_last`: nothing follows.
+    /// Looks for the format of the lines that are held. `is_last`: nothing follows.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
         let State::Holding { next_s, is_asked } = &mut self.state else {
             return Ok(());
@@ -377,12 +377,17 @@ impl Recorder {
             *next_s = now_s + ASK_S;
             return Ok(());
         }
+        self.write_held(&form)
+    }
+
+    /// Writes the lines that were held, and those that follow, as lines of this form.
+    fn write_held(&mut self, form: &Form) -> Result<()> {
         self.state = State::Writing;
         let lines = std::mem::take(&mut self.waiting);
         let header = form.header_line.checked_sub(1);
         let columns = self.args.board.columns.clone();
         let sent_header = header.and_then(|at| lines.get(at));
-        self.prefixes = Prefixes::new(&form, sent_header, columns.is_some());
+        self.prefixes = Prefixes::new(form, sent_header, columns.is_some());
         self.out.preamble += &self.prefixes.notes();
         // In the file columns that the user names have a header.
         let columns = columns.filter(|_| !self.prefixes.change_columns());

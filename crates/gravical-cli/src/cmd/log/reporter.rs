@@ -1,6 +1,7 @@
 //! Where the events of a recording go: JSON for scripts, messages and a status line for people.
 
 use std::io;
+use std::process::ExitCode;
 
 use gravical::escape::{shell_word, shown, shown_json};
 use gravical::numfmt::count;
@@ -9,6 +10,7 @@ use gravical_report::report;
 use serde::Serialize;
 
 use super::event::{Ended, Event};
+use crate::failure::RenderedError;
 use crate::outlet::{Outlet, Sink};
 use crate::screen::Screen;
 
@@ -85,6 +87,15 @@ impl Reporter {
             self.screen.line(&shown(&summary(&ended)));
         }
         self.report(&[Event::Ended(Box::new(ended))]);
+    }
+
+    /// Reports an error as a line of its own; its exit code. None for a closed pipe.
+    pub fn fail(&mut self, error: &anyhow::Error) -> Option<ExitCode> {
+        let error = RenderedError::of(error)?;
+        self.out.drain();
+        let line = format!("{}\n", shown_json(&error.object.to_string()));
+        self.out.send(line.into_bytes());
+        Some(ExitCode::from(error.exit))
     }
 
     /// Waits until everything is written, as long as somebody reads.
