@@ -268,6 +268,12 @@ fn a_port_that_appears_later_and_one_that_is_busy() {
     let line = format!("log x --wait --rows 30 --json --port {port}");
     let mut log = Logger::start(folder.path(), &line);
     log.wait_for("waiting");
+    // An error is reported once, however often it is tried.
+    std::os::unix::fs::symlink("/dev/null", &port).unwrap();
+    let waiting = log.wait_for("waiting");
+    let text = waiting["text"].as_str().unwrap();
+    assert!(text.contains("is it a serial port?"), "{text}");
+    std::thread::sleep(std::time::Duration::from_millis(2500));
     let mut board = Board::new(folder.path());
     log.wait_for("opened");
     let busy = Logger::start(folder.path(), &format!("log y --json --port {port}")).ended();
@@ -277,6 +283,7 @@ fn a_port_that_appears_later_and_one_that_is_busy() {
     board.greet();
     board.rows(30);
     assert_eq!(log.ended().0, 0);
+    assert_eq!(log.count(&waiting), 1);
 }
 
 #[test]
