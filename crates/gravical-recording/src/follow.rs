@@ -7,7 +7,7 @@ use memchr::{memchr2, memrchr, memrchr2};
 
 use crate::error::{Error, Result};
 use crate::judge;
-use crate::later::Later;
+use crate::later::{Later, Readings};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::role::Role;
@@ -43,15 +43,15 @@ pub struct Sample {
     pub temperature_c: f64,
 }
 
-/// What became of the lines of a recording that grows.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct LinesRead {
-    /// Lines read so far
-    pub count: usize,
-    /// Lines in which a row begins, from 1, and its stamp as it stands there; NaN without one
-    pub rows: Vec<(u32, f64)>,
-    /// Lines of text that hold neither row nor header, and are no comment, from 1
-    pub rejected: Vec<u32>,
+/// What a line of a recording that grows is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum LineKind {
+    /// A row begins; its stamp as it stands there, NaN without one
+    Row(f64),
+    /// Text that is neither row, header nor comment
+    Rejected,
+    /// A header, a comment, a blank line, or a line that continues a row
+    Other,
 }
 
 /// How the rows of a recording that grows are written, for a logger that adds to them.
@@ -77,7 +77,6 @@ pub struct Follow {
     name: String,
     options: ReadOptions,
     max_rows: usize,
-    notes_lines: bool,
     /// Bytes that wait: for the format, or for the end of a row.
     bytes: Vec<u8>,
     /// Lines among them, and how many have to be there before the format is looked for.
@@ -98,10 +97,9 @@ struct Opened {
     /// The one column of time, unless it holds steps.
     clock: Option<usize>,
     rate_hz: Option<f64>,
-    notes_lines: bool,
-    lines_read: LinesRead,
-    /// What ends the recording after the rows that were returned.
-    error: Option<Error>,
+    /// Lines that the last call read, and how many were read so far.
+    lines: Vec<LineKind>,
+    line_count: usize,
 }
 
 impl Follow {
@@ -113,19 +111,11 @@ impl Follow {
             name: name.to_owned(),
             options,
             max_rows,
-            notes_lines: false,
             bytes: Vec::new(),
             lines: 0,
             needed: FIRST_LINES,
             opened: None,
         }
-    }
-
-    /// Notes what becomes of each line, for [`take_lines`](Self::take_lines).
-    #[must_use]
-    pub fn noting_lines(mut self) -> Self {
-        self.notes_lines = true;
-        self
     }
 
     /// Takes the next bytes and returns the rows that they complete; none before the format is
@@ -135,24 +125,19 @@ impl Follow {
     ///
     /// Those of reading, once enough lines show that it is no recording; a header of other columns.
     pub fn push(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
+        if let Some(opened) = &mut self.opened {
+            opened.lines.clear();
+        }
         let read = self.take(bytes);
         read.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
     fn take(&mut self, bytes: &[u8]) -> Result<Vec<Sample>> {
-        if let Some(opened) = &mut self.opened {
-            self.bytes.extend_from_slice(bytes);
-            let whole = whole_rows(&opened.format, &self.bytes);
-            let text: Vec<u8> = self.bytes.drain(..whole).collect();
-            let samples = opened.read(text, self.max_rows)?;
-            return match self.bytes.len() {
-                ..=MAX_ROW_BYTES => Ok(samples),
-                _ => Err(no_table("", LONG_ROW)),
-            };
-        }
         let mut samples = Vec::new();
         let mut rest = bytes;
-        while let Some(end) = line_end(rest) {
+        while self.opened.is_none()
+            && let Some(end) = line_end(rest)
+        {
             self.bytes.extend_from_slice(&rest[..=end]);
             rest = &rest[end + 1..];
             self.lines += 1;
@@ -160,13 +145,13 @@ impl Follow {
                 && let Some(first) = self.open()?
             {
                 samples = first;
-                break;
             }
         }
-        if self.opened.is_some() {
-            samples.extend(self.take(rest)?);
-        } else {
-            self.bytes.extend_from_slice(rest);
+        self.bytes.extend_from_slice(rest);
+        if let Some(opened) = &mut self.opened {
+            let whole = whole_rows(&opened.format, &self.bytes);
+            let text: Vec<u8> = self.bytes.drain(..whole).collect();
+            samples.append(&mut opened.read(text, self.max_rows)?);
         }
         // What never ends a line is no text.
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
@@ -196,14 +181,21 @@ impl Follow {
             self.needed = (self.needed + missing).min(MAX_LINES);
             return Ok(None);
         }
-        Ok(Some(self.begin(opened, &recording)))
+        Ok(Some(self.begin(opened, recording)))
     }
 
-    fn begin(&mut self, mut opened: Opened, recording: &Recording) -> Vec<Sample> {
+    fn begin(&mut self, opened: Opened, recording: Recording) -> Vec<Sample> {
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
-        opened.returned = recording.rows();
-        self.opened = Some(opened);
-        samples_of(recording)
+        let readings = Readings {
+            is_measured: vec![true; recording.rows()],
+            accel: recording.accel,
+            gyro: recording.gyro,
+            temperature_c: recording.temperature_c,
+            time_s: recording.time_s,
+            breaks: recording.breaks,
+        };
+        let opened = self.opened.insert(opened);
+        opened.samples(&recording.lines, &readings)
     }
 
     /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
@@ -213,7 +205,8 @@ impl Follow {
     ///
     /// Those of reading: so far the lines are no recording.
     pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>> {
-        if self.opened.is_some() {
+        if let Some(opened) = &mut self.opened {
+            opened.lines.clear();
             return Ok(Vec::new());
         }
         let opened = self.try_open();
@@ -221,21 +214,13 @@ impl Follow {
         if recording.rows() < min_rows {
             return Ok(Vec::new());
         }
-        Ok(self.begin(opened, &recording))
+        Ok(self.begin(opened, recording))
     }
 
-    /// What became of the lines that were read since the last call; nothing before the format is
-    /// known, nor unless they are [noted](Self::noting_lines).
-    pub fn take_lines(&mut self) -> LinesRead {
-        let Some(opened) = &mut self.opened else {
-            return LinesRead::default();
-        };
-        let count = opened.lines_read.count;
-        let next = LinesRead {
-            count,
-            ..LinesRead::default()
-        };
-        std::mem::replace(&mut opened.lines_read, next)
+    /// The lines that the last call read, in order: whole rows, once the format is known.
+    #[must_use]
+    pub fn lines(&self) -> &[LineKind] {
+        self.opened.as_ref().map_or(&[], |opened| &opened.lines)
     }
 
     /// How the rows are written, once that is known.
@@ -290,9 +275,8 @@ impl Follow {
             returned: 0,
             clock,
             rate_hz: recording.timing.rate_hz(),
-            notes_lines: self.notes_lines,
-            lines_read: LinesRead::default(),
-            error: None,
+            lines: Vec::new(),
+            line_count: 0,
         };
         opened.note_lines(&rows);
         opened.rows = rows;
@@ -362,43 +346,39 @@ fn clock_column(format: &Format, rows: &Batch) -> Option<usize> {
 
 impl Opened {
     fn note_lines(&mut self, batch: &Batch) {
-        if !self.notes_lines {
-            return;
+        let (first, from) = (self.line_count + 1, self.lines.len());
+        self.line_count = self.line_count.max(batch.ledger.lines);
+        let count = from + self.line_count + 1 - first;
+        self.lines.resize(count, LineKind::Other);
+        let mut note = |line: u64, kind: LineKind| {
+            let at = (line as usize).checked_sub(first).map(|at| from + at);
+            if let Some(noted) = at.and_then(|at| self.lines.get_mut(at)) {
+                *noted = kind;
+            }
+        };
+        for (row, line) in batch.lines.iter().enumerate() {
+            let stamp = self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);
+            note(u64::from(*line), LineKind::Row(stamp));
         }
-        let read = &mut self.lines_read;
-        read.count = read.count.max(batch.ledger.lines);
-        let stamp = |row: usize| self.clock.map_or(f64::NAN, |c| batch.columns[c][row]);
-        let rows = batch.lines.iter().enumerate();
-        read.rows
-            .extend(rows.map(|(row, line)| (*line, stamp(row))));
         let no_rows = [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber];
         for lines in no_rows.iter().filter_map(|r| batch.ledger.reasons.get(r)) {
             for [from, to] in lines.lines.ranges() {
-                read.rejected.extend(*from as u32..=*to as u32);
+                (*from..=*to).for_each(|line| note(line, LineKind::Rejected));
             }
         }
     }
 
     fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>> {
-        if let Some(error) = self.error.take() {
-            return Err(error);
-        }
         self.batches.feed(text);
         let mut samples = Vec::new();
-        loop {
-            match self.batches.read_batch().map_err(Error::from) {
-                Ok(None) => break,
-                Ok(Some(batch)) => {
-                    self.note_lines(&batch);
-                    self.rows.append(batch.clone());
-                    samples.append(&mut self.samples(batch)?);
-                }
-                Err(error) if samples.is_empty() => return Err(error),
-                Err(error) => {
-                    self.error = Some(error);
-                    break;
-                }
+        while let Some(mut batch) = self.batches.read_batch().map_err(Error::from)? {
+            self.note_lines(&batch);
+            self.rows.append(batch.clone());
+            if self.writes_blanks {
+                batch.blanks.clear();
             }
+            let readings = self.later.read(&mut batch)?;
+            samples.append(&mut self.samples(&batch.lines, &readings));
         }
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
@@ -407,19 +387,14 @@ impl Opened {
         Ok(samples)
     }
 
-    fn samples(&mut self, mut batch: Batch) -> Result<Vec<Sample>> {
-        if self.writes_blanks {
-            batch.blanks.clear();
-        }
-        let readings = self.later.read(&mut batch);
-        let readings = readings?;
+    fn samples(&mut self, lines: &[u32], readings: &Readings) -> Vec<Sample> {
         let mut breaks = readings.breaks.iter().peekable();
-        let rows = (0..batch.lines.len()).filter(|row| readings.is_measured[*row]);
+        let rows = (0..lines.len()).filter(|row| readings.is_measured[*row]);
         let numbered = (self.returned..).zip(rows);
         let sample = |(number, row): (usize, usize)| Sample {
             row: number,
-            line: batch.lines[row],
-            time_s: readings.time_s.as_ref().map_or(f64::NAN, |t| t[row]),
+            line: lines[row],
+            time_s: value(readings.time_s.as_ref(), row),
             is_break: breaks.next_if_eq(&&row).is_some(),
             accel: readings.accel.each_ref().map(|c| c[row]),
             gyro: values(readings.gyro.as_ref(), row),
@@ -427,21 +402,8 @@ impl Opened {
         };
         let samples: Vec<Sample> = numbered.map(sample).collect();
         self.returned += samples.len();
-        Ok(samples)
+        samples
     }
-}
-
-fn samples_of(recording: &Recording) -> Vec<Sample> {
-    let sample = |row: usize| Sample {
-        row,
-        line: recording.lines[row],
-        time_s: value(recording.time_s.as_ref(), row),
-        is_break: recording.breaks.binary_search(&row).is_ok(),
-        accel: recording.accel.each_ref().map(|c| c[row]),
-        gyro: values(recording.gyro.as_ref(), row),
-        temperature_c: value(recording.temperature_c.as_ref(), row),
-    };
-    (0..recording.rows()).map(sample).collect()
 }
 
 fn value(channel: Option<&Vec<f64>>, row: usize) -> f64 {

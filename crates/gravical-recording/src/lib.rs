@@ -65,7 +65,7 @@ pub use batch_reader::{BatchReader, Rows};
 pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, FindingKind, Severity};
-pub use follow::{Follow, Form, LinesRead, Sample};
+pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
 pub use judge::UnitDoubt;

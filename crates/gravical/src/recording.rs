@@ -27,7 +27,8 @@ use crate::{Error, Result};
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 #[doc(hidden)]
 pub use gravical_recording::{
-    BoardSettings, Follow, Form, bytes, holds_gyroscope_alone, is_named_gyroscope, source, units,
+    BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
+    source, units,
 };
 pub use gravical_recording::{
     ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,

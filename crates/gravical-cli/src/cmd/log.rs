@@ -2,26 +2,23 @@
 
 mod event;
 mod file;
-mod gaps;
+mod gap;
 mod keys;
 mod lines;
-mod pending;
 mod recorder;
 mod reporter;
-mod rewrite;
 mod session;
 mod status;
-mod writing;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gravical::Result;
-use gravical::inspect::{Inspection, inspect};
+use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
+use gravical::{Error, Result};
 
 pub use event::Event;
 pub use file::{Existing, LogFile};
@@ -35,13 +32,11 @@ use crate::device::board::Wanted;
 use crate::failure;
 use crate::options::number;
 
-/// A rest of this length is a pose, s.
-const POSE_S: f64 = 2.0;
 /// At the end a file up to this length is inspected, bytes.
 const MAX_INSPECTED: u64 = 100_000_000;
 
 /// Record from a serial board; losses are marked; Space pauses
-#[derive(Default, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 #[command(after_help = "\
 Example: gravical log x     records x_axis.csv; Space pauses, q ends
 
@@ -127,12 +122,15 @@ impl Args {
     }
 }
 
-/// Runs the command. It reports its errors itself, without waiting for a reader.
-pub fn run(args: &Args) -> ExitCode {
+/// Runs the command.
+pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let code = record(args, &mut reporter).unwrap_or_else(|error| reporter.fail(&error));
+    let done = match record(args, &mut reporter) {
+        Err(error) if args.json => reporter.fail(&error).ok_or(error),
+        done => done,
+    };
     reporter.drain();
-    code
+    done
 }
 
 fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
@@ -147,10 +145,10 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
         done = session.step().map(drop);
         match keys.as_ref().and_then(Keys::pressed) {
             Some(Key::Pause) if done.is_ok() => done = session.toggle_pause(),
-            Some(Key::End) => interrupted.store(true, Ordering::SeqCst),
+            Some(Key::End) => break,
             _ => {}
         }
-        reporter.report_all(&session.take_events());
+        reporter.report(&session.take_events());
     }
     reporter.screen.close();
     drop(keys);
@@ -161,60 +159,49 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
 fn end(
     args: &Args,
     mut session: Session,
-    done: Result<()>,
+    mut done: Result<()>,
     reporter: &mut Reporter,
 ) -> anyhow::Result<ExitCode> {
     let is_unplugged = !session.is_plugged_in();
     let now_s = session.now_s();
     // What failed to be written is rescued.
-    let closed = match &done {
-        Err(error) if error.code() == "io" => Ok(()),
-        done => session.close(done.is_err()).map(drop),
-    };
-    let done = done.and(closed);
-    reporter.report_all(&session.take_events());
+    if done.as_ref().map_err(Error::code) != Err("io") {
+        let closed = session.close(done.is_err()).map(drop);
+        done = done.and(closed);
+    }
+    reporter.report(&session.take_events());
     let (recorder, path) = (&session.recorder, session.file.path());
-    let counts = recorder.counts();
-    let has_content = counts.rows > 0 && path.is_file();
-    // A longer file takes a while: `gravical inspect` does it at any time.
-    let is_short = std::fs::metadata(path).is_ok_and(|m| m.len() <= MAX_INSPECTED);
-    let inspection = (has_content && is_short).then(|| inspect_file(path));
-    let inspection = inspection.transpose();
-    let inspection = inspection.unwrap_or_else(|error| {
-        let text = format!("gravical inspect cannot read the file: {error}");
-        reporter.report(&Event::Warning { text });
-        None
-    });
+    let counts = recorder.counts;
+    let mut inspection = None;
+    if counts.rows == 0 {
+        session.file.discard_empty();
+    } else if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() <= MAX_INSPECTED) {
+        match read(path, &ReadOptions::default()) {
+            Ok(recording) => inspection = Some(inspect(&recording, &AxisMap::default())),
+            Err(error) => {
+                let text = format!("gravical inspect cannot read the file: {error}");
+                reporter.report(&[Event::Warning { text }]);
+            }
+        }
+    }
     let reason = recorder.end().filter(|_| done.is_ok());
-    let writing = recorder.writing();
-    let ended = Ended {
+    reporter.ended(Ended {
         file: path.display().to_string(),
         reason,
         // Rows that were held are written by the end.
-        elapsed_s: writing
-            .map_or(0.0, |w| w.elapsed_s(now_s))
+        elapsed_s: recorder
+            .elapsed_s(now_s)
             .min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         inspection,
-    };
-    if has_content {
-        reporter.summary(&ended);
-    } else if counts.rows == 0 {
-        session.file.discard_empty();
-    }
-    reporter.report(&Event::Ended(Box::new(ended)));
+    });
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
-    let is_incomplete = is_early || is_unplugged || writing.is_some_and(|w| w.is_incomplete);
+    let is_missed = is_unplugged || recorder.is_silent(now_s);
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_incomplete => failure::INTERRUPTED,
+        Some(End::User) if is_early || is_missed || recorder.is_incomplete => failure::INTERRUPTED,
         Some(End::Duration) if is_unplugged => failure::DEVICE,
-        Some(End::Duration) if writing.is_some_and(|w| w.ends_in_gap) => failure::INTERRUPTED,
+        Some(End::Duration) if is_missed => failure::INTERRUPTED,
         _ => 0,
     }))
-}
-
-fn inspect_file(path: &Path) -> Result<Inspection> {
-    let recording = read(path, &ReadOptions::default())?;
-    Ok(inspect(&recording, &AxisMap::default()))
 }

@@ -42,7 +42,7 @@ impl Verb {
             Verb::Compare(args) => compare::run(args),
             Verb::Export(args) => export::run(args),
             Verb::Live(args) => live::run(args),
-            Verb::Log(args) => Ok(log::run(args)),
+            Verb::Log(args) => log::run(args),
             Verb::Ports(args) => ports::run(args),
             Verb::Simulate(args) => simulate::run(args),
             Verb::Completions(args) => completions::run(args, program()),

@@ -34,12 +34,7 @@ pub fn list() -> Result<Vec<PortInfo>> {
         .map_err(|e| Error::device("port-list", format!("the ports cannot be listed: {e}")))?;
     let mut ports: Vec<PortInfo> = found.into_iter().map(described).collect();
     // macOS lists every port twice; tty.* waits for a carrier signal that boards lack.
-    let called: Vec<String> = ports.iter().map(|p| p.name.clone()).collect();
-    ports.retain(|p| {
-        p.name
-            .strip_prefix("/dev/tty.")
-            .is_none_or(|rest| !called.contains(&format!("/dev/cu.{rest}")))
-    });
+    ports.retain(|p| !p.name.starts_with("/dev/tty.") || !cfg!(target_os = "macos"));
     ports.sort_by(|a, b| (!a.board, &a.name).cmp(&(!b.board, &b.name)));
     Ok(ports)
 }
@@ -51,9 +46,9 @@ pub fn list() -> Result<Vec<PortInfo>> {
 /// As [`list`].
 pub fn list_with_holders() -> Result<Vec<PortInfo>> {
     let mut ports = list()?;
-    for port in &mut ports {
-        port.open_in = holders(&port.name);
-    }
+    ports
+        .iter_mut()
+        .for_each(|port| port.open_in = holders(&port.name));
     Ok(ports)
 }
 
@@ -98,15 +93,10 @@ pub fn line(port: &PortInfo) -> String {
 ///
 /// `no-port`, `several-ports` (device).
 pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
-    let names = |is: fn(&PortInfo) -> bool| -> Vec<&PortInfo> {
-        ports.iter().filter(|port| is(port)).collect()
-    };
-    let boards = names(|port| port.board);
-    let candidates = if boards.is_empty() {
-        names(|port| port.usb.is_some())
-    } else {
-        boards
-    };
+    let mut candidates: Vec<&PortInfo> = ports.iter().filter(|port| port.board).collect();
+    if candidates.is_empty() {
+        candidates = ports.iter().filter(|port| port.usb.is_some()).collect();
+    }
     match candidates.as_slice() {
         [] => Err(
             Error::device("no-port", "no board is plugged in: there is no USB serial port")
@@ -157,12 +147,11 @@ impl Target {
         let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
         let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
         match same.as_slice() {
-            [one] if one.name != port.name => Some(one.name.clone()),
+            // A link keeps its name.
+            _ if same.iter().any(|p| p.name == port.name) => Some(self.name.clone()),
+            [one] => Some(one.name.clone()),
             // Without a serial number two equal boards cannot be distinguished.
-            several => {
-                let is_there = several.iter().any(|p| p.name == port.name);
-                is_there.then(|| self.name.clone())
-            }
+            _ => None,
         }
     }
 }

@@ -1,26 +1,24 @@
 //! A serial port, read in a thread of its own, so that a slow disk or terminal does not delay it.
 
 use std::io::{self, Read as _, Write as _};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use gravical::Result;
 use serialport::SerialPort;
 
 use super::trouble;
 
-/// Longest wait of one read, and so the longest delay of the thread's end.
-const READ: Duration = Duration::from_millis(50);
+/// Longest wait of one read. After a silence of this time the thread sends no bytes, by which it notices
+/// that nobody wants more, and ends.
+const READ: Duration = Duration::from_millis(10);
+/// What waits at the end is taken in this time, in which few bytes arrive.
+const REST: Duration = Duration::from_millis(20);
 
 /// An open port.
 pub struct Serial {
     port: Box<dyn SerialPort>,
     incoming: Receiver<io::Result<Vec<u8>>>,
-    reader: Option<JoinHandle<()>>,
-    stop: Arc<AtomicBool>,
 }
 
 impl Serial {
@@ -35,15 +33,8 @@ impl Serial {
         let port = builder.open().map_err(trouble)?;
         let reading = port.try_clone().map_err(trouble)?;
         let (sender, incoming) = channel();
-        let stop = Arc::new(AtomicBool::new(false));
-        let stopped = Arc::clone(&stop);
-        let reader = std::thread::spawn(move || read(reading, &sender, &stopped));
-        Ok(Serial {
-            port,
-            incoming,
-            reader: Some(reader),
-            stop,
-        })
+        std::thread::spawn(move || read(reading, &sender));
+        Ok(Serial { port, incoming })
     }
 
     /// The next bytes, in order; none within `timeout`.
@@ -69,34 +60,19 @@ impl Serial {
         self.port.flush()
     }
 
-    /// Stops reading; returns the bytes that have arrived. It ends even if bytes keep arriving.
-    pub fn rest(mut self) -> Vec<u8> {
-        self.join();
-        let rest = self.incoming.try_iter().map_while(|read| read.ok());
-        rest.flatten().collect()
-    }
-
-    fn join(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(reader) = self.reader.take() {
-            // A panic there has been reported already.
-            let _ = reader.join();
-        }
+    /// Closes the port; returns the bytes that have arrived. It ends even if bytes keep arriving.
+    pub fn rest(self) -> Vec<u8> {
+        let start = Instant::now();
+        let reads = self.incoming.try_iter().map_while(|read| read.ok());
+        let reads = reads.take_while(|_| start.elapsed() < REST);
+        reads.flatten().collect()
     }
 }
 
-impl Drop for Serial {
-    fn drop(&mut self) {
-        self.join();
-    }
-}
-
-fn read(mut port: Box<dyn SerialPort>, to: &Sender<io::Result<Vec<u8>>>, stop: &AtomicBool) {
+fn read(mut port: Box<dyn SerialPort>, to: &Sender<io::Result<Vec<u8>>>) {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     let mut bytes = [0; 4096];
     loop {
-        // Bytes that arrived before the request to stop are still read.
-        let is_last = stop.load(Ordering::Relaxed);
         let read = match port.read(&mut bytes) {
             // The other end of a pseudo-terminal is closed.
             Ok(0) => Err(closed()),
@@ -104,9 +80,8 @@ fn read(mut port: Box<dyn SerialPort>, to: &Sender<io::Result<Vec<u8>>>, stop: &
             Err(e) if matches!(e.kind(), TimedOut | Interrupted | WouldBlock) => Ok(Vec::new()),
             Err(e) => Err(e),
         };
-        let is_over = is_last || read.is_err();
-        let is_empty = matches!(&read, Ok(bytes) if bytes.is_empty());
-        if !is_empty && to.send(read).is_err() || is_over {
+        let is_lost = read.is_err();
+        if to.send(read).is_err() || is_lost {
             return;
         }
     }

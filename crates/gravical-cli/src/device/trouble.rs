@@ -1,34 +1,30 @@
 //! Why a port cannot be opened, or gives no row, and the remedy.
 
+use std::io;
 #[cfg(target_os = "linux")]
 use std::path::{Path, PathBuf};
 
 use gravical::Error;
-use gravical::escape::shown;
+use gravical::escape::{shell_word, shown};
 use serialport::ErrorKind;
 
 /// The error for a `path` that could not be opened.
 pub fn opening(path: &str, error: &serialport::Error) -> Error {
-    let kind = match error.kind() {
-        ErrorKind::Io(kind) => Some(kind),
-        ErrorKind::NoDevice => None,
-        _ => Some(std::io::ErrorKind::Other),
-    };
     // Windows reports NoDevice both for a missing port and for one in use.
-    let there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
+    let is_there = (cfg!(not(windows)) && std::path::Path::new(path).exists())
         || serialport::available_ports()
             .is_ok_and(|ports| ports.iter().any(|p| p.port_name == path));
-    match kind {
-        Some(std::io::ErrorKind::PermissionDenied) => Error::device(
+    match error.kind() {
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => Error::device(
             "port-permission",
             format!("{path}: no permission to open this port"),
         )
         .with_hint(permission_hint(path)),
-        Some(std::io::ErrorKind::NotFound) | None if !there => {
+        ErrorKind::Io(io::ErrorKind::NotFound) | ErrorKind::NoDevice if !is_there => {
             Error::device("no-such-port", format!("{path}: there is no such port"))
                 .with_hint("gravical ports lists the ports; --wait waits for it")
         }
-        None => Error::device(
+        ErrorKind::NoDevice => Error::device(
             "port-busy",
             match holders(path).as_slice() {
                 [] => format!("{path}: another program has this port open"),
@@ -47,32 +43,14 @@ const BUSY_HINT: &str = if cfg!(target_os = "linux") {
     "close the serial monitor of the Arduino IDE, or another logger"
 };
 
-#[cfg(unix)]
+/// The group of serial ports is dialout on most systems; the shell knows that of this one.
 fn permission_hint(path: &str) -> String {
-    use std::os::unix::fs::MetadataExt as _;
-    let group = std::fs::metadata(path)
-        .ok()
-        .and_then(|m| group_name(&std::fs::read_to_string("/etc/group").ok()?, m.gid()))
-        // On Linux the group of serial ports is dialout nearly everywhere.
-        .filter(|name| name != "root")
-        .unwrap_or_else(|| "dialout".to_owned());
-    format!("sudo usermod -aG {group} $USER   (then log out and in again)")
-}
-
-#[cfg(not(unix))]
-fn permission_hint(_: &str) -> String {
-    "run it as a user with access to the port".to_owned()
-}
-
-/// The name of a group in the text of `/etc/group`.
-#[cfg(unix)]
-fn group_name(groups: &str, gid: u32) -> Option<String> {
-    groups.lines().find_map(|line| {
-        let mut fields = line.split(':');
-        let name = fields.next()?;
-        let number = fields.nth(1)?;
-        (number.parse() == Ok(gid)).then(|| name.to_owned())
-    })
+    if cfg!(unix) {
+        let path = shell_word(path);
+        format!("sudo usermod -aG $(stat -c %G {path}) $USER   (then log out and in again)")
+    } else {
+        "run it as a user with access to the port".to_owned()
+    }
 }
 
 /// Other programs that have `path` open, as far as this user may know: `minicom (4711)`.
@@ -123,62 +101,41 @@ const QUOTED: usize = 80;
 /// With more than this share of characters that no text has, it is none.
 const MAX_UNREADABLE: f64 = 0.1;
 
-/// What arrives in place of rows.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NoRows {
-    /// Nothing.
-    Nothing,
-    /// Text; its last line.
-    Text(String),
-    /// Bytes that are no text, as of another baud rate.
-    Garbage,
-}
-
-impl NoRows {
-    /// Judges the last bytes that arrived.
-    pub fn of(bytes: &[u8]) -> Self {
-        let text = String::from_utf8_lossy(bytes);
-        let is_unreadable = |c: &char| {
-            *c == char::REPLACEMENT_CHARACTER
-                || c.is_control() && !matches!(c, '\r' | '\n' | '\t' | '\u{1b}')
-        };
-        let unreadable = text.chars().filter(is_unreadable).count();
-        if bytes.is_empty() {
-            NoRows::Nothing
-        } else if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
-            NoRows::Garbage
-        } else {
-            // What follows the last end of a line is a part of one.
-            let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
-            let line = whole.trim_end().rsplit(['\r', '\n']).next();
-            let line = shown(line.unwrap_or_default().trim()).into_owned();
-            NoRows::Text(line.chars().take(QUOTED).collect())
-        }
-    }
-
-    /// The error that it is where rows are not waited for.
-    pub fn error(&self, port: &str) -> Error {
-        let (code, text, hint) = match self {
-            NoRows::Nothing => (
-                "board-silent",
-                format!("{port} is open, but nothing arrives: does the board have a sketch?"),
-                "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?",
+/// Why the last bytes of `port` are no rows, as an error.
+pub fn no_rows(port: &str, bytes: &[u8]) -> Error {
+    let text = String::from_utf8_lossy(bytes);
+    let is_unreadable = |c: &char| {
+        *c == char::REPLACEMENT_CHARACTER
+            || c.is_control() && !matches!(c, '\r' | '\n' | '\t' | '\u{1b}')
+    };
+    let unreadable = text.chars().filter(is_unreadable).count();
+    let (code, text, hint) = if bytes.is_empty() {
+        (
+            "board-silent",
+            format!("{port} is open, but nothing arrives: does the board have a sketch?"),
+            "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?",
+        )
+    } else if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
+        (
+            "no-samples-from-board",
+            format!(
+                "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
             ),
-            NoRows::Text(line) => (
-                "no-samples-from-board",
-                format!("{port} sends text that is no row of a sensor: {line:?}"),
-                "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are",
-            ),
-            NoRows::Garbage => (
-                "no-samples-from-board",
-                format!(
-                    "what {port} sends is no text: the baud rate of the board is another one, or it has no sketch"
-                ),
-                "give the baud rate of the sketch: --baud 9600 or 57600, for example",
-            ),
-        };
-        Error::device(code, text).with_hint(hint)
-    }
+            "give the baud rate of the sketch: --baud 9600 or 57600, for example",
+        )
+    } else {
+        // What follows the last end of a line is a part of one.
+        let whole = text.rfind(['\r', '\n']).map_or(&*text, |end| &text[..end]);
+        let line = whole.trim_end().rsplit(['\r', '\n']).next();
+        let line = shown(line.unwrap_or_default().trim()).into_owned();
+        let line: String = line.chars().take(QUOTED).collect();
+        (
+            "no-samples-from-board",
+            format!("{port} sends text that is no row of a sensor: {line:?}"),
+            "a row has at least three numbers, as firmware/mpu6050_logger prints them; --columns names what they are",
+        )
+    };
+    Error::device(code, text).with_hint(hint)
 }
 
 #[cfg(test)]
@@ -186,32 +143,15 @@ mod tests {
     use super::*;
 
     #[test]
-    #[cfg(unix)]
-    fn the_hint_names_the_group() {
-        let groups = "root:x:0:\nuucp:x:986:me\nbroken\n";
-        assert_eq!(group_name(groups, 986).as_deref(), Some("uucp"));
-        assert_eq!(group_name(groups, 1), None);
-        let denied = serialport::Error::new(
-            ErrorKind::Io(std::io::ErrorKind::PermissionDenied),
-            "Permission denied",
-        );
-        let error = opening("/dev/no-such-port", &denied);
-        assert_eq!(error.code(), "port-permission");
-        assert!(
-            error
-                .hint()
-                .unwrap()
-                .starts_with("sudo usermod -aG dialout $USER")
-        );
-    }
-
-    #[test]
     #[cfg(target_os = "linux")]
     fn busy_missing_and_not_a_serial_port() {
         let busy = serialport::Error::new(ErrorKind::NoDevice, "busy");
         assert_eq!(opening("/dev/null", &busy).code(), "port-busy");
-        let missing = serialport::Error::new(ErrorKind::Io(std::io::ErrorKind::NotFound), "no");
+        let missing = serialport::Error::new(ErrorKind::Io(io::ErrorKind::NotFound), "no");
         assert_eq!(opening("/dev/no-such", &missing).code(), "no-such-port");
+        let denied = ErrorKind::Io(io::ErrorKind::PermissionDenied);
+        let error = opening("/dev/no-such", &serialport::Error::new(denied, "no"));
+        assert_eq!(error.code(), "port-permission");
         let odd = serialport::Error::new(ErrorKind::Unknown, "Not a typewriter");
         let error = opening("/dev/null", &odd);
         assert_eq!(error.code(), "port-failed");
@@ -220,15 +160,14 @@ mod tests {
 
     #[test]
     fn nothing_text_and_garbage() {
-        let is = |bytes: &[u8]| NoRows::of(bytes);
-        let text = |line: &str| NoRows::Text(line.to_owned());
-        assert_eq!(is(b""), NoRows::Nothing);
-        assert_eq!(is(b"Hello\r\nI blink!\r\n\r\nhal"), text("I blink!"));
-        assert_eq!(is(b"no end"), text("no end"));
-        assert_eq!(is(b"\n"), text(""));
+        let is = |bytes: &[u8]| no_rows("port", bytes).message().to_owned();
+        let quoted = |line: &str| format!("port sends text that is no row of a sensor: {line:?}");
+        assert!(is(b"").contains("nothing arrives"));
+        assert_eq!(is(b"Hello\r\nI blink!\r\n\r\nhal"), quoted("I blink!"));
+        assert_eq!(is(b"no end"), quoted("no end"));
         // A byte that is hurt.
-        assert_eq!(is(b"\xffone two three\n"), text("\u{fffd}one two three"));
+        assert_eq!(is(b"\xffone two three\n"), quoted("\u{fffd}one two three"));
         // 115200 baud read at 9600.
-        assert_eq!(is(b"\x00\xf8\x80\xfe\x1c\n"), NoRows::Garbage);
+        assert!(is(b"\x00\xf8\x80\xfe\x1c\n").contains("is no text"));
     }
 }

@@ -78,7 +78,11 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     ends(path, soak, 0);
     crate::bad_input::one_file(path, false);
     let session = read(path, "session.csv").replace('\n', ",25.0\n");
-    write(path, "session.csv", &session.replacen("25.0", "temperature_c", 1));
+    write(
+        path,
+        "session.csv",
+        &session.replacen("25.0", "temperature_c", 1),
+    );
     let inputs = "session.csv --rate 100 --sections list.csv --thermal soak/static.csv";
     let line = format!("calibrate {inputs} --report r.html --json");
     let run = run_in(path, words(&line));

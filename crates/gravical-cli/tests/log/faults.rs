@@ -191,24 +191,3 @@ fn another_file_is_not_continued() {
         assert_eq!(after, text);
     }
 }
-
-#[test]
-fn the_error_of_a_port_is_reported_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let port = folder.path().join("ttyACM0");
-    let line = format!("log x --wait --rows 20 --json --port {}", port.display());
-    let mut log = Logger::start(folder.path(), &line);
-    log.wait_for("waiting");
-    std::os::unix::fs::symlink("/dev/null", &port).unwrap();
-    let warning = log.wait_for("warning");
-    let text = warning["text"].as_str().unwrap();
-    assert!(text.contains("it is retried"), "{text}");
-    // Some more attempts.
-    std::thread::sleep(std::time::Duration::from_millis(1000));
-    let mut board = Board::new(folder.path());
-    log.wait_for("opened");
-    board.greet();
-    board.rows(20);
-    assert_eq!(log.ended().0, 0);
-    assert_eq!(log.count(&warning), 1);
-}

@@ -1,37 +1,11 @@
-//! Events of a recording, for people and for scripts.
+//! Events of a recording, for scripts and in words.
 
 use gravical::inspect::Inspection;
-use gravical::recording::{AccelScale, Finding};
+use gravical::recording::Finding;
 use serde::Serialize;
 
-use super::gaps::Gap;
-
-/// The recording at one moment.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct Status {
-    /// Rows stored.
-    pub rows: u64,
-    /// Since the first row, without pauses, s.
-    pub elapsed_s: f64,
-    /// Rows are not stored.
-    pub paused: bool,
-    /// Lines rejected so far.
-    pub rejected: u64,
-    /// Rows a second, by their stamps.
-    pub rate_hz: Option<f64>,
-    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
-    pub norm: Option<f64>,
-    #[serde(skip)]
-    pub accel: Option<AccelScale>,
-    /// Temperature of the sensor, °C.
-    pub temperature_c: Option<f64>,
-    /// Whether the sensor is at rest.
-    pub still: Option<bool>,
-    /// The face that is up at rest: `+x`.
-    pub up: Option<String>,
-    /// Faces that were recorded as a pose.
-    pub done: Option<Vec<String>>,
-}
+use super::gap::Gap;
+use super::status::Status;
 
 /// One event. As JSON an object a line with its `type`.
 #[derive(Debug, Clone, Serialize)]
@@ -55,8 +29,8 @@ pub enum Event {
     Paused,
     /// The recording continues.
     Resumed,
-    /// Lines are no rows: how many so far, and the first since the last such event.
-    Rejected { count: u64, first: String },
+    /// A line is no row; how many so far. Reported as the 1st, 2nd, 4th, 8th …
+    Rejected { count: u64, line: String },
     /// Rows are missing; the gap is named in the file.
     Gap(Gap),
     /// Something is odd in the samples: an axis is frozen, a limit of the range is reached.
@@ -74,7 +48,7 @@ pub enum Event {
 }
 
 /// How many lines went where.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Counts {
     /// Rows in the file.
     pub rows: u64,
@@ -112,4 +86,38 @@ pub struct Ended {
     /// What `inspect` says of the file; none of a long file, and of one that cannot be read as
     /// a recording.
     pub inspection: Option<Inspection>,
+}
+
+impl Event {
+    /// The message for people, a warning with `!` before it; none where it needs none.
+    pub fn words(&self, keyboard: bool) -> Option<String> {
+        Some(match self {
+            Event::Opened { port, device } => {
+                let device = device.as_deref().unwrap_or("open");
+                format!("{port}: {device}; waiting for the board (opening its port may reset it)")
+            }
+            Event::Waiting { text } => format!("waiting for {text}"),
+            Event::Board { text } => text.clone(),
+            Event::Started { .. } if keyboard => {
+                "recording; space pauses, q or Ctrl-C ends".to_owned()
+            }
+            Event::Started { .. } | Event::Resumed => "recording".to_owned(),
+            Event::Paused => "paused; space resumes".to_owned(),
+            Event::Warning { text } => format!("! {text}"),
+            Event::NoRows { text, hint } => format!("! {text}\n  try: {hint}"),
+            Event::Rejected { count: 1, line } => format!("! a line is no row: {line:?}"),
+            Event::Rejected { count, line } => {
+                format!("! {count} lines so far are no rows; the last of them: {line:?}")
+            }
+            Event::Gap(gap) => format!("! {}", gap.line().trim_start_matches("# ")),
+            Event::Finding(finding) => format!("! {}: {}", finding.kind, finding.message),
+            Event::Lost { text } => format!(
+                "! the port is lost ({text}); plug the board in again, the recording resumes by itself"
+            ),
+            Event::Silent { duration_s } => {
+                format!("! the board has sent nothing for {duration_s:.0} s")
+            }
+            Event::Status(_) | Event::Ended(_) => return None,
+        })
+    }
 }

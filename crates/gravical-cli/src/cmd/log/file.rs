@@ -1,16 +1,19 @@
 //! The file of a recording: locked, appended to, and rescued if it cannot be written.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, TryLockError};
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use gravical::escape::path_text;
 use gravical::live::folder::JOURNAL;
+use gravical::output::is_special;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 /// The format of a file that is continued is told by so many bytes; its last line is shorter.
 const HEAD: u64 = 1 << 18;
+/// The error of Windows for a file that another program writes to.
+const SHARING_VIOLATION: i32 = 32;
 /// What was received is held up to this many bytes.
 const MAX_HELD: usize = 10_000_000;
 
@@ -41,11 +44,9 @@ pub struct LogFile {
     existing: Existing,
     /// End of the last lines that were written whole.
     length: u64,
-    /// Lines of the file that is continued, from its beginning; empty for a new one.
-    before: Vec<u8>,
-    /// What was written here, to be rescued: the beginning, and the last lines.
+    /// To be rescued: the beginning of the file, and the last lines.
     held: Vec<u8>,
-    /// End of the lines at its beginning that are kept: they name the columns.
+    /// End of the beginning that is kept: it names the columns.
     head: usize,
 }
 
@@ -56,35 +57,47 @@ impl LogFile {
     ///
     /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage); the system's.
     pub fn open(path: &Path, existing: Existing) -> Result<Self> {
-        if is_pipe(path) {
+        let is_new = existing == Existing::Refuse;
+        let is_device = path.canonicalize().is_ok_and(|p| p.starts_with("/dev"));
+        if is_special(path) && !is_device {
             let text = "rows are appended to a file; this is a pipe, whose reader could block them";
-            return Err(Error::usage("is-pipe", text)
-                .at(path, None)
-                .with_hint("record into a file, and follow it with tail -f"));
+            let hint = "record into a file, and follow it with tail -f";
+            return Err(Error::usage("is-pipe", text).at(path, None).with_hint(hint));
         }
-        let is_any = existing != Existing::Refuse;
-        check_targets(&[path.to_owned()], &[], is_any).map_err(|error| match error.code() {
+        check_targets(&[path.to_owned()], &[], !is_new).map_err(|error| match error.code() {
             "exists" => error.with_hint(
                 "continue it with --append, replace it with --force, or name another file with -o",
             ),
             _ => error,
         })?;
-        let is_device = std::fs::metadata(path).is_ok_and(|m| !m.is_file());
-        let file = if is_device {
-            File::options().write(true).open(path)
-        } else {
-            options().create_new(!is_any).create(true).open(path)
-        };
+        let mut options = File::options();
+        options.write(true);
+        if !is_device {
+            // On Windows a file opened for appending cannot be cut.
+            options.read(true).append(cfg!(not(windows)));
+            options.create_new(is_new).create(true);
+        }
+        // On Windows a lock would exclude readers; this shares reading and deleting only.
+        #[cfg(windows)]
+        std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
+        let file = options.open(path).map_err(|e| match e.raw_os_error() {
+            Some(SHARING_VIOLATION) if cfg!(windows) => in_use(path),
+            _ => Error::io(path, e),
+        })?;
+        // A file system without locks is accepted.
+        let is_locked = || matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if cfg!(not(windows)) && !is_device && is_locked() {
+            return Err(in_use(path));
+        }
         let mut file = LogFile {
             path: path.to_owned(),
-            file: file.and_then(lock).map_err(|e| refused(path, e))?,
+            file,
             existing: if is_device {
                 Existing::Refuse
             } else {
                 existing
             },
             length: 0,
-            before: Vec::new(),
             held: Vec::new(),
             head: 0,
         };
@@ -97,13 +110,11 @@ impl LogFile {
     /// Reads the beginning of a file that is continued.
     fn read_before(&mut self) -> io::Result<()> {
         self.length = self.file.metadata()?.len();
-        (&self.file).take(HEAD).read_to_end(&mut self.before)?;
+        (&self.file).take(HEAD).read_to_end(&mut self.held)?;
         // Of a single line without an end the reader says what it is.
-        if let Some(at) = self.before.iter().rposition(|b| *b == b'\n') {
-            self.before.truncate(at + 1);
+        if let Some(at) = self.held.iter().rposition(|b| *b == b'\n') {
+            self.held.truncate(at + 1);
         }
-        // It names the columns of what may have to be rescued.
-        self.held.clone_from(&self.before);
         self.head = self.held.len();
         self.file.seek(SeekFrom::End(0)).map(drop)
     }
@@ -126,28 +137,21 @@ impl LogFile {
         }
     }
 
-    /// Ends the last line; a part of a row is marked as rejected, and one of an event removed.
+    /// A last line without an end is marked as rejected; half an event of a session is removed.
     fn mend_end(&mut self) -> io::Result<()> {
         let from = self.length.saturating_sub(HEAD);
-        self.file.seek(SeekFrom::Start(from))?;
         let mut tail = Vec::new();
+        self.file.seek(SeekFrom::Start(from))?;
         (&self.file).take(HEAD).read_to_end(&mut tail)?;
         let end = tail.iter().rposition(|b| *b == b'\n');
         let torn = tail.split_off(end.map_or(0, |at| at + 1));
-        if !torn.is_empty() {
-            self.length -= torn.len() as u64;
-            self.file.set_len(self.length)?;
-            self.file.seek(SeekFrom::End(0))?;
-            let mark: &[u8] = match torn.first() {
-                Some(b'#') => b"",
-                _ => b"# rejected: ",
-            };
-            // Half an event says nothing.
-            if !self.path.ends_with(JOURNAL) {
-                self.append(&[mark, torn.trim_ascii_end(), b"\n"].concat())?;
-            }
+        self.length -= torn.len() as u64;
+        self.file.set_len(self.length)?;
+        self.file.seek(SeekFrom::End(0))?;
+        if torn.is_empty() || self.path.ends_with(JOURNAL) {
+            return Ok(());
         }
-        self.file.seek(SeekFrom::End(0)).map(drop)
+        self.append(&[b"# rejected: ", torn.trim_ascii_end(), b"\n"].concat())
     }
 
     /// Its path.
@@ -155,9 +159,10 @@ impl LogFile {
         &self.path
     }
 
-    /// Lines of the file that is continued, from its beginning; empty for a new one.
+    /// Lines of the file that is continued, from its beginning; empty for a new one. Before the first
+    /// are written.
     pub fn before(&self) -> &[u8] {
-        &self.before
+        &self.held
     }
 
     /// Passes lines to the system; none: only looks whether the file is still there.
@@ -227,20 +232,18 @@ impl LogFile {
             self.head = self.held.len();
         }
         if self.held.len() > MAX_HELD {
-            let half = self.head + (self.held.len() - self.head) / 2;
-            let rest = self.held.get(half..).unwrap_or_default();
-            let line = rest.iter().position(|b| *b == b'\n').map_or(0, |at| at + 1);
-            let mark = b"# gap: earlier rows are not held\n";
-            self.held
-                .splice(self.head..half + line, mark.iter().copied());
+            let half = usize::midpoint(self.head, self.held.len());
+            let line = self.held[half..].iter().position(|b| *b == b'\n');
+            let end = half + line.map_or(0, |at| at + 1);
+            let mark = *b"# gap: earlier rows are not held\n";
+            self.held.splice(self.head..end, mark);
         }
     }
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
         let rescued = self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
-        let rescued = rescued.or_else(|_| self.rescue_in(&std::env::temp_dir()));
-        let rescue = match rescued {
+        let rescue = match rescued.or_else(|_| self.rescue_in(&std::env::temp_dir())) {
             Ok(path) => format!("what was received is in {}", path_text(&path)),
             Err(_) => "what was received could not be written anywhere".to_owned(),
         };
@@ -248,59 +251,27 @@ impl LogFile {
         Error::io(&self.path, io::Error::new(why.kind(), text))
     }
 
+    /// As `walk.rescued.csv`, or `walk.rescued-2.csv` if there is one already.
     fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        let names = (1..).map(|n| match n {
-            1 => format!("{stem}.rescued.{ending}"),
-            n => format!("{stem}.rescued-{n}.{ending}"),
-        });
-        for path in names.map(|name| folder.join(name.trim_end_matches('.'))) {
-            let mut file = match File::options().write(true).create_new(true).open(&path) {
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
-                file => file?,
-            };
-            let done = file.write_all(&self.held).and_then(|()| file.sync_data());
-            if done.is_err() {
-                let _ = std::fs::remove_file(&path);
-            }
-            return done.map(|()| path);
+        let mut name = format!("{stem}.rescued.{ending}");
+        let mut number = 1;
+        while folder.join(&name).exists() {
+            number += 1;
+            name = format!("{stem}.rescued-{number}.{ending}");
         }
-        Err(io::ErrorKind::AlreadyExists.into())
+        let path = folder.join(name);
+        let mut file = File::create_new(&path)?;
+        let done = file.write_all(&self.held).and_then(|()| file.sync_data());
+        if done.is_err() {
+            let _ = std::fs::remove_file(&path);
+        }
+        done.map(|()| path)
     }
 }
 
-/// Every write goes to the end of the file.
-fn options() -> OpenOptions {
-    let mut options = File::options();
-    options.write(true).read(true);
-    // On Windows a file opened for appending cannot be cut.
-    #[cfg(not(windows))]
-    options.append(true);
-    // On Windows a lock would exclude readers; this shares reading and deleting only.
-    #[cfg(windows)]
-    std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
-    options
-}
-
-/// Locks `file` against other writers; a file system without locks is accepted.
-fn lock(file: File) -> io::Result<File> {
-    #[cfg(not(windows))]
-    if file.metadata()?.is_file()
-        && let Err(std::fs::TryLockError::WouldBlock) = file.try_lock()
-    {
-        return Err(io::ErrorKind::ResourceBusy.into());
-    }
-    Ok(file)
-}
-
-/// The error of a file that cannot be opened: another program may write to it.
-fn refused(path: &Path, error: io::Error) -> Error {
-    const SHARING_VIOLATION: i32 = 32;
-    let is_shared = cfg!(windows) && error.raw_os_error() == Some(SHARING_VIOLATION);
-    if !is_shared && error.kind() != io::ErrorKind::ResourceBusy {
-        return Error::io(path, error);
-    }
+fn in_use(path: &Path) -> Error {
     Error::usage("in-use", "another gravical log is writing to this file")
         .at(path, None)
         .with_hint("end that one first, or name another file with -o")
@@ -316,17 +287,6 @@ fn is_same(a: &std::fs::Metadata, b: &std::fs::Metadata) -> bool {
 #[cfg(not(unix))]
 fn is_same(_: &std::fs::Metadata, _: &std::fs::Metadata) -> bool {
     true
-}
-
-#[cfg(unix)]
-fn is_pipe(path: &Path) -> bool {
-    use std::os::unix::fs::FileTypeExt as _;
-    std::fs::metadata(path).is_ok_and(|m| m.file_type().is_fifo())
-}
-
-#[cfg(not(unix))]
-fn is_pipe(_: &Path) -> bool {
-    false
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! The keyboard while it records: space pauses, q or Ctrl-C ends.
 
 use std::io::{self, IsTerminal as _, Read as _};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, channel};
 
 use crossterm::terminal::{disable_raw_mode, enable_raw_mode};
 
 /// A key with a meaning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Key {
     /// Pause, or resume.
     Pause,
@@ -16,8 +15,8 @@ pub enum Key {
 
 /// The terminal in raw mode; it is restored when this is dropped, after a panic too.
 ///
-/// Keys are read in a thread of their own: a read from a closed terminal may never return,
-/// or fail each time, and must not stop the recording. The thread is never waited for.
+/// Keys are read in a thread of their own, which is never waited for: a read from a closed terminal may
+/// never return, or fail each time. Not through crossterm, which asks a closed terminal again and again.
 pub struct Keys(Receiver<Key>);
 
 impl Keys {
@@ -28,38 +27,26 @@ impl Keys {
         }
         enable_raw_mode().ok()?;
         let (sender, pressed) = channel();
-        std::thread::spawn(move || listen(&sender));
+        std::thread::spawn(move || {
+            // Interrupted reads are repeated; any other error ends it.
+            for byte in io::stdin().lock().bytes().map_while(Result::ok) {
+                let key = match byte {
+                    b' ' => Key::Pause,
+                    // Ctrl-C and Ctrl-D.
+                    b'q' | 3 | 4 => Key::End,
+                    _ => continue,
+                };
+                if sender.send(key).is_err() {
+                    return;
+                }
+            }
+        });
         Some(Keys(pressed))
     }
 
     /// The next key; none once the terminal is closed.
     pub fn pressed(&self) -> Option<Key> {
         self.0.try_recv().ok()
-    }
-}
-
-/// Passes keys on until the terminal is closed or nobody reads them.
-fn listen(pressed: &Sender<Key>) {
-    let mut bytes = [0; 64];
-    loop {
-        // Not through crossterm, which asks a closed terminal again and again.
-        let n = match io::stdin().lock().read(&mut bytes) {
-            Ok(0) => return,
-            Ok(n) => n,
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
-            Err(_) => return,
-        };
-        for byte in bytes.iter().take(n) {
-            let key = match byte {
-                b' ' => Key::Pause,
-                // Ctrl-C and Ctrl-D.
-                b'q' | 3 | 4 => Key::End,
-                _ => continue,
-            };
-            if pressed.send(key).is_err() {
-                return;
-            }
-        }
     }
 }
 

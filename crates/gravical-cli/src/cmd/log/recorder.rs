@@ -1,47 +1,63 @@
 //! The life of a recording: bytes of the board, keys and time in; lines for the file, commands for
 //! the board and events out. It has no clock and no I/O: time is an argument, in seconds on any
-//! clock that only advances.
+//! clock that only advances. The reader of recordings decides what a row is: it reads the lines as
+//! they will stand in the file.
 
-use std::mem::{Discriminant, discriminant};
+use std::collections::VecDeque;
 
 use gravical::escape::shown;
+use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
 use gravical::{Error, Result};
 
+use super::Args;
 use super::event::{Counts, End, Event};
-use super::gaps::Cause;
-use super::lines::Splitter;
-use super::pending::Pending;
-use super::writing::{Line, Options, Output, Writing};
+use super::gap::{Cause, GAP_STEPS, Gaps};
+use super::lines::{Line, Prefixes, Splitter};
+use super::status::Status;
 use crate::device::board::Settings;
-use crate::device::trouble::{JUDGED_BYTES, NoRows};
+use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
+/// The last rows are judged: so many, up to twice as many.
+const JUDGED_ROWS: usize = 10_000;
+/// The format is detected from this many lines of this time, s, or from those that a slow board sends in
+/// that time, s.
+const MIN_HELD_LINES: usize = 100;
+const MIN_HELD_S: f64 = 1.0;
+const MAX_HELD_S: f64 = 6.0;
+/// So many lines without a format are no recording.
+const MAX_HELD_LINES: usize = 800;
+/// Time between two attempts to detect it, s.
+const RETRY_S: f64 = 0.5;
 /// Without a row for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
-/// A board that was reset by opening its port reports its settings within this time, or is told
-/// them then, and so many times again, s.
+/// At the end a shorter one is, s: somebody who sees that rows are missing ends the recording.
+const SILENT_END_S: f64 = 1.0;
+/// Opening a port resets the board within this time, and then it is silent for that time, s.
+const RESET_S: f64 = 4.0;
+const RESET_SILENCE_S: f64 = 1.5;
+/// A board that was reset by opening its port reports its settings within this time; it is told other
+/// ones this often, and for so long, s.
 const COMMAND_S: f64 = 2.5;
-const MAX_COMMANDS: u32 = 4;
+const MAX_SETTING_S: f64 = 12.5;
 /// A board of ours answers a question within this time, s.
 const ASK_S: f64 = 1.5;
-/// Opening a port resets the board within this time, s.
-const RESET_S: f64 = 4.0;
+/// Characters of a rejected line in a message.
+const QUOTED: usize = 60;
 
-/// Where the lines go. In each state the port may be lost and found.
+/// What becomes of the lines. In each state the port may be lost and found.
 enum State {
-    /// Their format is not known.
-    Pending(Box<Pending>),
+    /// The board has not confirmed the settings that are wanted: lines are dropped. When they are sent
+    /// next, s.
+    Setting { next_s: f64 },
+    /// They are held until their format is known. When that is tried next, s, and whether the board was
+    /// asked for its settings.
+    Holding { next_s: f64, is_asked: bool },
     /// They are written.
-    Writing(Box<Writing>),
-}
-
-/// Settings that are wanted, and that the board has not confirmed. Until then lines are dropped.
-#[derive(Clone, Copy)]
-struct Setting {
-    /// When they are sent, s, and how often they were.
-    next_s: f64,
-    sent: u32,
+    Writing,
+    /// All that was asked for is there, or the user ended it.
+    Ended(End),
 }
 
 /// A port that is open.
@@ -54,18 +70,41 @@ struct Port {
     splitter: Splitter,
     is_silent: bool,
     /// What was said to arrive in place of rows.
-    said: Option<Discriminant<NoRows>>,
+    said: Option<String>,
+}
+
+/// What has to be done.
+#[derive(Default)]
+pub struct Output {
+    /// Comes before the next line for the file.
+    pub preamble: String,
+    /// Whole lines for the file.
+    pub text: Vec<u8>,
+    /// Commands for the board.
+    pub commands: String,
+    pub events: Vec<Event>,
 }
 
 /// One recording.
 pub struct Recorder {
-    options: Options,
+    pub args: Args,
+    /// Time of day at the time zero, s (UTC).
+    day_s: f64,
     state: State,
-    setting: Option<Setting>,
     port: Option<Port>,
-    /// It ended before a line was written.
-    is_over: bool,
-    error: Option<Error>,
+    pub reader: Follow,
+    prefixes: Prefixes,
+    /// The time zero of stamps that are added, s.
+    stamps_from_s: Option<f64>,
+    /// Lines that the reader has not judged.
+    waiting: VecDeque<Line>,
+    gaps: Gaps,
+    pub counts: Counts,
+    /// Time of the first row, later by all pauses since, s.
+    began_s: f64,
+    paused_from_s: Option<f64>,
+    /// Rows are missing, or may be.
+    pub is_incomplete: bool,
     pub out: Output,
 }
 
@@ -76,49 +115,71 @@ impl Recorder {
     /// # Errors
     ///
     /// Those of the reader for the file that is continued.
-    pub fn new(options: Options, before: &[u8]) -> Result<Self> {
-        let state = if before.is_empty() {
-            State::Pending(Box::new(Pending::new(&options)))
-        } else {
-            State::Writing(Box::new(Writing::continued(&options, before)?))
+    pub fn new(args: Args, day_s: f64, before: &[u8]) -> Result<Self> {
+        let mut reader = reader(
+            &args,
+            args.board.columns.clone().filter(|_| before.is_empty()),
+        );
+        let mut gaps = Gaps::default();
+        if !before.is_empty() {
+            reader.push(before)?;
+            reader.settle(1)?;
+            gaps.open(Cause::Continued);
+        }
+        let state = match args.board.wanted.commands().as_str() {
+            "" => State::of(&reader),
+            _ => State::Setting { next_s: COMMAND_S },
         };
-        let is_set = options.wanted.commands().is_empty();
-        let (next_s, sent) = (COMMAND_S, 0);
         Ok(Recorder {
-            options,
+            args,
+            day_s,
             state,
-            setting: (!is_set).then_some(Setting { next_s, sent }),
             port: None,
-            is_over: false,
-            error: None,
+            reader,
+            prefixes: Prefixes::of_file(before),
+            stamps_from_s: None,
+            waiting: VecDeque::new(),
+            gaps,
+            counts: Counts::default(),
+            began_s: f64::INFINITY,
+            paused_from_s: None,
+            is_incomplete: false,
             out: Output::default(),
         })
     }
 
-    // Queries.
-
-    /// The lines that are written, once their format is known.
-    pub fn writing(&self) -> Option<&Writing> {
-        match &self.state {
-            State::Writing(writing) => Some(writing),
-            State::Pending(_) => None,
+    /// Why it ended.
+    pub fn end(&self) -> Option<End> {
+        match self.state {
+            State::Ended(end) => Some(end),
+            _ => None,
         }
     }
 
-    /// How many lines went where.
-    pub fn counts(&self) -> Counts {
-        self.writing().map_or(Counts::default(), |w| w.counts)
+    /// What is known without a look at the rows.
+    pub fn status(&self, now_s: f64) -> Status {
+        Status {
+            rows: self.counts.rows,
+            elapsed_s: self.elapsed_s(now_s),
+            paused: self.paused_from_s.is_some(),
+            rejected: self.counts.rejected,
+            ..Status::default()
+        }
     }
 
-    /// Why it ended.
-    pub fn end(&self) -> Option<End> {
-        let end = self.writing().and_then(|writing| writing.end);
-        end.or(self.is_over.then_some(End::User))
+    /// Whether no row has arrived for a while.
+    pub fn is_silent(&self, now_s: f64) -> bool {
+        self.paused_from_s.is_none() && self.gaps.silence_s(now_s) > self.silence_s(SILENT_END_S)
     }
 
-    /// Why it failed; once.
-    pub fn take_error(&mut self) -> Option<Error> {
-        self.error.take()
+    /// Seconds since the first row, without pauses.
+    pub fn elapsed_s(&self, now_s: f64) -> f64 {
+        (self.paused_from_s.unwrap_or(now_s) - self.began_s).max(0.0)
+    }
+
+    /// Tells an event.
+    pub fn say(&mut self, event: Event) {
+        self.out.events.push(event);
     }
 
     // Inputs.
@@ -126,12 +187,11 @@ impl Recorder {
     /// A port was opened; `device` is the device behind it. `preamble` becomes the first line of the
     /// file.
     pub fn opened(&mut self, now_s: f64, port: &str, device: Option<String>, preamble: String) {
-        if self.counts().rows == 0 {
+        if self.counts.rows == 0 {
             self.out.preamble = preamble;
         }
-        if let Some(setting) = &mut self.setting {
-            let (next_s, sent) = (now_s + COMMAND_S, 0);
-            *setting = Setting { next_s, sent };
+        if let State::Setting { next_s } = &mut self.state {
+            *next_s = now_s + COMMAND_S;
         }
         self.port = Some(Port {
             name: port.to_owned(),
@@ -147,222 +207,342 @@ impl Recorder {
     }
 
     /// The port is lost; `why` is the system's message.
-    pub fn lost(&mut self, now_s: f64, why: &str) {
-        let port = self.port.take();
-        let half = port.map_or(Vec::new(), |mut port| port.splitter.cut());
-        match &mut self.state {
-            // No line counts yet.
-            _ if self.setting.is_some() => {}
-            State::Writing(writing) => {
-                let done = writing.reject(now_s, &half, &mut self.out);
-                writing.gaps.open(Cause::Unplugged);
-                self.check(done);
-            }
-            // Lines of another start of the board.
-            State::Pending(_) => self.drop_pending("before the port was lost"),
+    pub fn lost(&mut self, why: &str) {
+        let half = self.port.take().map(|port| port.splitter.cut());
+        if let State::Writing = self.state {
+            self.reject(&half.unwrap_or_default());
+            self.gaps.open(Cause::Unplugged);
         }
+        self.drop_held("before the port was lost", |_| false);
         let text = why.to_owned();
         self.say(Event::Lost { text });
     }
 
     /// Bytes of the board.
-    pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) {
-        let Some(port) = &mut self.port else { return };
-        let last_bytes_s = port.last_bytes_s.replace(now_s);
-        let silence_s = last_bytes_s.map_or(0.0, |last_s| now_s - last_s);
+    ///
+    /// # Errors
+    ///
+    /// Those that end the recording: the board sends other rows than before, or none.
+    pub fn bytes(&mut self, now_s: f64, bytes: &[u8]) -> Result<()> {
+        let Some(port) = &mut self.port else {
+            return Ok(());
+        };
+        let last_s = port.last_bytes_s.replace(now_s).unwrap_or(now_s);
         port.is_silent = false;
         port.received.extend_from_slice(bytes);
         let old = port.received.len().saturating_sub(JUDGED_BYTES);
         port.received.drain(..old);
         let lines = port.splitter.push(bytes);
-        if now_s - port.opened_s < RESET_S
-            && let State::Pending(pending) = &mut self.state
-            && pending.ends_in_reset(silence_s)
-        {
-            self.drop_pending("before it was reset by opening the port");
+        if now_s - port.opened_s < RESET_S && now_s - last_s >= RESET_SILENCE_S {
+            let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+            let keeps = |line: &Line| line.is_comment() || begins_word(line);
+            self.drop_held("before it was reset by opening the port", keeps);
         }
-        for (line, is_whole) in lines {
-            self.line(now_s, line, is_whole);
-        }
+        let mut lines = lines.into_iter();
+        lines.try_for_each(|(line, is_whole)| self.line(now_s, line, is_whole))
     }
 
-    /// The space bar.
-    pub fn toggle_pause(&mut self, now_s: f64) {
-        if let State::Writing(writing) = &mut self.state {
-            let done = writing.toggle_pause(now_s, &mut self.out);
-            self.check(done);
+    /// The space bar. Three blank lines stand for a pause.
+    ///
+    /// # Errors
+    ///
+    /// Those of the reader.
+    pub fn toggle_pause(&mut self, now_s: f64) -> Result<()> {
+        if self.counts.rows == 0 || self.end().is_some() {
+            return Ok(());
         }
+        let Some(from_s) = self.paused_from_s.take() else {
+            self.paused_from_s = Some(now_s);
+            self.say(Event::Paused);
+            return Ok(());
+        };
+        self.began_s += now_s - from_s;
+        self.gaps.resume(now_s);
+        self.say(Event::Resumed);
+        (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
     }
 
     /// Time passes.
-    pub fn tick(&mut self, now_s: f64) {
-        if self.error.is_some() || self.end().is_some() {
-            return;
+    ///
+    /// # Errors
+    ///
+    /// Those that end the recording.
+    pub fn tick(&mut self, now_s: f64) -> Result<()> {
+        let port = self.port.as_ref();
+        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
+        let is_due = port.is_some_and(|port| port.is_due(now_s));
+        match self.state {
+            State::Setting { .. } if is_due && !is_heard => return self.report_no_rows(),
+            State::Setting { next_s } if is_heard && now_s >= next_s => {
+                return self.send_settings(now_s);
+            }
+            State::Holding { .. } => return self.begin(now_s, false),
+            State::Writing if is_due && self.counts.rows == 0 => return self.report_no_rows(),
+            State::Writing => {
+                self.notice_silence(now_s);
+                self.end_at(now_s);
+            }
+            _ => {}
         }
-        let is_heard = self.port.as_ref().is_some_and(|p| p.last_bytes_s.is_some());
-        if self.setting.is_some_and(|s| is_heard && now_s >= s.next_s) {
-            self.send_settings(now_s);
-        }
-        self.begin(now_s, false);
-        if let State::Writing(writing) = &mut self.state {
-            writing.tick(now_s, &mut self.out);
-        }
-        self.diagnose(now_s);
-        self.notice_silence(now_s);
+        Ok(())
     }
 
-    /// Reports what is reported once a second.
-    pub fn report_rejected(&mut self) {
-        if let State::Writing(writing) = &mut self.state {
-            writing.report_rejected(&mut self.out);
+    /// The user ends it: what is held is written.
+    ///
+    /// # Errors
+    ///
+    /// Those of the reader.
+    pub fn finish(&mut self, now_s: f64) -> Result<()> {
+        self.begin(now_s, true)?;
+        if !self.end_at(now_s) {
+            self.state = State::Ended(End::User);
         }
-    }
-
-    /// The recording ends: what has begun is closed.
-    pub fn finish(&mut self, now_s: f64) {
-        if self.error.is_none() {
-            self.begin(now_s, true);
-        }
-        self.is_over = true;
-        if let State::Writing(writing) = &mut self.state {
-            writing.finish(now_s, &mut self.out);
-        }
-    }
-
-    /// Tells an event.
-    pub fn say(&mut self, event: Event) {
-        self.out.events.push(event);
+        Ok(())
     }
 
     // Lines.
 
     /// A line of the board, without its end.
-    fn line(&mut self, now_s: f64, line: Vec<u8>, is_whole: bool) {
-        let text = String::from_utf8_lossy(&line);
-        let settings = Settings::parse(&text);
-        if line.starts_with(b"#") {
-            let text = shown(&text).into_owned();
+    fn line(&mut self, now_s: f64, text: Vec<u8>, is_whole: bool) -> Result<()> {
+        let line = Line::plain(now_s, text);
+        if line.is_comment() {
+            let text = String::from_utf8_lossy(&line.text);
+            let (settings, text) = (Settings::parse(&text), shown(&text).into_owned());
             self.say(Event::Board { text });
-        }
-        if let Some(settings) = settings {
-            self.settings_are(now_s, &settings);
-        }
-        if self.setting.is_some() || self.error.is_some() {
-            return;
+            if let Some(settings) = settings {
+                self.settings_are(now_s, &settings);
+            }
+        } else if self.paused_from_s.is_some() {
+            return Ok(());
         }
         // Of numbers whose beginning was not received the first may lack digits.
-        let is_half = !is_whole && !line.iter().any(u8::is_ascii_alphabetic);
-        let done = match &mut self.state {
-            State::Writing(writing) if is_half => writing.reject(now_s, &line, &mut self.out),
-            State::Writing(writing) => writing.line(now_s, &line, &mut self.out),
-            State::Pending(_) if is_half => Ok(()),
-            State::Pending(pending) => pending.push(Line::plain(now_s, line)),
-        };
-        self.check(done);
+        let is_half = !is_whole && !line.text.iter().any(u8::is_ascii_alphabetic);
+        match self.state {
+            State::Writing if is_half => self.reject(&line.text),
+            State::Writing => {
+                let line = self.prefixed(line);
+                self.add(line)?;
+            }
+            State::Holding { .. } if !is_half => self.waiting.push_back(line),
+            _ => {}
+        }
+        Ok(())
     }
 
-    /// The format may be known, so that writing begins. `is_last`: nothing follows.
-    fn begin(&mut self, now_s: f64, is_last: bool) {
-        let State::Pending(pending) = &mut self.state else {
-            return;
+    fn prefixed(&mut self, mut line: Line) -> Line {
+        let from_s = *self.stamps_from_s.get_or_insert(line.at_s);
+        let (since_s, day_s) = (line.at_s - from_s, self.day_s + line.at_s);
+        line.prefix = self.prefixes.before(&line.text, since_s, day_s);
+        line
+    }
+
+    /// Passes a line to the reader, and writes what that has judged.
+    fn add(&mut self, line: Line) -> Result<()> {
+        let read = self.reader.push(&line.in_file());
+        self.waiting.push_back(line);
+        read.map_err(|error| unreadable(&error))?;
+        self.write_judged();
+        Ok(())
+    }
+
+    /// Looks for the format of the lines that are held. `is_last`: nothing follows.
+    fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
+        let State::Holding { next_s, is_asked } = &mut self.state else {
+            return Ok(());
         };
-        let is_late = is_last || self.port.as_ref().is_some_and(|p| p.is_due(now_s));
-        let Some(form) = pending.form(now_s, is_late) else {
-            return;
+        let lines = self.waiting.len();
+        let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
+        let is_due = self.port.as_ref().is_some_and(|p| p.is_due(now_s));
+        let is_enough = match lines {
+            MAX_HELD_LINES.. => true,
+            MIN_HELD_LINES.. => is_due || held_s >= MIN_HELD_S,
+            _ => is_due || held_s >= MAX_HELD_S,
         };
-        let commands = &mut self.out.commands;
-        if form.header_line == 0 && form.delimiter.is_some() && !is_last {
-            // A board that names no columns is asked for its settings.
-            let until_s = *pending.asked_until_s.get_or_insert_with(|| {
-                commands.push_str("?\n");
-                now_s + ASK_S
-            });
-            if now_s < until_s {
+        if !is_last && (now_s < *next_s || !is_enough) {
+            return Ok(());
+        }
+        *next_s = now_s + RETRY_S;
+        let Some(form) = form_of(&self.args, &self.waiting) else {
+            if lines >= MAX_HELD_LINES {
+                self.waiting.clear();
+            } else if is_last || !is_due {
+                return Ok(());
+            }
+            return self.report_no_rows();
+        };
+        let names_columns = form.header_line > 0 || form.delimiter.is_none();
+        if !names_columns && !is_last && !std::mem::replace(is_asked, true) {
+            // The settings of a board are followed by its header.
+            self.out.commands += "?\n";
+            *next_s = now_s + ASK_S;
+            return Ok(());
+        }
+        self.write_held(&form)
+    }
+
+    /// Writes the lines that were held, and those that follow, as lines of this form.
+    fn write_held(&mut self, form: &Form) -> Result<()> {
+        self.state = State::Writing;
+        let lines = std::mem::take(&mut self.waiting);
+        let header = form.header_line.checked_sub(1);
+        let columns = self.args.board.columns.clone();
+        let sent_header = header.and_then(|at| lines.get(at));
+        self.prefixes = Prefixes::new(form, sent_header, columns.is_some());
+        self.out.preamble += &self.prefixes.notes();
+        // In the file columns that the user names have a header.
+        let columns = columns.filter(|_| !self.prefixes.change_columns());
+        self.reader = reader(&self.args, columns);
+        for (at, mut line) in lines.into_iter().enumerate() {
+            if at == form.head_lines
+                && let Some(made) = self.prefixes.made_header.clone()
+            {
+                self.add(Line::plain(line.at_s, made))?;
+            }
+            if at >= form.head_lines {
+                line = self.prefixed(line);
+            } else if Some(at) == header {
+                line.prefix = self.prefixes.before(&line.text, 0.0, 0.0);
+            }
+            self.add(line)?;
+        }
+        self.reader.settle(1).map_err(|error| unreadable(&error))?;
+        self.write_judged();
+        Ok(())
+    }
+
+    /// Writes the lines that the reader has judged.
+    fn write_judged(&mut self) {
+        for kind in self.reader.lines().to_vec() {
+            let Some(line) = self.waiting.pop_front() else {
+                return;
+            };
+            if let LineKind::Row(stamp) = kind {
+                self.begin_row(line.at_s, stamp);
+            }
+            if self.end().is_some() {
                 return;
             }
-        }
-        let lines = std::mem::take(&mut pending.lines);
-        match Writing::begun(&self.options, &form, lines, &mut self.out) {
-            Ok(writing) => self.state = State::Writing(Box::new(writing)),
-            Err(error) => self.fail(error),
-        }
-    }
-
-    /// The reader may refuse a line.
-    fn check(&mut self, read: Result<()>) {
-        let Err(error) = read else { return };
-        if let State::Pending(pending) = &mut self.state {
-            **pending = Pending::new(&self.options);
-            return self.say_no_rows();
-        }
-        let (code, what, set) = if error.code() == "header-differs" {
-            let what = "the board sends rows of other columns or units than before";
-            let set = ", or set the board as it was: --format, --range";
-            ("columns-changed", what, set)
-        } else {
-            ("unreadable-rows", "the rows cannot be read any more", "")
-        };
-        let text = format!("{what} ({}): the recording ends", error.message());
-        let hint = "the rows up to here are in the file; record the rest into another one";
-        self.fail(Error::device(code, text).with_hint(format!("{hint}{set}")));
-    }
-
-    fn fail(&mut self, error: Error) {
-        self.error.get_or_insert(error);
-    }
-
-    /// Lines whose format is not known are dropped, and that is said.
-    fn drop_pending(&mut self, when: &str) {
-        if let State::Pending(pending) = &mut self.state {
-            let lines = pending.lines.len();
-            **pending = Pending::new(&self.options);
-            if lines > 0 {
-                let text = format!("{lines} lines that the board sent {when} are not recorded");
-                self.say(Event::Warning { text });
+            match kind {
+                LineKind::Rejected => self.reject(&line.text),
+                _ => self.write(&line.in_file()),
             }
+        }
+    }
+
+    /// A row follows, unless it ends here.
+    fn begin_row(&mut self, at_s: f64, stamp: f64) {
+        self.began_s = self.began_s.min(at_s);
+        if self.end_at(at_s) {
+            return;
+        }
+        if self.counts.rows == 0 {
+            let roles = self.reader.form().map(|form| form.roles);
+            let columns = roles.unwrap_or_default().join(",");
+            self.say(Event::Started { columns });
+        }
+        // Times of arrival do not tell what is missing.
+        let is_stamped = self.prefixes.stamps();
+        let stamp = if is_stamped { f64::NAN } else { stamp };
+        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s(SILENCE_S));
+        if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
+            self.write(format!("{}\n", gap.line()).as_bytes());
+            self.counts.gaps += 1;
+            self.counts.missing += gap.rows.unwrap_or(0);
+            self.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
+            self.say(Event::Gap(gap));
+        }
+        self.counts.rows += 1;
+    }
+
+    /// Ends it once all that was asked for is there; whether it has ended.
+    fn end_at(&mut self, now_s: f64) -> bool {
+        let elapsed_s = self.elapsed_s(now_s);
+        if let State::Writing = self.state {
+            if self.args.rows == Some(self.counts.rows) {
+                self.state = State::Ended(End::Rows);
+            } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
+                self.state = State::Ended(End::Duration);
+            }
+        }
+        self.end().is_some()
+    }
+
+    fn rate_hz(&self) -> Option<f64> {
+        self.reader.form()?.rate_hz
+    }
+
+    /// Writes a whole line.
+    fn write(&mut self, line: &[u8]) {
+        let preamble = std::mem::take(&mut self.out.preamble);
+        self.out.text.extend_from_slice(preamble.as_bytes());
+        self.out.text.extend_from_slice(line);
+    }
+
+    /// Writes a line that is no row, or a part of a line.
+    fn reject(&mut self, line: &[u8]) {
+        let text = String::from_utf8_lossy(line);
+        let text = shown(text.trim());
+        if text.is_empty() || self.paused_from_s.is_some() {
+            return;
+        }
+        self.counts.rejected += 1;
+        self.gaps.rejected += 1;
+        let count = self.counts.rejected;
+        if count.is_power_of_two() {
+            let line = text.chars().take(QUOTED).collect();
+            self.say(Event::Rejected { count, line });
+        }
+        self.write(format!("# rejected: {text}\n").as_bytes());
+    }
+
+    /// Lines whose format is not known are dropped, but for those that are kept, and that is said.
+    fn drop_held(&mut self, when: &str, keeps: impl Fn(&Line) -> bool) {
+        let State::Holding { .. } = self.state else {
+            return;
+        };
+        let held = self.waiting.len();
+        self.waiting.retain(keeps);
+        let dropped = held - self.waiting.len();
+        if dropped > 0 {
+            let text = format!("{dropped} lines that the board sent {when} are not recorded");
+            self.say(Event::Warning { text });
         }
     }
 
     // Without rows.
 
     /// After a while without a row it is said what arrives instead.
-    fn diagnose(&mut self, now_s: f64) {
-        let has_rows = match &self.state {
-            State::Writing(writing) => writing.counts.rows > 0,
-            State::Pending(pending) => pending.is_known(),
+    fn report_no_rows(&mut self) -> Result<()> {
+        let Some(port) = &mut self.port else {
+            return Ok(());
         };
-        let is_due = self.port.as_ref().is_some_and(|port| {
-            // Settings that are not confirmed have their own end.
-            port.is_due(now_s) && (self.setting.is_none() || port.last_bytes_s.is_none())
-        });
-        if is_due && !has_rows {
-            self.say_no_rows();
-        }
-    }
-
-    fn say_no_rows(&mut self) {
-        let Some(port) = &mut self.port else { return };
-        let why = NoRows::of(&port.received);
-        let error = why.error(&port.name);
+        let error = no_rows(&port.name, &port.received);
         let hint = error.hint().unwrap_or_default().to_owned();
-        if !self.options.wait {
-            self.fail(error.with_hint(format!("{hint}; --wait waits without end")));
-        } else if port.said.replace(discriminant(&why)) != Some(discriminant(&why)) {
+        if !self.args.board.wait {
+            return Err(error.with_hint(format!("{hint}; --wait waits without end")));
+        }
+        if port.said.as_ref() != Some(&hint) {
+            port.said = Some(hint.clone());
             let text = error.message().to_owned();
             self.say(Event::NoRows { text, hint });
         }
+        Ok(())
+    }
+
+    /// A silence takes `min_s`, or for a slow board more, s.
+    fn silence_s(&self, min_s: f64) -> f64 {
+        min_s.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
     }
 
     /// A board that has sent rows is silent: some may be missing.
     fn notice_silence(&mut self, now_s: f64) {
-        if let State::Writing(writing) = &mut self.state
-            && let Some(port) = &mut self.port
+        let max_s = self.silence_s(SILENCE_S);
+        if let Some(port) = &mut self.port
             && !port.is_silent
         {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
-            if duration_s >= writing.silence_s(SILENCE_S) {
+            if duration_s >= max_s {
                 port.is_silent = true;
-                writing.gaps.open(Cause::Silent);
                 self.say(Event::Silent { duration_s });
             }
         }
@@ -371,43 +551,49 @@ impl Recorder {
     // Settings.
 
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
-        let is_met = self.options.wanted.is_met_by(settings);
-        match (self.setting, &mut self.state) {
-            (Some(_), _) if is_met => {
-                self.setting = None;
+        let is_met = self.args.board.wanted.is_met_by(settings);
+        match self.state {
+            State::Setting { .. } if is_met => {
+                self.state = State::of(&self.reader);
                 // Rows are waited for from now on.
                 if let Some(port) = &mut self.port {
                     port.opened_s = now_s;
                 }
             }
-            (Some(Setting { sent: 0, .. }), _) => self.send_settings(now_s),
-            (Some(_), _) => {}
             // Rows before are of another start, or have no header.
-            (None, State::Pending(pending)) => {
-                let mut lines = std::mem::take(&mut pending.lines);
-                lines.retain(|line| line.text.starts_with(b"#"));
-                **pending = Pending::new(&self.options);
-                let done = lines.into_iter().try_for_each(|line| pending.push(line));
-                self.check(done);
-            }
-            (None, State::Writing(_)) if !is_met => self.say(Event::Warning {
+            State::Holding { .. } => self.drop_held("before its settings", Line::is_comment),
+            State::Writing if !is_met => self.say(Event::Warning {
                 text: "the board was reset and has other settings than those asked for".to_owned(),
             }),
-            (None, State::Writing(_)) => {}
+            _ => {}
         }
     }
 
-    /// Sends the settings that are wanted, unless that was in vain too often.
-    fn send_settings(&mut self, now_s: f64) {
-        let sent = self.setting.map_or(0, |setting| setting.sent);
-        if sent >= MAX_COMMANDS {
+    /// Sends the settings that are wanted, unless that was in vain for long.
+    fn send_settings(&mut self, now_s: f64) -> Result<()> {
+        let opened_s = self.port.as_ref().map_or(now_s, |port| port.opened_s);
+        if now_s - opened_s >= MAX_SETTING_S {
             let text = "the board does not report the settings that were sent to it";
             let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
-            return self.fail(Error::device("settings-refused", text).with_hint(hint));
+            return Err(Error::device("settings-refused", text).with_hint(hint));
         }
-        self.out.commands += &self.options.wanted.commands();
-        let (next_s, sent) = (now_s + COMMAND_S, sent + 1);
-        self.setting = Some(Setting { next_s, sent });
+        let next_s = now_s + COMMAND_S;
+        self.state = State::Setting { next_s };
+        self.out.commands += &self.args.board.wanted.commands();
+        Ok(())
+    }
+}
+
+impl State {
+    /// Of a recording whose settings are as they should be.
+    fn of(reader: &Follow) -> Self {
+        match reader.form() {
+            Some(_) => State::Writing,
+            None => State::Holding {
+                next_s: 0.0,
+                is_asked: false,
+            },
+        }
     }
 }
 
@@ -416,6 +602,40 @@ impl Port {
     fn is_due(&self, now_s: f64) -> bool {
         now_s - self.opened_s >= NO_ROWS_S
     }
+}
+
+/// A reader of the file.
+fn reader(args: &Args, columns: Option<ColumnsSpec>) -> Follow {
+    let options = ReadOptions {
+        columns,
+        ..ReadOptions::default()
+    };
+    Follow::new(&args.file().display().to_string(), options, JUDGED_ROWS)
+}
+
+/// The format of lines; none if they are no recording, yet.
+fn form_of(args: &Args, lines: &VecDeque<Line>) -> Option<Form> {
+    let mut reader = reader(args, args.board.columns.clone());
+    for line in lines {
+        // What is no recording with the first lines is none with all.
+        reader.push(&line.in_file()).ok()?;
+    }
+    reader.settle(1).ok()?;
+    reader.form()
+}
+
+/// The error of rows that cannot be read as those before.
+fn unreadable(error: &Error) -> Error {
+    let (code, what, set) = if error.code() == "header-differs" {
+        let what = "the board sends rows of other columns or units than before";
+        let set = ", or set the board as it was: --format, --range";
+        ("columns-changed", what, set)
+    } else {
+        ("unreadable-rows", "the rows cannot be read any more", "")
+    };
+    let text = format!("{what} ({}): the recording ends", error.message());
+    let hint = "the rows up to here are in the file; record the rest into another one";
+    Error::device(code, text).with_hint(format!("{hint}{set}"))
 }
 
 #[cfg(test)]
@@ -432,10 +652,10 @@ mod tests {
     }
 
     impl Bench {
-        fn new(options: Options) -> Self {
-            let mut recorder = Recorder::new(options, b"").unwrap();
+        fn new(args: Args) -> Self {
+            let mut recorder = Recorder::new(args, 0.0, b"").unwrap();
             recorder.opened(0.0, "port", None, String::new());
-            recorder.bytes(0.0, b"\nt_ms,ax,ay,az\n");
+            recorder.bytes(0.0, b"\nt_ms,ax,ay,az\n").unwrap();
             Bench {
                 recorder,
                 now_s: 0.0,
@@ -447,7 +667,7 @@ mod tests {
 
         fn pass(&mut self, s: f64) {
             self.now_s += s;
-            self.recorder.tick(self.now_s);
+            self.recorder.tick(self.now_s).unwrap();
             let out = std::mem::take(&mut self.recorder.out);
             self.text += std::str::from_utf8(&out.text).unwrap();
             self.commands += &out.commands;
@@ -458,7 +678,7 @@ mod tests {
                 let noise = self.stamp_ms * 7919 % 61;
                 let row = format!("{},0.{noise:02},-0.1,9.8{noise:02}\n", self.stamp_ms);
                 self.stamp_ms += 10;
-                self.recorder.bytes(self.now_s, row.as_bytes());
+                self.recorder.bytes(self.now_s, row.as_bytes()).unwrap();
                 self.pass(0.01);
             }
         }
@@ -471,9 +691,9 @@ mod tests {
 
     #[test]
     fn a_silence_is_a_gap_if_rows_are_missing_and_a_duration_ends_in_it() {
-        let mut bench = Bench::new(Options {
-            duration_s: Some(20.0),
-            ..Options::default()
+        let mut bench = Bench::new(Args {
+            duration: Some(20.0),
+            ..Args::default()
         });
         bench.rows(150);
         bench.pass(4.0);
@@ -488,65 +708,62 @@ mod tests {
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end(), Some(End::Duration));
-        assert!(bench.gaps()[1].contains("no row arrived until the end"));
-        assert!(bench.recorder.writing().unwrap().ends_in_gap);
+        assert!(bench.recorder.is_silent(bench.now_s));
     }
 
     #[test]
-    fn a_reset_in_a_pause_is_named_and_its_rows_are_not_stored() {
-        let mut bench = Bench::new(Options::default());
+    fn rows_of_a_pause_are_not_stored_and_its_end_is_no_gap() {
+        let mut bench = Bench::new(Args::default());
         bench.rows(150);
-        bench.recorder.toggle_pause(bench.now_s);
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
         bench.rows(30);
         bench.stamp_ms = 0;
-        bench.recorder.bytes(bench.now_s, b"torn\n");
+        bench
+            .recorder
+            .bytes(bench.now_s, b"torn\n# a note\n")
+            .unwrap();
         bench.rows(30);
-        bench.recorder.toggle_pause(bench.now_s);
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
         bench.rows(20);
-        assert_eq!(bench.recorder.counts().rows, 170);
-        assert_eq!(bench.recorder.counts().rejected, 0);
-        let (_, after) = bench.text.split_once("\n\n\n\n# gap: ").unwrap();
-        assert!(after.contains("restarts\n300,"), "{after}");
-        let writing = bench.recorder.writing().unwrap();
-        let elapsed_s = writing.elapsed_s(bench.now_s);
+        let counts = bench.recorder.counts;
+        assert_eq!((counts.rows, counts.rejected, counts.gaps), (170, 0, 0));
+        let (_, after) = bench.text.split_once("# a note\n\n\n\n").unwrap();
+        assert!(after.starts_with("300,"), "{after}");
+        let elapsed_s = bench.recorder.elapsed_s(bench.now_s);
         assert!((elapsed_s - 1.7).abs() < 1e-6, "{elapsed_s}");
     }
 
     #[test]
     fn rows_of_a_slow_board_are_written_before_a_second_of_a_hundred_rows() {
-        let mut bench = Bench::new(Options::default());
+        let mut bench = Bench::new(Args::default());
         for _ in 0..8 {
             bench.rows(1);
             bench.stamp_ms += 990;
             bench.pass(0.99);
         }
-        assert_eq!(bench.recorder.counts().rows, 8);
-        assert!(bench.recorder.take_error().is_none() && bench.gaps().is_empty());
+        assert_eq!(bench.recorder.counts.rows, 8);
+        assert!(bench.gaps().is_empty());
     }
 
     #[test]
     fn what_arrives_in_place_of_rows_is_an_error_or_is_said_once() {
         let recorder = |wait| {
-            let options = Options {
-                wait,
-                ..Options::default()
-            };
-            let mut recorder = Recorder::new(options, b"").unwrap();
+            let mut args = Args::default();
+            args.board.wait = wait;
+            let mut recorder = Recorder::new(args, 0.0, b"").unwrap();
             recorder.opened(0.0, "port", None, String::new());
-            recorder.tick(7.9);
-            assert!(recorder.take_error().is_none());
-            recorder.tick(8.1);
-            recorder
+            recorder.tick(7.9).unwrap();
+            let done = recorder.tick(8.1);
+            (recorder, done)
         };
-        let error = recorder(false).take_error().unwrap();
-        assert_eq!(error.code(), "board-silent");
-        let mut waiting = recorder(true);
-        waiting.tick(9.0);
+        assert_eq!(recorder(false).1.unwrap_err().code(), "board-silent");
+        let (mut waiting, done) = recorder(true);
+        done.unwrap();
+        waiting.tick(9.0).unwrap();
         // Now it has a sketch, which prints something else.
-        waiting.bytes(9.5, b"hello\nhello\n");
-        waiting.tick(10.0);
-        waiting.tick(11.0);
-        assert!(waiting.take_error().is_none());
+        waiting.bytes(9.5, b"hello\nhello\n").unwrap();
+        waiting.tick(10.0).unwrap();
+        waiting.tick(11.0).unwrap();
         let events = waiting.out.events.into_iter();
         let said: Vec<String> = events
             .filter_map(|event| match event {
@@ -564,31 +781,34 @@ mod tests {
     #[test]
     fn rows_from_before_a_reset_are_dropped_and_a_board_without_a_header_is_asked() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
-        let mut bench = Bench::new(Options::default());
-        bench.recorder.drop_pending("before");
+        let mut bench = Bench::new(Args::default());
+        bench.recorder.drop_held("", |_| false);
         bench.rows(20);
         bench.pass(1.8);
         bench.stamp_ms = 0;
-        bench.recorder.bytes(bench.now_s, HEADER.as_bytes());
+        bench
+            .recorder
+            .bytes(bench.now_s, HEADER.as_bytes())
+            .unwrap();
         bench.rows(150);
         assert!(bench.text.starts_with(HEADER) && bench.gaps().is_empty());
-        assert_eq!(bench.recorder.counts().rows, 150);
+        assert_eq!(bench.recorder.counts.rows, 150);
         assert_eq!(bench.commands, "");
 
         let settings = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
         for answer in [true, false] {
-            let mut bench = Bench::new(Options::default());
-            bench.recorder.drop_pending("before");
+            let mut bench = Bench::new(Args::default());
+            bench.recorder.drop_held("", |_| false);
             bench.rows(150);
             assert_eq!((&bench.commands[..], &bench.text[..]), ("?\n", ""));
             if answer {
                 let lines = format!("# a note\n{settings}{HEADER}");
-                bench.recorder.bytes(bench.now_s, lines.as_bytes());
+                bench.recorder.bytes(bench.now_s, lines.as_bytes()).unwrap();
             }
             bench.rows(150);
             assert_eq!(bench.text.contains(HEADER), answer);
             let rows = if answer { 150 } else { 300 };
-            assert_eq!(bench.recorder.counts().rows, rows);
+            assert_eq!(bench.recorder.counts.rows, rows);
             assert_eq!(bench.commands, "?\n");
         }
     }
@@ -612,27 +832,27 @@ mod tests {
         ];
         let mut random = 1_u64;
         for start in ["", "t,ax,ay,az\n", "ax;ay;az\n"] {
-            let mut bench = Bench::new(Options::default());
-            bench.recorder.bytes(0.0, start.as_bytes());
+            let mut bench = Bench::new(Args::default());
+            bench.recorder.bytes(0.0, start.as_bytes()).unwrap();
             bench.rows(130);
             for _ in 0..3000 {
                 random = random
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1);
                 match random >> 58 {
-                    0 => bench.recorder.toggle_pause(bench.now_s),
-                    1 => bench.recorder.lost(bench.now_s, "why"),
+                    0 => drop(bench.recorder.toggle_pause(bench.now_s)),
+                    1 => bench.recorder.lost("why"),
                     2 => bench
                         .recorder
                         .opened(bench.now_s, "port", None, String::new()),
                     n => {
                         let piece = pieces[n as usize % pieces.len()];
-                        bench.recorder.bytes(bench.now_s, piece.as_bytes());
+                        let _ = bench.recorder.bytes(bench.now_s, piece.as_bytes());
                     }
                 }
                 bench.pass(0.01);
             }
-            bench.recorder.finish(bench.now_s);
+            bench.recorder.finish(bench.now_s).unwrap();
             bench.pass(0.0);
             assert!(bench.text.is_empty() || bench.text.ends_with('\n'));
         }

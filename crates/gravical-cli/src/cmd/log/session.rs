@@ -9,68 +9,28 @@ use super::event::Event;
 use super::file::LogFile;
 use super::recorder::Recorder;
 use super::status::Monitor;
-use super::writing::Options;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;
 use crate::device::trouble::holders;
 
 /// Longest wait for bytes of the port.
 const WAIT: Duration = Duration::from_millis(20);
-/// Time between two searches for a port, s.
-const SEARCH_S: f64 = 0.3;
 /// Time between two synchronisations with the disk, s.
-const SYNC_S: f64 = 10.0;
-/// Time between two statuses, s.
-const STATUS_S: f64 = 1.0;
-
-/// The port of the board, which may be unplugged.
-struct Port {
-    /// The name that the user gives.
-    given: Option<String>,
-    /// The device that was open before.
-    target: Option<Target>,
-    baud: u32,
-    open: Option<Serial>,
-}
-
-impl Port {
-    /// Opens it; false while the device that was lost is away.
-    ///
-    /// # Errors
-    ///
-    /// It is not clear which port it is, or it cannot be opened.
-    fn open(&mut self) -> Result<bool> {
-        let ports = list().unwrap_or_default();
-        let name = match (&self.target, &self.given) {
-            (Some(target), _) => match target.find(&ports) {
-                Some(name) => name,
-                None => return Ok(false),
-            },
-            (None, Some(given)) => given.clone(),
-            (None, None) => the_board(&ports)?.name,
-        };
-        self.open = Some(Serial::open(&name, self.baud)?);
-        self.target = Some(Target::new(&name, &ports));
-        Ok(true)
-    }
-
-    fn name(&self) -> Option<&str> {
-        let target = self.target.as_ref().map(|target| target.name.as_str());
-        target.or(self.given.as_deref())
-    }
-}
+const SYNC_S: u64 = 10;
 
 /// A recording of a port in a file.
 pub struct Session {
     started: Instant,
     pub recorder: Recorder,
     pub file: LogFile,
-    /// None where others judge the rows.
-    monitor: Option<Monitor>,
-    port: Port,
-    searched_s: f64,
-    synced_s: f64,
-    observed_s: f64,
+    monitor: Monitor,
+    /// Rows that the monitor has seen.
+    observed_rows: u64,
+    /// The device that is open, or was.
+    target: Option<Target>,
+    serial: Option<Serial>,
+    /// The second in which a port was searched for, and the status reported.
+    second: u64,
     /// Code of the error with which the port could not be opened.
     open_error: Option<&'static str>,
 }
@@ -82,47 +42,29 @@ impl Session {
     ///
     /// Those of the options, of the file and of the port.
     pub fn open(args: &Args) -> Result<Self> {
-        let board = &args.board;
-        board.wanted.validate()?;
-        let path = args.file();
+        args.board.wanted.validate()?;
         // Before the port, whose opening resets the board.
-        let file = LogFile::open(&path, args.existing())?;
-        let mut port = Port {
-            given: board.port.clone(),
-            target: None,
-            baud: board.baud,
-            open: None,
-        };
-        let opened = match port.open() {
-            Err(error) if !board.wait || !is_missing(&error) => {
-                file.discard_empty();
-                return Err(error);
-            }
-            opened => opened,
-        };
+        let file = LogFile::open(&args.file(), args.existing())?;
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        let options = Options {
-            name: path.display().to_string(),
-            wanted: board.wanted,
-            columns: board.columns.clone(),
-            rows: args.rows,
-            duration_s: args.duration,
-            wait: board.wait,
-            day_s: now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0),
-        };
-        let recorder = Recorder::new(options, file.before())?;
+        let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let mut session = Session {
             started: Instant::now(),
-            recorder,
+            recorder: Recorder::new(args.clone(), day_s, file.before())?,
             file,
-            monitor: (!args.is_read_along).then(Monitor::default),
-            port,
-            searched_s: 0.0,
-            synced_s: 0.0,
-            observed_s: 0.0,
+            monitor: Monitor::default(),
+            observed_rows: 0,
+            target: None,
+            serial: None,
+            second: 0,
             open_error: None,
         };
-        session.has_tried(opened);
+        if let Err(error) = session.connect() {
+            if !args.board.wait || !is_missing(&error) {
+                session.file.discard_empty();
+                return Err(error);
+            }
+            session.report_missing(&error);
+        }
         Ok(session)
     }
 
@@ -133,12 +75,13 @@ impl Session {
 
     /// The port, as far as it is known.
     pub fn port(&self) -> Option<&str> {
-        self.port.name()
+        let target = self.target.as_ref().map(|target| target.name.as_str());
+        target.or(self.recorder.args.board.port.as_deref())
     }
 
     /// Whether the port is open.
     pub fn is_plugged_in(&self) -> bool {
-        self.port.open.is_some()
+        self.serial.is_some()
     }
 
     /// Events since the last call.
@@ -152,33 +95,36 @@ impl Session {
     ///
     /// Those that end the recording.
     pub fn step(&mut self) -> Result<Vec<u8>> {
-        let read = match &mut self.port.open {
-            Some(port) => port.next(WAIT),
+        let read = match &mut self.serial {
+            Some(serial) => serial.next(WAIT),
             None => {
                 std::thread::sleep(WAIT);
                 Ok(Vec::new())
             }
         };
         let now_s = self.now_s();
+        let mut done = Ok(());
         match read {
             Ok(bytes) if bytes.is_empty() => {}
-            Ok(bytes) => self.recorder.bytes(now_s, &bytes),
-            Err(e) => self.lost(now_s, &e.to_string()),
+            Ok(bytes) => done = self.recorder.bytes(now_s, &bytes),
+            Err(e) => self.lost(&e.to_string()),
         }
-        if self.port.open.is_none() && is_due(&mut self.searched_s, now_s, SEARCH_S) {
-            let opened = self.port.open();
-            self.has_tried(opened);
-        }
-        self.recorder.tick(now_s);
-        if is_due(&mut self.observed_s, now_s, STATUS_S) {
+        let done = done.and_then(|()| self.recorder.tick(now_s));
+        let second = now_s as u64;
+        let is_new_second = std::mem::replace(&mut self.second, second) != second;
+        if is_new_second {
+            if self.serial.is_none()
+                && let Err(error) = self.connect()
+            {
+                self.report_missing(&error);
+            }
             self.observe(now_s);
-            self.recorder.report_rejected();
         }
         let lines = self.write()?;
-        if is_due(&mut self.synced_s, now_s, SYNC_S) {
+        if is_new_second && second.is_multiple_of(SYNC_S) {
             self.file.sync()?;
         }
-        self.recorder.take_error().map_or(Ok(lines), Err)
+        done.map(|()| lines)
     }
 
     /// Pauses, or resumes.
@@ -187,9 +133,10 @@ impl Session {
     ///
     /// Those of the disk.
     pub fn toggle_pause(&mut self) -> Result<()> {
-        self.recorder.toggle_pause(self.now_s());
+        let done = self.recorder.toggle_pause(self.now_s());
         self.write()?;
-        self.file.sync()
+        self.file.sync()?;
+        done
     }
 
     /// Ends the recording, and writes everything that has arrived, unless it failed. Returns the lines
@@ -197,34 +144,42 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// Those of the disk.
+    /// Those of the disk, and of the rows that are left.
     pub fn close(&mut self, has_failed: bool) -> Result<Vec<u8>> {
         // The reader thread ends first, otherwise a continuous stream would never end here.
-        let rest = self.port.open.take().map(Serial::rest).unwrap_or_default();
+        let rest = self.serial.take().map(Serial::rest).unwrap_or_default();
         let now_s = self.now_s();
+        let mut done = Ok(());
         if !has_failed {
-            self.recorder.bytes(now_s, &rest);
+            let read = self.recorder.bytes(now_s, &rest);
+            done = read.and_then(|()| self.recorder.finish(now_s));
         }
-        self.recorder.finish(now_s);
         let lines = self.write()?;
         self.file.sync()?;
-        Ok(lines)
+        done.map(|()| lines)
     }
 
     /// Closes port and file without writing what is held.
     pub fn discard(&mut self) {
-        self.port.open = None;
+        self.serial = None;
         self.file.discard_empty();
     }
 
     fn observe(&mut self, now_s: f64) {
-        let writing = self.recorder.writing().filter(|w| w.counts.rows > 0);
-        if let (Some(monitor), Some(writing)) = (&mut self.monitor, writing) {
-            let (status, findings) = monitor.observe(writing, now_s);
-            let findings = findings.into_iter().map(Event::Finding);
-            self.recorder.out.events.extend(findings);
-            self.recorder.say(Event::Status(status));
+        let recorder = &mut self.recorder;
+        let mut status = recorder.status(now_s);
+        if status.rows == 0 || recorder.args.is_read_along {
+            return;
         }
+        // Without new rows nothing is known of this second.
+        if std::mem::replace(&mut self.observed_rows, status.rows) != status.rows
+            && let Some(Ok(recording)) = recorder.reader.recording(u32::MAX)
+        {
+            let findings = self.monitor.observe(&mut status, &recording);
+            let findings = findings.into_iter().map(Event::Finding);
+            recorder.out.events.extend(findings);
+        }
+        recorder.say(Event::Status(status));
     }
 
     /// Writes the lines that wait, and sends the commands.
@@ -232,74 +187,67 @@ impl Session {
         let lines = std::mem::take(&mut self.recorder.out.text);
         self.file.write(&lines)?;
         let commands = std::mem::take(&mut self.recorder.out.commands);
-        if let Some(port) = self.port.open.as_mut().filter(|_| !commands.is_empty())
-            && let Err(e) = port.send(commands.as_bytes())
+        if let Some(serial) = self.serial.as_mut().filter(|_| !commands.is_empty())
+            && let Err(e) = serial.send(commands.as_bytes())
         {
-            self.lost(self.now_s(), &e.to_string());
+            self.lost(&e.to_string());
         }
         Ok(lines)
     }
 
-    /// Just after plugging in, permissions are not set yet, and other programs probe the port: an error
-    /// is reported once, and it is retried.
-    fn has_tried(&mut self, opened: Result<bool>) {
-        let error = match opened {
-            Ok(true) => return self.opened(),
-            Ok(false) => return,
-            Err(error) => error,
-        };
-        if self.open_error.replace(error.code()) == Some(error.code()) {
-            return;
-        }
-        self.recorder.say(if is_missing(&error) {
-            let name = self.port.name().unwrap_or("a board");
-            let text = format!("{name} to be plugged in");
-            Event::Waiting { text }
-        } else {
-            let hint = error.hint().map_or_else(String::new, |h| format!(" ({h})"));
-            let text = format!("{error}; it is retried{hint}");
-            Event::Warning { text }
-        });
+    fn lost(&mut self, why: &str) {
+        self.serial = None;
+        self.recorder.lost(why);
     }
 
-    /// The port was opened. Other programs that read it take rows away.
-    fn opened(&mut self) {
-        self.open_error = None;
-        let now_s = self.now_s();
-        let Some(target) = &self.port.target else {
-            return;
+    /// Opens the port; nothing while the device that was lost is away.
+    ///
+    /// # Errors
+    ///
+    /// It is not clear which port it is, or it cannot be opened.
+    fn connect(&mut self) -> Result<()> {
+        let board = &self.recorder.args.board;
+        let ports = list().unwrap_or_default();
+        let name = match (&self.target, &board.port) {
+            (Some(target), _) => match target.find(&ports) {
+                Some(name) => name,
+                None => return Ok(()),
+            },
+            (None, Some(given)) => given.clone(),
+            (None, None) => the_board(&ports)?.name,
         };
+        self.serial = Some(Serial::open(&name, board.baud)?);
+        self.open_error = None;
+        let target = Target::new(&name, &ports);
         let preamble = format!(
-            "# gravical {} log, {}, {}\n",
+            "# gravical {} log, {}, {name}\n",
             env!("CARGO_PKG_VERSION"),
             gravical::calibration_file::creation_time(),
-            target.name
         );
-        let recorder = &mut self.recorder;
-        recorder.opened(now_s, &target.name, target.device(), preamble);
-        let others = holders(&target.name).join(" and ");
+        let now_s = self.now_s();
+        self.recorder
+            .opened(now_s, &name, target.device(), preamble);
+        self.target = Some(target);
+        let others = holders(&name).join(" and ");
         if !others.is_empty() {
             let text = format!(
                 "{others} has the port open too: rows that it reads are missing here; close it"
             );
-            recorder.say(Event::Warning { text });
+            self.recorder.say(Event::Warning { text });
+        }
+        Ok(())
+    }
+
+    /// Just after plugging in, permissions are not set yet, and other programs probe the port: an error
+    /// is reported once, and it is retried.
+    fn report_missing(&mut self, error: &Error) {
+        if self.open_error.replace(error.code()) != Some(error.code()) {
+            let hint = error.hint().filter(|_| !is_missing(error));
+            let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
+            let text = format!("the port: {error}{hint}");
+            self.recorder.say(Event::Waiting { text });
         }
     }
-
-    fn lost(&mut self, now_s: f64, why: &str) {
-        self.port.open = None;
-        self.searched_s = now_s;
-        self.recorder.lost(now_s, why);
-    }
-}
-
-/// Whether `last_s` is so long ago; then it is now.
-fn is_due(last_s: &mut f64, now_s: f64, period_s: f64) -> bool {
-    let is_due = now_s - *last_s >= period_s;
-    if is_due {
-        *last_s = now_s;
-    }
-    is_due
 }
 
 /// There is no port, yet.

@@ -1,0 +1,205 @@
+//! Where rows are missing: by the clock of the board, and by what happened to its port.
+
+use std::collections::VecDeque;
+
+use serde::Serialize;
+
+/// Fewer rows than this are no gap: the reader counts them as missing.
+const MIN_MISSING: u64 = 4;
+/// The usual step is the median of this many, and is known by so many.
+const STEPS: usize = 31;
+const MIN_STEPS: usize = 3;
+/// Nothing for more usual steps than this is a gap, as for the reader of recordings.
+pub const GAP_STEPS: f64 = 4.5;
+/// Clocks begin again here: a 32-bit counter, as it is and of µs in ms or s, and the time of day, s.
+const WRAPS: [f64; 4] = [4_294_967_296.0, 4_294_967.296, 4_294.967_296, 86_400.0];
+
+/// Why rows are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// The port was lost: a cable was pulled, a hub was suspended.
+    Unplugged,
+    /// The clock of the board restarted.
+    Reset,
+    /// The board sent nothing for a while.
+    Silent,
+    /// The clock of the board jumped.
+    Lost,
+    /// The recording had ended and was continued.
+    Continued,
+}
+
+/// Rows that are missing, why, and how many.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// The first cause.
+    pub cause: Cause,
+    /// Rows that are missing by the clock of the board; none where it does not tell.
+    pub rows: Option<u64>,
+    /// Time without a row, s: by the clock of the board, else by that of the computer.
+    pub duration_s: f64,
+    /// The clock of the board restarted.
+    pub clock_restarts: bool,
+}
+
+impl Gap {
+    /// The line of the file, without its end.
+    pub fn line(&self) -> String {
+        let cause = match self.cause {
+            Cause::Unplugged => "unplugged",
+            Cause::Reset => "the board was reset",
+            Cause::Silent => "the board sent nothing",
+            Cause::Lost => "rows were lost on the way from the board",
+            Cause::Continued => return "# gap: the recording was ended and continued".to_owned(),
+        };
+        let rows = match self.rows {
+            Some(1) => "1 row is missing".to_owned(),
+            Some(n) => format!("{n} rows are missing"),
+            None => "an unknown number of rows is missing".to_owned(),
+        };
+        let clock = if self.clock_restarts {
+            ", the clock of the board restarts"
+        } else {
+            ""
+        };
+        format!("# gap: {cause}: {rows}, {:.1} s{clock}", self.duration_s)
+    }
+}
+
+/// The last row, and what is known of missing rows since.
+#[derive(Default)]
+pub struct Gaps {
+    /// Why rows are missing: the first cause.
+    cause: Option<Cause>,
+    /// Lines that were rejected: they were rows.
+    pub rejected: u64,
+    last_s: Option<f64>,
+    last_stamp: Option<f64>,
+    steps: VecDeque<f64>,
+    /// Rows, and those at which the stamp changed: a stamp may stand for several rows.
+    rows: u64,
+    stamps: u64,
+}
+
+impl Gaps {
+    /// Rows are missing from here on.
+    pub fn open(&mut self, cause: Cause) {
+        self.cause.get_or_insert(cause);
+    }
+
+    /// What was missing until now is not asked for: a pause ends.
+    pub fn resume(&mut self, now_s: f64) {
+        (self.cause, self.rejected) = (None, 0);
+        (self.last_s, self.last_stamp) = (Some(now_s), None);
+    }
+
+    /// Time since the last row, s.
+    pub fn silence_s(&self, now_s: f64) -> f64 {
+        self.last_s.map_or(0.0, |last_s| now_s - last_s)
+    }
+
+    /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none. Then only a silence
+    /// of more than `max_silence_s` tells.
+    pub fn before_row(
+        &mut self,
+        at_s: f64,
+        stamp: f64,
+        rate_hz: Option<f64>,
+        max_silence_s: f64,
+    ) -> Option<Gap> {
+        let (missing, clock_restarts) = self.step_to(stamp);
+        let rejected = std::mem::take(&mut self.rejected);
+        let rows = missing.map(|rows| rows.saturating_sub(rejected));
+        let silence_s = self.silence_s(at_s);
+        self.last_s = Some(at_s);
+        let is_silence = silence_s > max_silence_s;
+        let cause = match rows {
+            _ if self.cause.is_some() => self.cause.take(),
+            _ if clock_restarts => Some(Cause::Reset),
+            Some(..MIN_MISSING) => None,
+            _ if is_silence => Some(Cause::Silent),
+            Some(_) => Some(Cause::Lost),
+            None => None,
+        }?;
+        let by_clock_s = rows.zip(rate_hz).map(|(rows, hz)| (rows as f64 + 1.0) / hz);
+        Some(Gap {
+            cause,
+            rows,
+            duration_s: by_clock_s.unwrap_or(silence_s),
+            clock_restarts,
+        })
+    }
+
+    /// Rows that are missing before the next stamp, in any unit, and whether the clock restarted; none:
+    /// it is not known.
+    fn step_to(&mut self, stamp: f64) -> (Option<u64>, bool) {
+        if stamp.is_nan() {
+            return (None, false);
+        }
+        let Some(last) = self.last_stamp.replace(stamp) else {
+            return (Some(0), false);
+        };
+        let wraps = |wrap: &f64| {
+            (0.95 * wrap..*wrap).contains(&last) && (0.0..0.05 * wrap).contains(&stamp)
+        };
+        let wrap = WRAPS.into_iter().find(wraps).filter(|_| stamp < last);
+        let step = stamp - last + wrap.unwrap_or(0.0);
+        if step < 0.0 {
+            self.steps.clear();
+            return (None, true);
+        }
+        self.rows += 1;
+        if step == 0.0 {
+            return (Some(0), false);
+        }
+        self.stamps += 1;
+        let mut sorted: Vec<f64> = self.steps.iter().copied().collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        self.steps.push_back(step);
+        self.steps.drain(..self.steps.len().saturating_sub(STEPS));
+        let usual = sorted.get(sorted.len() / 2);
+        let missing = match usual {
+            Some(usual) if sorted.len() >= MIN_STEPS && step > GAP_STEPS * usual => {
+                let rows_a_stamp = (self.rows as f64 / self.stamps as f64).round().max(1.0);
+                ((step / usual).round() - 1.0) * rows_a_stamp
+            }
+            _ => 0.0,
+        };
+        (Some(missing as u64), false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jumps_restarts_and_wraps() {
+        let missing = |stamps: &[f64]| -> Vec<(usize, Option<u64>)> {
+            let mut gaps = Gaps::default();
+            let steps = stamps.iter().map(|stamp| gaps.step_to(*stamp).0);
+            steps.enumerate().filter(|s| s.1 != Some(0)).collect()
+        };
+        let even =
+            |from: f64| -> Vec<f64> { (0..20).map(|i| from + 10.0 * f64::from(i)).collect() };
+        assert_eq!(
+            missing(&[&even(0.0)[..], &[230.0, 330.0, 10.0]].concat()),
+            [(21, Some(9)), (22, None)]
+        );
+        // A counter that wraps, and midnight.
+        assert_eq!(missing(&[&even(WRAPS[0] - 195.0)[..], &[5.0]].concat()), []);
+        assert_eq!(missing(&[86_399.5, 86_399.75, 0.0, 0.25]), []);
+        // Ten rows a stamp; no stamp.
+        let stamps = [0.0, 0.1, 0.2, 0.3, 0.4, 1.5].map(|stamp| [stamp; 10]);
+        assert_eq!(missing(&stamps.concat()), [(50, Some(100))]);
+        assert_eq!(missing(&[f64::NAN]), [(0, None)]);
+        let gap = Gap {
+            cause: Cause::Unplugged,
+            rows: Some(12),
+            duration_s: 0.5,
+            clock_restarts: false,
+        };
+        assert_eq!(gap.line(), "# gap: unplugged: 12 rows are missing, 0.5 s");
+    }
+}
