@@ -8,6 +8,8 @@ use crate::calibration_file::{Grade, GravitySource};
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
+use super::{face_of, sentence};
+
 /// Version of the events. From the first release on types and fields are only added to it.
 pub const EVENTS_VERSION: u32 = 1;
 
@@ -58,8 +60,6 @@ pub enum Event {
         name: String,
         /// Folder of the session.
         folder: Option<String>,
-        /// Name and version of the program.
-        tool: String,
         /// Local gravity, m/s².
         gravity_mps2: f64,
         /// Source of the gravity: with `standard` it has to be asked for.
@@ -179,13 +179,13 @@ pub enum Event {
 }
 
 impl Message {
-    /// An event, and its sentences.
+    /// An event, and its sentences: `text` with a capital letter, a mark at its end, and minus signs.
     #[must_use]
-    pub fn new(t_s: f64, event: Event, text: impl Into<String>) -> Self {
+    pub fn new(t_s: f64, event: Event, text: &str) -> Self {
         Message {
             v: EVENTS_VERSION,
             t_s: (t_s * 1e3).round() / 1e3,
-            text: text.into(),
+            text: sentence(text),
             event,
         }
     }
@@ -439,8 +439,6 @@ pub struct Fit {
     pub leave_one_out_mg: Option<f64>,
     /// What an undetected error of one pose could change ‖a‖ by, mg.
     pub undetected_mg: Option<f64>,
-    /// The grade.
-    pub grade: Grade,
     /// Number of poses.
     pub poses: u32,
     /// Number of the pose that contradicts the others.
@@ -458,7 +456,7 @@ pub struct TruthRow {
     pub truth: f64,
     /// Estimate.
     pub found: f64,
-    /// Two standard deviations.
+    /// Half the 95 % interval.
     pub plus_minus: Option<f64>,
 }
 
@@ -531,17 +529,13 @@ impl Command {
         };
         let hand = |put, up, shake| Command::Hand { put, up, shake };
         let command = match words[..] {
-            ["port", name] => Some(Command::Port {
-                name: name.to_owned(),
-            }),
+            ["port", name] => Some(Command::Port { name: name.into() }),
             ["simulate"] => Some(Command::Simulate),
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
             ["cancel"] => Some(Command::Cancel),
-            ["r" | "redo", face] => Some(Command::Redo {
-                face: face.to_owned(),
-            }),
+            ["r" | "redo", face] => Some(Command::Redo { face: face.into() }),
             ["gravity", value] => number(value).map(|v| gravity(Some(v), None, None)),
             ["latitude", value] => number(value).map(|v| gravity(None, Some(v), None)),
             ["latitude", value, "altitude", height] => number(value)
@@ -549,10 +543,7 @@ impl Command {
                 .map(|(v, h)| gravity(None, Some(v), Some(h))),
             ["shake"] => Some(hand(None, None, true)),
             ["free"] => Some(hand(None, None, false)),
-            [face] if super::face_of(face).is_some() => {
-                let face = super::face_of(face).map(|f| f.name());
-                Some(hand(face, None, false))
-            }
+            [face] => face_of(face).map(|face| hand(Some(face.name()), None, false)),
             [x, y, z] => (|| Some([number(x)?, number(y)?, number(z)?]))()
                 .map(|up| hand(None, Some(up), false)),
             _ => None,

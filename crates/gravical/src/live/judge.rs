@@ -1,17 +1,16 @@
 //! Whether the rows of a hold are a pose, and what is wrong if not.
 
 use gravical_core::matrix3::{norm, sub};
-
-use crate::poses::face::{AXES, Face};
-use crate::recording::units::AccelScale;
-use crate::stats::moments;
-use crate::stats::standard_deviation;
+use gravical_recording::Sample;
 use gravical_recording::full_scale::clipped_count;
 
-use super::event::Rejection;
-use super::{LiveOptions, Pose, mg};
+use super::event::{Pose, Rejection};
+use super::mg;
+use super::session::Session;
 use crate::poses::MAX_FACE_ANGLE_DEG;
-use gravical_recording::Sample;
+use crate::poses::face::{AXES, Face};
+use crate::recording::units::AccelScale;
+use crate::stats::{mean_of_finite, moments};
 
 /// Share of the rows of a capture that may be missing.
 const MAX_MISSING: f64 = 0.05;
@@ -30,32 +29,10 @@ const TURNED_G: f64 = 0.3;
 const LIVELY: usize = 4;
 
 /// The remedy for what moved.
-pub(super) const LET_GO: &str = "lay it down, take the hand off, and wait";
+pub(super) const LET_GO: &str = "Lay it down, take the hand off, and wait.";
 
-/// Why a hold is no pose.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Fault {
-    pub reason: Rejection,
-    pub message: String,
-    pub remedy: String,
-    /// The command `capture` overrules it.
-    pub soft: bool,
-}
-
-impl Fault {
-    pub fn new(reason: Rejection, message: String, remedy: impl Into<String>) -> Self {
-        Fault {
-            reason,
-            message,
-            remedy: remedy.into(),
-            soft: false,
-        }
-    }
-
-    pub fn soft(self) -> Self {
-        Fault { soft: true, ..self }
-    }
-}
+/// Why a hold is no pose, and in whole sentences what to do.
+pub(super) type Fault = (Rejection, String);
 
 /// What is known of the units once the noise is.
 #[derive(Debug, Clone, Copy)]
@@ -74,245 +51,183 @@ impl Units {
     pub fn fault(&self, accel: [f64; 3], gravity: f64) -> Option<Fault> {
         let norm = norm(&accel) / self.nominal;
         let ratio = norm / gravity;
+        let off = 100.0 * (ratio - 1.0).abs();
         if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
-            return Some(Fault::new(
-                Rejection::Units,
-                format!("‖a‖ is {norm:.2} m/s² at rest: the unit or the range has changed"),
-                "set the range of the sensor as it was, or begin anew",
-            ));
+            let text = format!(
+                "‖a‖ is {norm:.2} m/s² at rest: the unit or the range has changed. Set the range of the sensor as it was, or begin anew."
+            );
+            Some((Rejection::Units, text))
+        } else if off > 100.0 * MAX_OFF {
+            let what = format!("‖a‖ is {norm:.2} m/s² at rest, {off:.0} % from gravity");
+            Some(other_scale(&what))
+        } else {
+            None
         }
-        ((ratio - 1.0).abs() > MAX_OFF).then(|| {
-            other_scale(format!(
-                "‖a‖ is {norm:.2} m/s² at rest, {:.0} % from gravity",
-                100.0 * (ratio - 1.0)
-            ))
-        })
     }
 }
 
-fn other_scale(message: String) -> Fault {
-    let remedy = "check that the sensor is raw and at the range that the sketch converts with";
-    Fault::new(Rejection::Scale, message, remedy)
+fn other_scale(what: &str) -> Fault {
+    let remedy = "Check that the sensor is raw and at the range that the sketch converts with.";
+    (Rejection::Scale, format!("{what}. {remedy}"))
 }
 
-/// An accepted pose, and its mean angular rate.
-#[derive(Debug, Clone)]
-pub(super) struct Accepted {
-    pub pose: Pose,
-    pub gyro: [f64; 3],
-}
-
-/// A capture that is judged.
-pub(super) struct Capture<'a> {
-    pub samples: &'a [Sample],
-    pub rate_hz: f64,
-    /// Rows that it should have.
-    pub rows: usize,
-    pub units: Units,
-    pub poses: &'a [Accepted],
-    pub options: &'a LiveOptions,
-}
-
-/// Means of a capture.
+/// Means of rows, and their scatter; empty cells are left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Means {
     pub accel: [f64; 3],
     pub gyro: [f64; 3],
-    /// Standard deviation of a sample, root of the sum over the axes.
-    pub sigma: f64,
-    /// The same of the gyroscope; NaN without one.
-    pub gyro_sigma: f64,
+    /// Roots of the sum of the variances of three axes, of accelerometer and gyroscope; NaN without one.
+    pub scatter: [f64; 2],
     pub temperature_c: Option<f64>,
 }
 
 impl Means {
     pub fn of(samples: &[Sample]) -> Self {
-        let (accel, variance) = moments_of(samples, |s| s.accel);
-        let (gyro, gyro_variance) = moments_of(samples, |s| s.gyro);
-        let warm: Vec<f64> = samples
-            .iter()
-            .map(|s| s.temperature_c)
-            .filter(|t| t.is_finite())
-            .collect();
+        let (accel, variance) = moments(&columns(samples, |s| s.accel), 0..samples.len());
+        let (gyro, gyro_variance) = moments(&columns(samples, |s| s.gyro), 0..samples.len());
+        let temperatures: Vec<f64> = samples.iter().map(|s| s.temperature_c).collect();
         Means {
             accel,
             gyro,
-            sigma: variance.sqrt(),
-            gyro_sigma: gyro_variance.sqrt(),
-            temperature_c: (!warm.is_empty()).then(|| warm.iter().sum::<f64>() / warm.len() as f64),
+            scatter: [variance.sqrt(), gyro_variance.sqrt()],
+            temperature_c: Some(mean_of_finite(&temperatures)).filter(|t| t.is_finite()),
         }
     }
 }
 
-pub(super) fn warmer_or_colder(change_c: f64) -> &'static str {
-    if change_c > 0.0 { "warmer" } else { "colder" }
-}
-
-fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
+pub(super) fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
     std::array::from_fn(|i| samples.iter().map(|s| of(s)[i]).collect())
 }
 
-/// Means and the sum of the variances, as the detector and the journal calculate them.
-fn moments_of(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> ([f64; 3], f64) {
-    moments(&columns(samples, of), 0..samples.len())
+/// A temperature beside that of the first pose: `1.4 °C warmer than in the first pose`.
+pub(super) fn warming(change_c: f64) -> String {
+    let how = if change_c > 0.0 { "warmer" } else { "colder" };
+    format!(
+        "The sensor is {:.1} °C {how} than in the first pose",
+        change_c.abs()
+    )
 }
 
-/// Mean of each axis; empty cells are left out.
-pub(super) fn mean(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [f64; 3] {
-    moments_of(samples, of).0
-}
-
-/// Standard deviation of each axis of the accelerometer; empty cells are left out.
-pub(super) fn scatter(samples: &[Sample]) -> [f64; 3] {
-    columns(samples, |s| s.accel).map(|mut axis| {
-        axis.retain(|v| v.is_finite());
-        standard_deviation(&axis)
-    })
-}
-
-impl Capture<'_> {
-    fn mg(&self, units: f64) -> f64 {
-        mg(units / self.units.nominal)
+impl Session {
+    /// What is wrong with a capture that should have so many `rows`, the gravest fault first. `forced`:
+    /// the user wants it.
+    pub(super) fn fault(
+        &self,
+        samples: &[Sample],
+        rows: usize,
+        units: &Units,
+        forced: bool,
+    ) -> Option<Fault> {
+        let means = Means::of(samples);
+        let gravity = self.options.gravity.value_mps2;
+        let columns = columns(samples, |s| s.accel);
+        self.gaps(samples, rows)
+            .or_else(|| self.frozen(&columns, &means, units))
+            .or_else(|| clipped(&columns, units))
+            .or_else(|| units.fault(means.accel, gravity))
+            .or_else(|| self.opposite(&means, units))
+            .or_else(|| self.turning(&means, units))
+            .or_else(|| self.temperature(&means).filter(|_| !forced))
     }
 
-    /// The accepted poses.
-    fn poses(&self) -> impl Iterator<Item = &Pose> {
-        self.poses.iter().map(|p| &p.pose)
-    }
-
-    /// What is wrong with it, the gravest fault first.
-    pub fn fault(&self, means: &Means) -> Option<Fault> {
-        self.gaps()
-            .or_else(|| self.frozen(means))
-            .or_else(|| self.clipped())
-            .or_else(|| self.magnitude(means))
-            .or_else(|| self.turning(means))
-            .or_else(|| self.temperature(means))
-    }
-
-    fn gaps(&self) -> Option<Fault> {
-        let read = |s: &&Sample| norm(&s.accel).is_finite();
-        let there = self.samples.iter().filter(read).count();
-        let (first, last) = (self.samples.first()?, self.samples.last()?);
+    fn gaps(&self, samples: &[Sample], rows: usize) -> Option<Fault> {
+        let read = samples.iter().filter(|s| norm(&s.accel).is_finite());
+        let (first, last) = (samples.first()?, samples.last()?);
         let by_time = (last.time_s - first.time_s) * self.rate_hz + 1.0;
-        let wanted = by_time.max(self.rows as f64);
-        let broken = self.samples.iter().skip(1).any(|s| s.is_break);
-        let missing = wanted - there as f64;
-        (broken || missing > MAX_MISSING * wanted).then(|| {
-            Fault::new(
-                Rejection::Gaps,
-                format!(
-                    "{:.0} of {wanted:.0} rows of the capture are missing",
-                    missing.max(1.0)
-                ),
-                "hold it still once more; check the cable, or lower the rate, if it happens again",
-            )
+        let wanted = by_time.max(rows as f64);
+        let missing = wanted - read.count() as f64;
+        let is_broken = samples.iter().skip(1).any(|s| s.is_break);
+        (is_broken || missing > MAX_MISSING * wanted).then(|| {
+            let text = format!(
+                "{:.0} of {wanted:.0} rows of the capture are missing. Hold it still once more; check the cable, or lower the rate, if it happens again.",
+                missing.max(1.0)
+            );
+            (Rejection::Gaps, text)
         })
     }
 
     /// An axis that repeats its value although another pose should have changed it. Beside axes
     /// that repeat theirs, too, it may be coarse and quiet.
-    fn frozen(&self, means: &Means) -> Option<Fault> {
-        let values = |axis: usize| {
-            let mut values: Vec<f64> = self.samples.iter().map(|s| s.accel[axis]).collect();
-            values.retain(|v| v.is_finite());
+    fn frozen(&self, columns: &[Vec<f64>; 3], means: &Means, units: &Units) -> Option<Fault> {
+        let values = columns.each_ref().map(|column| {
+            let mut values: Vec<f64> = column.iter().copied().filter(|v| v.is_finite()).collect();
             values.sort_unstable_by(f64::total_cmp);
             values.dedup();
             values
-        };
-        let axis = (0..3).find(|&axis| {
-            let [value] = values(axis)[..] else {
+        });
+        let is_frozen = |axis: &usize| {
+            let [value] = values[*axis][..] else {
                 return false;
             };
-            let is_lively = (0..3).all(|beside| beside == axis || values(beside).len() >= LIVELY);
-            let others = self.poses().filter(|p| {
+            let is_lively = (0..3).all(|beside| beside == *axis || values[beside].len() >= LIVELY);
+            let turned = |p: &&Pose| {
                 let mut turned = sub(&p.mean, &means.accel);
-                turned[axis] = 0.0;
-                self.mg(norm(&turned)) > 1000.0 * TURNED_G
-            });
-            let mut others = others.peekable();
+                turned[*axis] = 0.0;
+                mg(norm(&turned) / units.nominal) > 1000.0 * TURNED_G
+            };
+            let mut others = self.poses().filter(turned).peekable();
             is_lively
                 && others.peek().is_some()
-                && others.all(|p| (p.mean[axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
-        })?;
-        let name = AXES[axis];
-        Some(Fault::new(
-            Rejection::Frozen,
-            format!("a{name} keeps one value in every pose while the others change"),
-            format!(
-                "the sensor does not measure a{name}: check the wiring and the sketch, and begin anew"
-            ),
-        ))
+                && others.all(|p| (p.mean[*axis] - value).abs() < 1e-9 * value.abs().max(1e-9))
+        };
+        let name = AXES[(0..3).find(is_frozen)?];
+        let text = format!(
+            "a{name} keeps one value in every pose while the others change. The sensor does not measure a{name}: check the wiring and the sketch, and begin anew."
+        );
+        Some((Rejection::Frozen, text))
     }
 
-    fn clipped(&self) -> Option<Fault> {
-        let axis = (0..3).find(|&axis| {
-            let values: Vec<f64> = self.samples.iter().map(|s| s.accel[axis]).collect();
-            clipped_count(&values, &self.units.scale) > 0
-        })?;
-        Some(Fault::new(
-            Rejection::Clipped,
-            format!("a{} is at the end of its range", AXES[axis]),
-            "set the sensor to a wider range (±4 g), and begin anew",
-        ))
-    }
-
-    fn magnitude(&self, means: &Means) -> Option<Fault> {
-        let gravity = self.options.gravity.value_mps2;
-        if let Some(fault) = self.units.fault(means.accel, gravity) {
-            return Some(fault);
-        }
+    /// The distance of two opposite faces is that of gravity.
+    fn opposite(&self, means: &Means, units: &Units) -> Option<Fault> {
         let (face, tilt_deg) = Face::nearest(means.accel);
-        if tilt_deg > MAX_FACE_ANGLE_DEG {
-            return None;
-        }
-        let opposite = face.opposite().name();
-        let other = self
-            .poses()
-            .find(|p| p.face.as_deref() == Some(&opposite))?;
-        let apart = (means.accel[face.axis] - other.mean[face.axis]).abs();
-        let off = 0.5 * apart / self.units.nominal / gravity - 1.0;
-        if off.abs() > MAX_SCALE_OFF {
-            return Some(other_scale(format!(
-                "{} and {opposite} are {:.0} % from gravity, without the bias",
+        let opposite = face.opposite();
+        let name = Some(opposite.name()).filter(|_| tilt_deg <= MAX_FACE_ANGLE_DEG);
+        let other = self.poses().find(|p| name.is_some() && p.face == name)?;
+        let apart = (means.accel[face.axis] - other.mean[face.axis]).abs() / units.nominal;
+        let off = (0.5 * apart / self.options.gravity.value_mps2 - 1.0).abs();
+        (off > MAX_SCALE_OFF).then(|| {
+            other_scale(&format!(
+                "{} and {} show {:.2} m/s² without the bias, {:.0} % from gravity",
                 face.name(),
+                opposite.name(),
+                0.5 * apart,
                 100.0 * off
-            )));
-        }
-        None
+            ))
+        })
     }
 
     /// A turn about the vertical leaves gravity where it is.
-    fn turning(&self, means: &Means) -> Option<Fault> {
+    fn turning(&self, means: &Means, units: &Units) -> Option<Fault> {
         // Its bias is only known from other poses: the first one is not tested.
-        let nominal = self.units.gyro_nominal?;
         let n = self.poses.len() as f64;
         let usual: [f64; 3] =
-            std::array::from_fn(|i| self.poses.iter().map(|p| p.gyro[i]).sum::<f64>() / n);
-        let rate_deg_s = (norm(&sub(&means.gyro, &usual)) / nominal).to_degrees();
+            std::array::from_fn(|i| self.poses.iter().map(|(_, gyro)| gyro[i]).sum::<f64>() / n);
+        let rate_deg_s = (norm(&sub(&means.gyro, &usual)) / units.gyro_nominal?).to_degrees();
         (rate_deg_s > MAX_TURNING_DEG_S).then(|| {
-            Fault::new(
-                Rejection::Moved,
-                format!("it turns steadily: {rate_deg_s:.0} °/s more than in the other poses"),
-                LET_GO,
-            )
+            let text = format!(
+                "It turns steadily: {rate_deg_s:.0} °/s more than in the other poses. {LET_GO}"
+            );
+            (Rejection::Moved, text)
         })
     }
 
     fn temperature(&self, means: &Means) -> Option<Fault> {
-        let first = self.poses().find_map(|p| p.temperature_c)?;
-        let warmer = means.temperature_c? - first;
-        (warmer.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
-            Fault::new(
-                Rejection::Temperature,
-                format!(
-                    "the sensor is {:.1} °C {} than in the first pose: its bias has drifted",
-                    warmer.abs(),
-                    warmer_or_colder(warmer)
-                ),
-                "wait until it is as before; or take it all the same, or undo the old poses one by one",
-            )
-            .soft()
+        let change_c = means.temperature_c? - self.first_temperature_c()?;
+        (change_c.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
+            let text = format!(
+                "{}: its bias has drifted. Wait until it is as before; or take it all the same, or undo the old poses one by one.",
+                warming(change_c)
+            );
+            (Rejection::Temperature, text)
         })
     }
+}
+
+fn clipped(columns: &[Vec<f64>; 3], units: &Units) -> Option<Fault> {
+    let axis = (0..3).find(|&axis| clipped_count(&columns[axis], &units.scale) > 0)?;
+    let text = format!(
+        "a{} is at the end of its range. Set the sensor to a wider range (±4 g), and begin anew.",
+        AXES[axis]
+    );
+    Some((Rejection::Clipped, text))
 }

@@ -6,16 +6,16 @@ use std::time::Duration;
 
 use gravical::escape::path_word;
 use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
-use gravical::live::{Event, Message, sentences};
-use gravical::{Error, Result};
+use gravical::live::{Event, Message, sentence};
+use gravical::{Category, Error, Result};
 
-use super::console::{Console, Entry};
+use super::console::Console;
 use super::source::{Incoming, Source};
 use crate::device::ports::{list, list_with_holders, the_board};
 
-/// Time between two looks at the ports.
-const LOOK: Duration = Duration::from_millis(300);
-/// What the user wants is asked for so many times between two looks.
+/// What the user wants is asked for after this time …
+const ASK: Duration = Duration::from_millis(50);
+/// … and so many times between two looks at the ports.
 const ASKED: u32 = 6;
 
 /// Where the rows come from.
@@ -34,10 +34,10 @@ pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
-    /// Bytes of the recording before it was opened.
-    pub recorded: u64,
-    /// The first rows, where the session began with them.
-    pub first: Vec<u8>,
+    /// The recording before it was opened.
+    pub before: Vec<u8>,
+    /// What it had first, where the session began with that.
+    pub first: Vec<Incoming>,
 }
 
 impl OpenSource {
@@ -46,65 +46,96 @@ impl OpenSource {
     /// # Errors
     ///
     /// Those of the source.
-    pub fn next(&mut self) -> Result<Incoming> {
+    pub fn next(&mut self) -> Result<Vec<Incoming>> {
         match std::mem::take(&mut self.first) {
             first if first.is_empty() => self.source.next(),
-            first => Ok(Incoming::Bytes(first)),
+            first => Ok(first),
         }
     }
 }
 
 /// What becomes of a source that is open, or of a question.
-pub enum Answer {
+enum Answer {
     /// Rows arrive.
     Rows(OpenSource),
     /// The user chose.
     Chosen(Origin),
     /// The user ended it.
-    Interrupted,
+    Ended,
 }
 
 /// Waits for rows, and lets the user choose where they come from.
-pub struct PortChooser<'a> {
+pub struct Connector<'a> {
     pub console: &'a mut Console,
+    /// A user sees what happens, and can choose a port. In a script an error ends the program.
+    pub is_seen: bool,
     /// A simulated sensor can take the place of the board.
     pub can_simulate: bool,
     /// The port that was opened, or could not be.
     pub tried: Option<String>,
 }
 
-impl PortChooser<'_> {
-    /// Waits for the first rows of a port. The user may choose another one meanwhile.
+impl Connector<'_> {
+    /// Opens the source, and asks the user where that fails or no row arrives; none when the user ended
+    /// it.
     ///
     /// # Errors
     ///
-    /// Those of the source: no row arrives, for example.
-    pub fn first_rows(&mut self, mut opened: OpenSource) -> Result<Answer> {
+    /// Those of the source that are no question.
+    pub fn connect(
+        &mut self,
+        mut origin: Origin,
+        open: impl Fn(&Origin) -> Result<OpenSource>,
+    ) -> Result<Option<OpenSource>> {
+        loop {
+            if let Origin::Port(name) = &origin {
+                self.tried.clone_from(name);
+            }
+            let answer = match open(&origin).and_then(|opened| self.first_rows(opened)) {
+                Err(trouble) if self.is_seen && trouble.category() == Category::Device => {
+                    self.choose(&trouble)?
+                }
+                answer => answer?,
+            };
+            match answer {
+                Answer::Rows(opened) => return Ok(Some(opened)),
+                Answer::Chosen(chosen) => origin = chosen,
+                Answer::Ended => return Ok(None),
+            }
+        }
+    }
+
+    /// Waits for the first rows of a port. The user may choose another one meanwhile.
+    fn first_rows(&mut self, mut opened: OpenSource) -> Result<Answer> {
         if opened.kind != SourceKind::Port {
             return Ok(Answer::Rows(opened));
         }
-        let answer = loop {
-            match opened.next() {
-                Ok(Incoming::Bytes(bytes)) => {
-                    opened.first = bytes;
-                    return Ok(Answer::Rows(opened));
-                }
-                Ok(Incoming::Connected(name)) => {
-                    let text = format!("{name} is open: waiting for its first rows.");
-                    self.tried = Some(name.clone());
-                    opened.name.clone_from(&name);
-                    self.show(Event::Connecting { name }, text)?;
-                }
-                Ok(Incoming::Lost(Loss::Unplugged)) => {
-                    let text = format!("{}: unplugged before the first row", opened.name);
-                    break Err(Error::device("no-such-port", text));
-                }
-                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
-                Ok(_) => {}
+        let answer = 'wait: loop {
+            let mut next = match opened.source.next() {
+                Ok(next) => next.into_iter(),
                 Err(error) => break Err(error),
+            };
+            while let Some(incoming) = next.next() {
+                match incoming {
+                    Incoming::Bytes(_) => {
+                        opened.first = [incoming].into_iter().chain(next).collect();
+                        return Ok(Answer::Rows(opened));
+                    }
+                    Incoming::Connected(name) => {
+                        let text = format!("{name} is open: waiting for its first rows.");
+                        self.tried = Some(name.clone());
+                        opened.name.clone_from(&name);
+                        self.show(Event::Connecting { name }, &text)?;
+                    }
+                    Incoming::Lost(Loss::Unplugged) => {
+                        let text = format!("{}: unplugged before the first row", opened.name);
+                        break 'wait Err(Error::device("no-such-port", text));
+                    }
+                    Incoming::Warning(text) => self.warn(WarningKind::Rows, &text)?,
+                    _ => {}
+                }
             }
-            let known = || list().unwrap_or_default();
-            if let Some(answer) = self.answer(known)? {
+            if let Some(answer) = self.answer()? {
                 break Ok(answer);
             }
         };
@@ -113,11 +144,7 @@ impl PortChooser<'_> {
     }
 
     /// What the user chooses after `trouble`. A port that was missing is taken as soon as it is there.
-    ///
-    /// # Errors
-    ///
-    /// Where the question cannot be shown.
-    pub fn choose(&mut self, trouble: &Error) -> Result<Answer> {
+    fn choose(&mut self, trouble: &Error) -> Result<Answer> {
         let mut shown = None;
         loop {
             let found = list_with_holders().unwrap_or_default();
@@ -136,52 +163,45 @@ impl PortChooser<'_> {
                     },
                     simulate: self.can_simulate,
                 };
-                self.show(event, sentences([trouble.message(), remedy]))?;
+                let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+                self.show(event, &text)?;
             }
-            let known = shown.insert(found);
+            shown = Some(found);
             for _ in 0..ASKED {
-                if let Some(answer) = self.answer(|| known.clone())? {
+                if let Some(answer) = self.answer()? {
                     return Ok(answer);
                 }
-                std::thread::sleep(LOOK / ASKED);
+                std::thread::sleep(ASK);
             }
         }
     }
 
-    /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
+    /// What the user wants since the last call. Only a port of this computer can be chosen, or the one
     /// that was tried.
-    fn answer(&mut self, ports: impl Fn() -> Vec<PortInfo>) -> Result<Option<Answer>> {
+    fn answer(&mut self) -> Result<Option<Answer>> {
         let mut reason = EndReason::Interrupted;
         while let Ok(entry) = self.console.entries.try_recv() {
-            let command = match entry {
-                Entry::Typed(Ok(command)) => command,
-                Entry::Typed(Err(text)) => {
-                    self.warn(WarningKind::Refused, &text)?;
-                    continue;
-                }
-                #[cfg(feature = "live")]
-                Entry::Clicked(command) => command,
-            };
-            let message = match command {
-                Command::Simulate if self.can_simulate => {
+            let refusal = match entry.command {
+                Ok(Command::Simulate) if self.can_simulate => {
                     return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
                 }
-                Command::Port { name } => {
-                    let is_tried = self.tried.as_ref() == Some(&name);
-                    if is_tried || ports().iter().any(|p| p.name == name) {
+                Ok(Command::Port { name }) => {
+                    let ports = list().unwrap_or_default();
+                    if self.tried.as_ref() == Some(&name) || ports.iter().any(|p| p.name == name) {
                         return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
                     }
                     format!("{name} is no port of this computer")
                 }
-                Command::Cancel => {
+                Ok(Command::Cancel) => {
                     reason = EndReason::Cancelled;
                     self.console.interrupt();
                     break;
                 }
-                Command::Simulate => "this session is of another sensor".to_owned(),
-                _ => "no row has arrived yet: the session has not begun".to_owned(),
+                Ok(Command::Simulate) => "this session is of another sensor".to_owned(),
+                Ok(_) => "no row has arrived yet: the session has not begun".to_owned(),
+                Err(text) => text,
             };
-            self.warn(WarningKind::Refused, &message)?;
+            self.warn(WarningKind::Refused, &refusal)?;
         }
         if !self.console.is_interrupted() {
             return Ok(None);
@@ -192,7 +212,7 @@ impl PortChooser<'_> {
             resume: None,
         };
         self.show(event, "Ended before the first row.")?;
-        Ok(Some(Answer::Interrupted))
+        Ok(Some(Answer::Ended))
     }
 
     /// The commands that flash our sketch, from the folder of gravical.
@@ -206,11 +226,11 @@ impl PortChooser<'_> {
         ]
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
-        self.show(Event::Warning { kind }, sentences([message]))
+    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
+        self.show(Event::Warning { kind }, text)
     }
 
-    fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
+    fn show(&mut self, event: Event, text: &str) -> Result<()> {
         self.console.show(&Message::new(0.0, event, text))
     }
 }

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
+use gravical::live::Session;
 use gravical::live::event::{
     Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
 };
-use gravical::live::folder::calibrate_session;
-use gravical::live::{Session, sentences};
+use gravical::live::folder::{Journal, calibrate_session};
 use gravical::numfmt::count;
 use gravical::poses::Segmentation;
 use gravical::recording::{ReadOptions, Recording, read};
@@ -37,8 +37,6 @@ const HAND_S: f64 = 8.0;
 pub struct Driver<'a> {
     pub session: Session,
     pub opened: OpenSource,
-    /// There are rows already.
-    pub resumes: bool,
     pub console: &'a mut Console,
     /// An event a line.
     pub journal: Option<LogFile>,
@@ -58,24 +56,22 @@ type Recorded = (Vec<Recording>, Segmentation);
 #[derive(Default)]
 pub struct SimulatedHand {
     waiting: VecDeque<Command>,
-    /// Time of the session until which it is busy, s.
+    now_s: f64,
+    /// Time of the session until which it is busy: it moves the sensor, or leaves it alone, s.
     busy_until_s: f64,
     /// The direction that is asked for.
     asked: Option<[f64; 3]>,
-    now_s: f64,
     /// Nobody types any more.
     is_gone: bool,
 }
 
 impl SimulatedHand {
-    /// It moves the sensor, or leaves it alone.
     fn is_busy(&self) -> bool {
         self.now_s < self.busy_until_s
     }
 
-    /// It will not move the sensor again.
-    fn is_done(&self) -> bool {
-        self.is_gone && self.waiting.is_empty() && !self.is_busy()
+    fn moves(&mut self) {
+        self.busy_until_s = self.now_s + HAND_S;
     }
 
     fn see(&mut self, message: &Message) {
@@ -84,7 +80,6 @@ impl SimulatedHand {
             Event::NextPose { up, .. } => self.asked = *up,
             Event::PoseRejected {
                 reason: Rejection::Moved | Rejection::Gaps,
-                ..
             } => {}
             Event::PoseAccepted(_) | Event::PoseRejected { .. } => self.busy_until_s = message.t_s,
             _ => {}
@@ -92,80 +87,75 @@ impl SimulatedHand {
     }
 }
 
-/// How the rows end.
-enum Ending {
-    /// There are enough poses.
-    Finished,
-    /// The user does not want to go on.
-    Stopped(EndReason),
-    /// There are no more rows, and too few poses.
-    OutOfRows,
-}
-
 impl Driver<'_> {
-    /// Runs the session to its end.
+    /// Runs the session to its end; first `before`, where it goes on.
     ///
     /// # Errors
     ///
     /// Those of the source and of the disk.
-    pub fn run(mut self) -> anyhow::Result<ExitCode> {
-        let ending = self.guide();
+    pub fn run(mut self, before: Option<&Journal>) -> anyhow::Result<ExitCode> {
+        let ended = self.guide(before);
         // A recording that cannot be written has been rescued.
-        let is_lost = matches!(&ending, Err(error) if error.code() == "io");
-        let rest = if is_lost {
-            Vec::new()
+        if !ended.as_ref().is_err_and(|error| error.code() == "io") {
+            self.opened.source.close();
+        }
+        if let Err(error) = ended {
+            // The disk of the journal may be full as well.
+            let _ = self.end(EndReason::Failed, &error.to_string());
+            Err(error.into())
+        } else if self.console.is_interrupted() {
+            self.stopped()
+        } else if self.session.is_done() {
+            self.save()
         } else {
-            self.opened.source.close()
-        };
-        match ending {
-            Ok(Ending::Finished) => self.save(),
-            Ok(Ending::Stopped(reason)) => self.stopped(reason, &rest),
-            Ok(Ending::OutOfRows) => self.out_of_rows(),
-            Err(error) => {
-                // The disk of the journal may be full as well.
-                let _ = self.end(EndReason::Failed, &error.to_string());
-                Err(error.into())
-            }
+            self.out_of_rows()
         }
     }
 
     /// Reads rows and does what the user wants, until there is an end.
-    fn guide(&mut self) -> Result<Ending> {
+    fn guide(&mut self, before: Option<&Journal>) -> Result<()> {
         let kind = self.opened.kind;
         let folder = self.folder.as_ref().map(|f| f.display().to_string());
         let begun = self.session.begin(kind, &self.opened.name, folder);
-        if self.resumes {
+        if let Some(journal) = before {
             self.render(&begun)?;
-            self.restore()?;
+            let bytes = std::mem::take(&mut self.opened.before);
+            let restored = self.session.restore(&bytes, journal)?;
+            self.render(&restored)?;
         } else {
             self.show(begun)?;
         }
         if kind == SourceKind::Simulate {
             // It is left alone until its noise is known.
-            self.hand.busy_until_s = self.hand.now_s + HAND_S;
+            self.hand.moves();
         }
         let started = Instant::now();
-        loop {
-            if let Some(ending) = self.step()? {
-                return Ok(ending);
+        while !self.console.is_interrupted() && !self.session.is_done() {
+            for incoming in self.opened.next()? {
+                if !self.take(incoming)? {
+                    return self.finish();
+                }
+            }
+            let fitted = self.session.settle();
+            self.show(fitted)?;
+            self.commands()?;
+            let hand = &self.hand;
+            let is_idle = hand.is_gone && hand.waiting.is_empty() && !hand.is_busy();
+            if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
+                return self.finish();
             }
             if kind == SourceKind::Replay && self.speed > 0.0 {
-                let due_s = self.hand.now_s / self.speed;
-                let ahead_s = due_s - started.elapsed().as_secs_f64();
+                let ahead_s = self.hand.now_s / self.speed - started.elapsed().as_secs_f64();
                 std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
         }
+        Ok(())
     }
 
-    fn step(&mut self) -> Result<Option<Ending>> {
-        if self.console.is_interrupted() {
-            return Ok(Some(Ending::Stopped(if self.session.is_done() {
-                EndReason::Cancelled
-            } else {
-                EndReason::Interrupted
-            })));
-        }
-        let messages = match self.opened.next()? {
+    /// Passes to the session what the source has; false at its end.
+    fn take(&mut self, incoming: Incoming) -> Result<bool> {
+        let has_more = !matches!(incoming, Incoming::End);
+        let messages = match incoming {
             Incoming::Bytes(bytes) => {
                 let mut messages = self.session.resumed();
                 messages.extend(self.session.bytes(&bytes)?);
@@ -176,51 +166,20 @@ impl Driver<'_> {
                 messages
             }
             Incoming::Lost(why) => self.session.lost(why),
-            Incoming::Warning(message) => {
-                self.warn(WarningKind::Rows, &message)?;
-                Vec::new()
+            Incoming::Warning(text) => {
+                let kind = WarningKind::Rows;
+                self.session.note(Event::Warning { kind }, &text)
             }
-            Incoming::Nothing | Incoming::Connected(_) => Vec::new(),
-            Incoming::End => {
-                let messages = self.session.settle_format().unwrap_or_default();
-                self.show(messages)?;
-                return self.finish().map(Some);
-            }
+            Incoming::Connected(_) => Vec::new(),
+            Incoming::End => self.session.settle_format().unwrap_or_default(),
         };
         self.show(messages)?;
-        let messages = self.session.settle();
-        self.show(messages)?;
-        self.commands()?;
-        if self.session.is_done() && !self.console.is_interrupted() {
-            return Ok(Some(Ending::Finished));
-        }
-        if self.opened.kind == SourceKind::Simulate && self.hand.is_done() {
-            return self.finish().map(Some);
-        }
-        Ok(None)
+        Ok(has_more)
     }
 
     /// There will be no more rows, or none that matter.
-    fn finish(&mut self) -> Result<Ending> {
+    fn finish(&mut self) -> Result<()> {
         let messages = self.session.command(&Command::Finish);
-        self.show(messages)?;
-        Ok(if self.session.is_done() {
-            Ending::Finished
-        } else {
-            Ending::OutOfRows
-        })
-    }
-
-    /// Reads the rows that a session has already.
-    fn restore(&mut self) -> Result<()> {
-        if let Some(folder) = &self.folder {
-            let path = folder.join(gravical::live::folder::RECORDING);
-            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
-            bytes.truncate(self.opened.recorded as usize);
-            let messages = self.session.bytes(&bytes)?;
-            self.render(&messages)?;
-        }
-        let messages = self.session.resumed();
         self.show(messages)
     }
 
@@ -265,16 +224,21 @@ impl Driver<'_> {
     /// Does what the user wants.
     fn commands(&mut self) -> Result<()> {
         loop {
-            match self.console.entries.try_recv() {
-                Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => self.warn(WarningKind::Refused, &text)?,
-                #[cfg(feature = "live")]
-                Ok(Entry::Clicked(command)) => self.command(&command)?,
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => {
-                    self.hand.is_gone = true;
-                    break;
-                }
+            let entry = self.console.entries.try_recv();
+            self.hand.is_gone = entry
+                .as_ref()
+                .is_err_and(|e| *e == TryRecvError::Disconnected);
+            let Ok(Entry {
+                command,
+                is_clicked,
+            }) = entry
+            else {
+                break;
+            };
+            match command {
+                Ok(command) if is_clicked => self.command(&command)?,
+                Ok(command) => self.hand.waiting.push_back(command),
+                Err(text) => self.warn(WarningKind::Refused, &text)?,
             }
         }
         while !self.hand.is_busy()
@@ -293,7 +257,7 @@ impl Driver<'_> {
         }
         match self.opened.source.hand(command, self.hand.asked) {
             Ok(true) => {
-                self.hand.busy_until_s = self.hand.now_s + HAND_S;
+                self.hand.moves();
                 Ok(())
             }
             Ok(false) => {
@@ -307,18 +271,18 @@ impl Driver<'_> {
     // Ends.
 
     /// The user has ended it: what was recorded is kept.
-    fn stopped(&mut self, reason: EndReason, rest: &[u8]) -> anyhow::Result<ExitCode> {
-        self.session.bytes(rest)?;
+    fn stopped(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
         let folder = self.folder.as_ref();
         let safe = folder.map_or(String::new(), |f| {
             format!("; what was recorded is in {}", f.display())
         });
-        let what = match reason {
-            EndReason::Cancelled => "cancelled without a calibration",
-            _ => "interrupted",
-        };
-        self.end(reason, &format!("{what}{safe}"))?;
+        if self.session.is_done() {
+            let text = format!("Cancelled without a calibration{safe}");
+            self.end(EndReason::Cancelled, &text)?;
+        } else {
+            self.end(EndReason::Interrupted, &format!("Interrupted{safe}"))?;
+        }
         Ok(ExitCode::from(failure::INTERRUPTED))
     }
 
@@ -329,10 +293,8 @@ impl Driver<'_> {
             read(Path::new(&self.opened.name), &self.read)?;
         }
         let poses = count(poses, "pose");
-        self.end(
-            EndReason::SourceEnded,
-            &format!("the rows ended after {poses}"),
-        )?;
+        let text = format!("The rows ended after {poses}");
+        self.end(EndReason::SourceEnded, &text)?;
         let hint = match self.resume_command() {
             Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
@@ -360,11 +322,11 @@ impl Driver<'_> {
                 next: self.next_steps(file.verdict.grade, &word),
             };
             let text = format!("Saved to {}, read back and compared.", output.display());
-            self.note(saved, text)?;
+            self.note(saved, &text)?;
         }
         if let Some(truth) = self.opened.source.truth() {
             let (event, text) = truth_event(&truth, &file);
-            self.note(event, text)?;
+            self.note(event, &text)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
@@ -441,22 +403,22 @@ impl Driver<'_> {
         }
     }
 
-    fn end(&mut self, reason: EndReason, message: &str) -> Result<()> {
+    fn end(&mut self, reason: EndReason, text: &str) -> Result<()> {
         let resume = self.resume_command();
         let event = Event::End {
             reason,
             poses: self.session.poses().count() as u32,
             resume: resume.filter(|_| reason != EndReason::Finished),
         };
-        self.note(event, sentences([message]))
+        self.note(event, text)
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
-        self.note(Event::Warning { kind }, sentences([message]))
+    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
+        self.note(Event::Warning { kind }, text)
     }
 
     /// Shows what only the program knows.
-    fn note(&mut self, event: Event, text: String) -> Result<()> {
+    fn note(&mut self, event: Event, text: &str) -> Result<()> {
         let messages = self.session.note(event, text);
         self.show(messages)
     }
