@@ -111,7 +111,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let place = args.place()?;
+    let journal = args.journal()?;
+    let folder = args.folder()?;
     let is_real_time = args.speed() > 0.0;
     let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(is_real_time))];
     if let Some(path) = &args.events {
@@ -141,17 +142,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     #[cfg(feature = "live")]
     if let Some(page) = &page {
-        return args.guide_on(page, place, &mut console);
+        return args.guide_on(page, folder, journal, &mut console);
     }
-    args.guide(&place, &mut console)
-}
-
-/// Where a session is kept.
-struct Place {
-    /// None for a replay.
-    folder: Option<PathBuf>,
-    /// Of a session that goes on.
-    journal: Option<Journal>,
+    args.guide(folder.as_deref(), journal.as_ref(), &mut console)
 }
 
 /// The path, or one with a number that does not exist.
@@ -168,21 +161,23 @@ impl Args {
     fn guide_on(
         &self,
         page: &Page,
-        place: Place,
+        folder: Option<PathBuf>,
+        journal: Option<Journal>,
         console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
-        let done = self.guide(&place, console);
+        let done = self.guide(folder.as_deref(), journal.as_ref(), console);
         match &done {
             Err(error) => page.fail(&error.to_string()),
             Ok(_) if console.is_interrupted() => page.last_word(),
             Ok(_) if page.stay(console) => {
                 // What was said in the session counts, not what was given before.
                 let mut args = self.clone();
-                (args.resume, args.simulate, args.board.port) = (place.folder, false, None);
+                args.resume.clone_from(&folder);
+                (args.simulate, args.board.port) = (false, None);
                 args.gravity = GravityArgs::default();
-                let place = args.place();
-                let place = place.inspect_err(|error| page.fail(&error.to_string()))?;
-                return args.guide_on(page, place, console);
+                let journal = args.journal();
+                let journal = journal.inspect_err(|error| page.fail(&error.to_string()))?;
+                return args.guide_on(page, folder, journal, console);
             }
             Ok(_) => {}
         }
@@ -190,15 +185,21 @@ impl Args {
     }
 
     /// The session, from its source to its end.
-    fn guide(&self, place: &Place, console: &mut Console) -> anyhow::Result<ExitCode> {
-        let journal = place.journal.as_ref();
+    fn guide(
+        &self,
+        folder: Option<&Path>,
+        journal: Option<&Journal>,
+        console: &mut Console,
+    ) -> anyhow::Result<ExitCode> {
         let mut connector = Connector {
             console,
             is_seen: cfg!(feature = "live") && self.has_page() || stdin().is_terminal(),
             can_simulate: journal.is_none(),
             tried: None,
         };
-        let connected = connector.connect(self.origin(place), |origin| self.open(origin, place))?;
+        let resumes = journal.is_some();
+        let open = |origin: &Origin| self.open(origin, folder, resumes);
+        let connected = connector.connect(self.origin(journal), open)?;
         let Some(opened) = connected else {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         };
@@ -211,12 +212,10 @@ impl Args {
             any_pose: self.any_pose,
             ..LiveOptions::default()
         };
-        let folder = place.folder.as_deref();
         let recording = match folder {
             Some(folder) => folder.join(RECORDING).display().to_string(),
             None => opened.name.clone(),
         };
-        let resumes = journal.is_some();
         let output = match (&self.output, folder) {
             (Some(path), _) if !resumes => Some(path.clone()),
             // A session that goes on has saved one.
@@ -230,7 +229,7 @@ impl Args {
             opened,
             console,
             journal: events.transpose()?,
-            folder: place.folder.clone(),
+            folder,
             read: self.read_options(),
             output,
             speed: self.speed(),
@@ -261,35 +260,26 @@ impl Args {
         !self.plain && self.speed() > 0.0
     }
 
-    /// The folder of the session, and the journal of one that is resumed.
-    fn place(&self) -> Result<Place> {
-        if self.replay.is_some() {
-            return Ok(Place {
-                folder: None,
-                journal: None,
-            });
-        }
+    /// The journal of a session that goes on.
+    fn journal(&self) -> Result<Option<Journal>> {
         let journal = self.resume.as_deref().map(Journal::read).transpose()?;
         if let Some(journal) = &journal {
             journal.verify(&self.read_options())?;
         }
-        let folder = match &self.resume {
-            Some(folder) => folder.clone(),
-            None => self.new_folder()?,
-        };
-        Ok(Place {
-            folder: Some(folder),
-            journal,
-        })
+        Ok(journal)
     }
 
-    fn new_folder(&self) -> Result<PathBuf> {
+    /// The folder of the session; none for a replay.
+    fn folder(&self) -> Result<Option<PathBuf>> {
+        if self.replay.is_some() || self.resume.is_some() {
+            return Ok(self.resume.clone());
+        }
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();
             PathBuf::from(format!("session-{}", now.replace(['-', ':', 'Z'], "")))
         });
         if !folder.exists() {
-            return Ok(folder);
+            return Ok(Some(folder));
         }
         let hint = format!(
             "gravical live --resume {} goes on with it; --folder names another",
@@ -300,9 +290,9 @@ impl Args {
     }
 
     /// Where the rows are to come from: what was given, or as in the session before.
-    fn origin(&self, place: &Place) -> Origin {
+    fn origin(&self, journal: Option<&Journal>) -> Origin {
         let port = self.board.port.clone();
-        match place.journal.as_ref().and_then(|j| j.source.clone()) {
+        match journal.and_then(|j| j.source.clone()) {
             Some((SourceKind::Simulate, name)) => {
                 Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
             }
@@ -327,10 +317,9 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin, place: &Place) -> Result<OpenSource> {
-        let folder = place.folder.as_deref().unwrap_or(Path::new(""));
+    fn open(&self, origin: &Origin, folder: Option<&Path>, resumes: bool) -> Result<OpenSource> {
+        let folder = folder.unwrap_or(Path::new(""));
         let path = folder.join(RECORDING);
-        let resumes = place.journal.is_some();
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
                 let replay = Replay::open(file, &self.read_options())?;

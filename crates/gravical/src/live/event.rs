@@ -98,8 +98,6 @@ pub enum Event {
         pose: u32,
         /// Its face.
         face: Option<String>,
-        /// Why.
-        why: Undone,
     },
     /// What is wanted next.
     NextPose {
@@ -362,16 +360,6 @@ pub enum Rejection {
     Temperature,
     /// The magnitude is far from gravity.
     Scale,
-}
-
-/// Why a pose no longer counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Undone {
-    /// It was undone.
-    Undo,
-    /// Its face is recorded again.
-    Redo,
 }
 
 /// What is wanted next.

@@ -19,8 +19,7 @@ use crate::{Error, Result};
 
 use super::attitude::Attitude;
 use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Undone, Wanted, WarningKind,
-    Welcome,
+    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind, Welcome,
 };
 use super::folder::{Journal, section};
 use super::judge::{Fault, LET_GO, Means, Units, columns, warming};
@@ -91,10 +90,8 @@ pub(super) enum HoldStage {
     Settling,
     /// A capture has begun.
     Capturing,
-    /// There was no capture: the pose is not wanted.
-    Refused,
-    /// The capture was accepted or rejected.
-    Judged,
+    /// It was refused, accepted or rejected: nothing happens until it moves.
+    Over,
 }
 
 impl Hold {
@@ -106,9 +103,8 @@ impl Hold {
         }
     }
 
-    /// Nothing happens until it moves.
     pub fn is_over(&self) -> bool {
-        matches!(self.stage, HoldStage::Refused | HoldStage::Judged)
+        self.stage == HoldStage::Over
     }
 }
 
@@ -311,7 +307,7 @@ impl Session {
         match command {
             Command::Capture => self.capture_now(),
             Command::Undo => match self.poses().last().map(|pose| pose.pose) {
-                Some(last) => self.remove(Undone::Undo, |pose| pose.pose == last),
+                Some(last) => self.remove("The others are untouched.", |p| p.pose == last),
                 None => self.refuse("There is no pose to undo."),
             },
             Command::Redo { face } => self.record_again(face),
@@ -592,7 +588,7 @@ impl Session {
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
         let by_gravity = counts.then_some(norm / gravity.value_mps2);
         let Some(nominal) = scale.nominal().or(by_gravity) else {
-            self.set_stage(HoldStage::Refused);
+            self.set_stage(HoldStage::Over);
             let text = format!(
                 "‖a‖ at rest is {norm:.4}: gravity in no unit. Raw values are needed, with gravity; or give the unit with --accel-unit."
             );
@@ -729,7 +725,7 @@ impl Session {
                 .is_none();
             let fault = self.unwelcome(welcome, up);
             if let Some(fault) = fault.filter(|_| is_gravity && !hold.forced) {
-                self.set_stage(HoldStage::Refused);
+                self.set_stage(HoldStage::Over);
                 // A bump on the pose that was just accepted is not worth a word.
                 if welcome != Welcome::Duplicate || self.away {
                     self.reject(fault);
@@ -802,13 +798,16 @@ impl Session {
     fn judge(&mut self, rows: &Range<usize>, forced: bool, units: &Units) {
         let samples = self.within(rows);
         let fault = self.fault(&samples, rows.len(), units, forced);
-        self.set_stage(HoldStage::Judged);
+        // What was judged stays judged: the next try begins where this one ended.
+        if let Some(hold) = &mut self.hold {
+            *hold = Hold::new(rows.end..hold.rows.end, forced);
+            let again = |fault: &Fault| matches!(fault.0, Rejection::Moved | Rejection::Gaps);
+            if !fault.as_ref().is_some_and(again) {
+                hold.stage = HoldStage::Over;
+            }
+        }
         self.progress_s = self.now_s;
         if let Some(fault) = fault {
-            if matches!(fault.0, Rejection::Moved | Rejection::Gaps) {
-                // The next try begins where this one ended.
-                self.hold = Some(Hold::new(rows.end..rows.end, forced));
-            }
             self.reject(fault);
             return;
         }
@@ -876,10 +875,6 @@ impl Session {
         let has_units = self.units().is_some();
         match &mut self.hold {
             Some(hold) if has_units => {
-                if hold.stage == HoldStage::Judged {
-                    // From now on: what was judged stays judged.
-                    hold.rows.start = hold.rows.end;
-                }
                 // What it has rested already counts.
                 let earliest = hold.rows.end.saturating_sub(most_rows);
                 let start = hold.rows.start.max(earliest);
@@ -897,22 +892,19 @@ impl Session {
         if self.has(face) && !self.redo.contains(&face) {
             self.redo.push(face);
         }
-        let name = Some(face.name());
-        self.remove(Undone::Redo, |pose| pose.face == name);
+        let name = face.name();
+        let next = format!("Put {name} up again.");
+        self.remove(&next, |pose| pose.face.as_ref() == Some(&name));
     }
 
-    fn remove(&mut self, why: Undone, is_gone: impl Fn(&Pose) -> bool) {
+    fn remove(&mut self, next: &str, is_gone: impl Fn(&Pose) -> bool) {
         let poses = std::mem::take(&mut self.poses);
         let (gone, left): (Vec<_>, _) = poses.into_iter().partition(|(p, _)| is_gone(p));
         self.poses = left;
         for (Pose { pose, face, .. }, _) in gone {
             let name = face.as_deref().unwrap_or(FREE_POSE);
-            let next = match why {
-                Undone::Redo => format!("Put {name} up again."),
-                Undone::Undo => "The others are untouched.".to_owned(),
-            };
             let text = format!("Pose {pose} ({name}) no longer counts. {next}");
-            self.emit(Event::PoseUndone { pose, face, why }, &text);
+            self.emit(Event::PoseUndone { pose, face }, &text);
         }
         self.away = true;
         self.progress_s = self.now_s;
@@ -1081,23 +1073,21 @@ fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
         format!("error of ‖a‖ at most {:.1} mg (95 %)", mg(w.error_mps2))
     });
     // Where this is the larger error, it decides the grade.
-    let undetected = section.undetected.as_ref().map(|u| {
-        let most = mg(u.effect_mps2);
-        format!("an error of one pose could change ‖a‖ by {most:.0} mg undetected; more free poses test it")
-    });
-    let text = match (grade, undetected) {
-        (Grade::Good, _) => format!("Good: {error}, verified."),
-        (Grade::Fair, Some(undetected)) => format!("Fair: {error}, but {undetected}."),
-        (Grade::Fair, None) => format!("Fair: {error}; more free poses make it better."),
-        (Grade::NotVerifiable, undetected) => {
-            let why = undetected.unwrap_or_else(|| {
-                "the poses determine the result, and none is left to test it".to_owned()
+    let undetected =
+        section
+            .undetected
+            .as_ref()
+            .map_or("no pose is left to test the others".to_owned(), |u| {
+                let most_mg = mg(u.effect_mps2);
+                format!("an error of one pose could change ‖a‖ by {most_mg:.0} mg undetected")
             });
-            format!("Not verifiable yet: {why}.")
+    let text = match grade {
+        Grade::Good => format!("Good: {error}, verified."),
+        Grade::Fair => format!("Fair: {error}, but {undetected}; more free poses test it."),
+        Grade::NotVerifiable => {
+            format!("Not verifiable yet: {undetected}; more free poses test it.")
         }
-        (Grade::Poor, _) => reasons
-            .first()
-            .map_or("Poor".to_owned(), |reason| format!("Poor: {reason}")),
+        Grade::Poor => format!("Poor: {}", reasons.first().map_or("", String::as_str)),
     };
     let event = Event::Verdict {
         grade,

@@ -40,20 +40,6 @@ pub struct OpenSource {
     pub first: Vec<Incoming>,
 }
 
-impl OpenSource {
-    /// What it has next; waits shortly.
-    ///
-    /// # Errors
-    ///
-    /// Those of the source.
-    pub fn next(&mut self) -> Result<Vec<Incoming>> {
-        match std::mem::take(&mut self.first) {
-            first if first.is_empty() => self.source.next(),
-            first => Ok(first),
-        }
-    }
-}
-
 /// What becomes of a source that is open, or of a question.
 enum Answer {
     /// Rows arrive.

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
-use gravical::calibrate::CalibrateOptions;
+use gravical::calibrate::{CalibrateOptions, Calibrated};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
 use gravical::live::Session;
@@ -15,7 +15,6 @@ use gravical::live::event::{
 };
 use gravical::live::folder::{Journal, calibrate_session};
 use gravical::numfmt::count;
-use gravical::poses::Segmentation;
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
@@ -40,7 +39,7 @@ pub struct Driver<'a> {
     pub console: &'a mut Console,
     /// An event a line.
     pub journal: Option<LogFile>,
-    pub folder: Option<PathBuf>,
+    pub folder: Option<&'a Path>,
     pub read: ReadOptions,
     /// The calibration file.
     pub output: Option<PathBuf>,
@@ -48,9 +47,6 @@ pub struct Driver<'a> {
     pub speed: f64,
     pub hand: SimulatedHand,
 }
-
-/// The recordings of a session, and where its poses are.
-type Recorded = (Vec<Recording>, Segmentation);
 
 /// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
@@ -115,7 +111,7 @@ impl Driver<'_> {
     /// Reads rows and does what the user wants, until there is an end.
     fn guide(&mut self, before: Option<&Journal>) -> Result<()> {
         let kind = self.opened.kind;
-        let folder = self.folder.as_ref().map(|f| f.display().to_string());
+        let folder = self.folder.map(|f| f.display().to_string());
         let begun = self.session.begin(kind, &self.opened.name, folder);
         if let Some(journal) = before {
             self.render(&begun)?;
@@ -130,8 +126,9 @@ impl Driver<'_> {
             self.hand.moves();
         }
         let started = Instant::now();
+        let mut next = std::mem::take(&mut self.opened.first);
         while !self.console.is_interrupted() && !self.session.is_done() {
-            for incoming in self.opened.next()? {
+            for incoming in next {
                 if !self.take(incoming)? {
                     return self.finish();
                 }
@@ -148,6 +145,7 @@ impl Driver<'_> {
                 let ahead_s = self.hand.now_s / self.speed - started.elapsed().as_secs_f64();
                 std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
+            next = self.opened.source.next()?;
         }
         Ok(())
     }
@@ -273,8 +271,7 @@ impl Driver<'_> {
     /// The user has ended it: what was recorded is kept.
     fn stopped(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let folder = self.folder.as_ref();
-        let safe = folder.map_or(String::new(), |f| {
+        let safe = self.folder.map_or(String::new(), |f| {
             format!("; what was recorded is in {}", f.display())
         });
         if self.session.is_done() {
@@ -303,23 +300,33 @@ impl Driver<'_> {
         Err(Error::input("too-few-poses", what).with_hint(hint).into())
     }
 
-    /// Saves the calibration, and reads it back.
+    /// Saves the calibration, and reads it back: that of what is on the disk, where the session has a
+    /// folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let (file, session) = self.calibration()?;
+        let recorded = self.folder.map(|folder| {
+            let options = CalibrateOptions {
+                command: Some(command_line()),
+                ..CalibrateOptions::default()
+            };
+            calibrate_session(folder, &self.read, &options, Some(self.session.gravity()))
+        });
+        let recorded = recorded.transpose()?;
+        let file = recorded.as_ref().map(|(_, done)| &done.file);
+        let file = file.or(self.session.calibration()).cloned();
+        let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
         let done = match &self.output {
             Some(_) => "Done and saved",
             None => "Done, and not saved (-o cal.json does)",
         };
         if let Some(output) = self.output.take() {
             save(&output, false, &file)?;
-            let report = self.report(&file, session.as_ref(), &output)?;
-            let word = path_word(&output);
+            let report = self.report(&file, recorded.as_ref(), &output)?;
             let saved = Event::Saved {
                 file: output.display().to_string(),
-                folder: self.folder.as_ref().map(|f| f.display().to_string()),
+                folder: self.folder.map(|f| f.display().to_string()),
                 report: report.map(|path| path.display().to_string()),
-                next: self.next_steps(file.verdict.grade, &word),
+                next: self.next_steps(file.verdict.grade, &path_word(&output)),
             };
             let text = format!("Saved to {}, read back and compared.", output.display());
             self.note(saved, &text)?;
@@ -330,8 +337,8 @@ impl Driver<'_> {
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
-        let message = format!("{done}: {poses}, verdict {grade}");
-        self.end(EndReason::Finished, &message)?;
+        let text = format!("{done}: {poses}, verdict {grade}");
+        self.end(EndReason::Finished, &text)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
             _ => ExitCode::SUCCESS,
@@ -340,35 +347,20 @@ impl Driver<'_> {
 
     /// Commands to go on with: to a better calibration where it is not good, else to its use.
     fn next_steps(&self, grade: Grade, calibration: &str) -> Vec<String> {
-        let resume = self.resume_command().filter(|_| grade != Grade::Good);
-        let motion = match self.opened.kind {
-            SourceKind::Port if grade == Grade::Good => vec![
-                "gravical log -o move.csv".to_owned(),
-                format!("gravical motion move.csv -c {calibration} --report move.html"),
-            ],
-            _ => Vec::new(),
-        };
-        let apply = format!("gravical apply {calibration} RECORDING.csv -o calibrated.csv");
-        let export = format!("gravical export {calibration} --to arduino");
-        let all = resume.into_iter().chain(motion);
-        all.chain([apply, export]).collect()
-    }
-
-    /// The calibration: of what is on the disk, where the session has a folder; then with its
-    /// recording.
-    fn calibration(&self) -> Result<(CalibrationFile, Option<Recorded>)> {
-        if let Some(folder) = &self.folder {
-            let options = CalibrateOptions {
-                command: Some(command_line()),
-                ..CalibrateOptions::default()
-            };
-            let given = Some(self.session.gravity());
-            let (recordings, done) = calibrate_session(folder, &self.read, &options, given)?;
-            return Ok((done.file, Some((recordings, done.segmentation))));
+        let mut steps = Vec::new();
+        if grade != Grade::Good {
+            steps.extend(self.resume_command());
+        } else if self.opened.kind == SourceKind::Port {
+            steps.push("gravical log -o move.csv".to_owned());
+            steps.push(format!(
+                "gravical motion move.csv -c {calibration} --report move.html"
+            ));
         }
-        let file = self.session.calibration().cloned();
-        let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
-        Ok((file, None))
+        steps.push(format!(
+            "gravical apply {calibration} RECORDING.csv -o calibrated.csv"
+        ));
+        steps.push(format!("gravical export {calibration} --to arduino"));
+        steps
     }
 
     /// The calibration report, for the page and into the folder. Where it cannot be written, the
@@ -376,31 +368,29 @@ impl Driver<'_> {
     fn report(
         &mut self,
         file: &CalibrationFile,
-        recorded: Option<&Recorded>,
+        recorded: Option<&(Vec<Recording>, Calibrated)>,
         output: &Path,
     ) -> Result<Option<PathBuf>> {
-        let session = recorded.map(|(recordings, segmentation)| figure::calibration::Session {
+        let session = recorded.map(|(recordings, done)| figure::calibration::Session {
             recordings,
-            segmentation,
+            segmentation: &done.segmentation,
         });
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
         let html = document.to_html();
         let renderers = self.console.renderers.iter_mut();
         renderers.for_each(|r| r.report(&html));
-        let Some(folder) = &self.folder else {
+        let Some(folder) = self.folder else {
             return Ok(None);
         };
         let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");
         let path = folder.join(name);
-        match write_report(&path, false, &document) {
-            Ok(()) => Ok(Some(path)),
-            Err(error) => {
-                let why = format!("the report was not written: {error}");
-                self.warn(WarningKind::Other, &why)?;
-                Ok(None)
-            }
+        if let Err(error) = write_report(&path, false, &document) {
+            let why = format!("the report was not written: {error}");
+            self.warn(WarningKind::Other, &why)?;
+            return Ok(None);
         }
+        Ok(Some(path))
     }
 
     fn end(&mut self, reason: EndReason, text: &str) -> Result<()> {
@@ -424,7 +414,7 @@ impl Driver<'_> {
     }
 
     fn resume_command(&self) -> Option<String> {
-        let folder = path_word(self.folder.as_ref()?);
+        let folder = path_word(self.folder?);
         Some(format!("gravical live --resume {folder}"))
     }
 }
