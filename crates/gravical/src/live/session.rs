@@ -131,12 +131,9 @@ pub struct Session {
     /// Faces to record again.
     pub(super) redo: Vec<Face>,
     /// It was far from the last pose since that was accepted.
-    away: bool,
-    /// The poses or gravity have changed since the last fit.
-    fit_due: bool,
+    has_departed: bool,
+    /// The calibration of the poses so far.
     file: Option<CalibrationFile>,
-    pub(super) grade: Option<Grade>,
-    pub(super) next_hint: Option<String>,
     warned_of_temperature: bool,
     /// Time of the last row, of the last progress, and of the last status, s.
     pub(super) now_s: f64,
@@ -165,11 +162,8 @@ impl Session {
             poses: Vec::new(),
             numbers: 0,
             redo: Vec::new(),
-            away: true,
-            fit_due: false,
+            has_departed: true,
             file: None,
-            grade: None,
-            next_hint: None,
             warned_of_temperature: false,
             now_s: 0.0,
             progress_s: 0.0,
@@ -188,7 +182,7 @@ impl Session {
         self.stop = Some(Stop::Lost);
         self.numbers = journal.numbers;
         for sample in self.reading.push(bytes)? {
-            self.keep(sample);
+            self.remember(sample);
             let mut poses = journal.poses.iter();
             if let Some(pose) = poses.find(|p| p.lines[1] == sample.line) {
                 self.accept(pose.clone());
@@ -247,16 +241,9 @@ impl Session {
             .with_hint("gravical live --format si: with it the sketch sends raw values"));
         }
         for sample in samples {
-            self.fit_if_due();
             self.sample(sample)?;
         }
         Ok(self.take())
-    }
-
-    /// Calculates what waits, so that the events of [`bytes`](Self::bytes) come before the work.
-    pub fn settle(&mut self) -> Vec<Message> {
-        self.fit_if_due();
-        self.take()
     }
 
     /// No rows arrive.
@@ -289,8 +276,8 @@ impl Session {
         let poses = self.poses.len() as u32;
         let text = format!("Here again. {}", self.safe());
         self.emit(Event::Resumed { poses }, &text);
-        self.ask();
-        self.settle()
+        self.fit();
+        self.take()
     }
 
     /// Something for the record that only the program knows: what was saved, the end.
@@ -324,7 +311,7 @@ impl Session {
             Command::Resume => self.refuse("The session goes on already."),
             Command::Hand { .. } => self.refuse("This sensor is moved by hand, not by commands."),
         }
-        self.settle()
+        self.take()
     }
 
     /// The calibration from the poses so far.
@@ -445,10 +432,26 @@ impl Session {
         Means::of(&samples).accel
     }
 
+    /// The calibration, where it is complete.
+    fn full_fit(&self) -> Option<&CalibrationFile> {
+        let file = self.file.as_ref();
+        file.filter(|f| f.accelerometer.poses.len() >= FULL_FIT)
+    }
+
+    pub(super) fn grade(&self) -> Option<Grade> {
+        self.full_fit().map(|file| file.verdict.grade)
+    }
+
+    /// The direction of the free pose that is wanted next.
+    pub(super) fn next_up(&self) -> Option<[f64; 3]> {
+        let is_free = self.to_do().is_empty() && self.grade() != Some(Grade::Good);
+        let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
+        is_free.then_some(next.direction)
+    }
+
     /// The direction of a reading, as far as the sensor is known.
     pub(super) fn direction(&self, reading: [f64; 3]) -> [f64; 3] {
-        let full = self.file.as_ref().filter(|_| self.poses.len() >= FULL_FIT);
-        let force = full.map_or(reading, |file| {
+        let force = self.full_fit().map_or(reading, |file| {
             let section = &file.accelerometer;
             let offset = self.units().map_or(0.0, |u| u.zero_offset);
             let raw: [f64; 3] = std::array::from_fn(|i| reading[i] + offset - section.bias[i]);
@@ -483,7 +486,7 @@ impl Session {
         if sample.row > 0 && (sample.is_break || gap) {
             self.interrupt();
         }
-        let sample = self.keep(sample);
+        let sample = self.remember(sample);
         let gyro_nominal = self.units().and_then(|u| u.gyro_nominal);
         let rate =
             gyro_nominal.map(|nominal| sub(&sample.gyro, &self.gyro_bias).map(|v| v / nominal));
@@ -501,7 +504,7 @@ impl Session {
     }
 
     /// Adds a row to the recent ones.
-    fn keep(&mut self, mut sample: Sample) -> Sample {
+    fn remember(&mut self, mut sample: Sample) -> Sample {
         sample.time_s = if sample.time_s.is_finite() {
             // The last digits depend on what arrives at once.
             (sample.time_s * 1e9).round() / 1e9
@@ -620,7 +623,7 @@ impl Session {
             self.warn(WarningKind::Gravity, text);
         }
         self.progress_s = self.now_s;
-        self.ask();
+        self.request_pose();
         true
     }
 
@@ -638,18 +641,18 @@ impl Session {
             return;
         }
         if let Some(run) = &state.run {
-            self.follow(run.clone(), &state);
+            self.extend_hold(run.clone(), &state);
             if self.units().is_some() || self.floor(run, &state) {
-                self.go_away();
-                self.hold_on();
+                self.note_departure();
+                self.advance_hold();
             }
         } else {
-            self.moved(&state);
+            self.end_hold(&state);
         }
     }
 
     /// It moves: a capture that has begun is interrupted.
-    fn moved(&mut self, state: &Stillness) {
+    fn end_hold(&mut self, state: &Stillness) {
         let hold = self.hold.take();
         if hold.as_ref().is_some_and(Hold::is_over) {
             // The user begins to turn it.
@@ -671,17 +674,17 @@ impl Session {
                 self.reject((Rejection::Moved, text));
             }
         }
-        self.go_away();
+        self.note_departure();
     }
 
     /// The hold that the run belongs to.
-    fn follow(&mut self, run: Range<usize>, state: &Stillness) {
+    fn extend_hold(&mut self, run: Range<usize>, state: &Stillness) {
         let settle = self.settle_rows();
         // Where a capture drifts, what was captured does not agree with what is read now.
         let drifts =
             |h: &Hold| h.stage == HoldStage::Capturing && run.start > h.rows.start + settle;
         if self.hold.as_ref().is_some_and(drifts) {
-            self.moved(state);
+            self.end_hold(state);
         }
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => hold.rows.end = run.end,
@@ -690,10 +693,10 @@ impl Session {
     }
 
     /// Notes that it has left the last pose.
-    fn go_away(&mut self) {
+    fn note_departure(&mut self) {
         if let Some((last, _)) = self.poses.last() {
             let angle = angle_deg(last.up, self.direction(self.reading()));
-            self.away |= angle > APART_DEG;
+            self.has_departed |= angle > APART_DEG;
         }
     }
 
@@ -704,7 +707,7 @@ impl Session {
     }
 
     /// The hold goes on: it settles, is captured, is over.
-    fn hold_on(&mut self) {
+    fn advance_hold(&mut self) {
         let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over()) else {
             return;
         };
@@ -723,11 +726,11 @@ impl Session {
             let is_gravity = units
                 .fault(accel, self.options.gravity.value_mps2)
                 .is_none();
-            let fault = self.unwelcome(welcome, up);
+            let fault = self.refusal(welcome, up);
             if let Some(fault) = fault.filter(|_| is_gravity && !hold.forced) {
                 self.set_stage(HoldStage::Over);
                 // A bump on the pose that was just accepted is not worth a word.
-                if welcome != Welcome::Duplicate || self.away {
+                if welcome != Welcome::Duplicate || self.has_departed {
                     self.reject(fault);
                 }
                 return;
@@ -757,7 +760,7 @@ impl Session {
         }
     }
 
-    fn unwelcome(&self, welcome: Welcome, up: [f64; 3]) -> Option<Fault> {
+    fn refusal(&self, welcome: Welcome, up: [f64; 3]) -> Option<Fault> {
         let (face, tilt_deg) = Face::nearest(up);
         let name = face.name();
         let to_do = self.to_do();
@@ -829,6 +832,7 @@ impl Session {
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
         });
+        self.fit();
     }
 
     // Poses.
@@ -840,8 +844,7 @@ impl Session {
         let gyro = Means::of(&samples.copied().collect::<Vec<_>>()).gyro;
         self.redo.retain(|face| Some(face.name()) != pose.face);
         self.poses.push((pose.clone(), gyro));
-        self.away = false;
-        self.fit_due = true;
+        self.has_departed = false;
         let name = pose.face.as_deref().unwrap_or(FREE_POSE);
         let faces = 6 - self.to_do().len();
         let free = self.poses().filter(|p| p.face.is_none()).count();
@@ -906,47 +909,36 @@ impl Session {
             let text = format!("Pose {pose} ({name}) no longer counts. {next}");
             self.emit(Event::PoseUndone { pose, face }, &text);
         }
-        self.away = true;
+        self.has_departed = true;
         self.progress_s = self.now_s;
-        self.fit_due = true;
-        self.file = None;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
             *hold = Hold::new(hold.rows.end..hold.rows.end, hold.forced);
         }
+        self.fit();
     }
 
     // The calibration of the poses so far.
 
-    /// Calibrates if the poses or gravity have changed, and says which pose is wanted next.
-    fn fit_if_due(&mut self) {
-        if !self.fit_due {
-            return;
-        }
-        self.fit_due = false;
-        self.file = None;
-        if self.poses.len() >= FIRST_FIT {
-            match self.calibrated() {
-                Ok(file) => {
-                    self.show_fit(&file);
-                    self.file = Some(file);
-                }
-                Err(error) if self.poses.len() >= FULL_FIT => {
-                    self.warn(WarningKind::Other, &error.to_string());
-                }
-                Err(_) => {}
+    /// Calibrates, and says which pose is wanted next: the poses or gravity have changed.
+    fn fit(&mut self) {
+        let before = self.grade();
+        let fitted = (self.poses.len() >= FIRST_FIT).then(|| self.calibrated());
+        let fitted = fitted.transpose().unwrap_or_else(|error| {
+            if self.poses.len() >= FULL_FIT {
+                self.warn(WarningKind::Other, &error.to_string());
             }
+            None
+        });
+        if let Some(file) = &fitted {
+            self.show_fit(file);
         }
-        let full = self.file.as_ref().filter(|_| self.poses.len() >= FULL_FIT);
-        let grade = full.map(|file| file.verdict.grade);
-        if let Some((event, text)) = full
-            .filter(|_| grade != self.grade)
-            .map(|f| verdict(f, false))
-        {
+        self.file = fitted;
+        let full = self.full_fit().filter(|_| self.grade() != before);
+        if let Some((event, text)) = full.map(|file| verdict(file, false)) {
             self.emit(event, &text);
         }
-        self.grade = grade;
-        self.ask();
+        self.request_pose();
     }
 
     fn calibrated(&self) -> Result<CalibrationFile> {
@@ -994,31 +986,24 @@ impl Session {
     }
 
     /// Says which pose is wanted next.
-    fn ask(&mut self) {
+    fn request_pose(&mut self) {
         let to_do = self.to_do();
-        let file = self.file.as_ref();
-        let next = file.and_then(|f| f.accelerometer.next_poses.first());
-        let is_good = self.grade == Some(Grade::Good);
-        let up = next
-            .map(|next| next.direction)
-            .filter(|_| to_do.is_empty() && !is_good);
-        self.next_hint = up.map(in_words);
-        let (kind, text) = match &self.next_hint {
-            _ if !to_do.is_empty() => (Wanted::Face, format!("Next: {} up.", any_of(&to_do))),
-            _ if is_good => (
-                Wanted::None,
-                "Good: it can be saved; more poses make it better.".to_owned(),
-            ),
-            hint => {
-                let hint = hint.as_deref().unwrap_or("any new direction");
-                (Wanted::Free, format!("Next, a free pose: {hint}."))
-            }
+        let up = self.next_up();
+        let hint = up.map(in_words);
+        let (kind, text) = if !to_do.is_empty() {
+            (Wanted::Face, format!("Next: {} up.", any_of(&to_do)))
+        } else if self.grade() == Some(Grade::Good) {
+            let text = "Good: it can be saved; more poses make it better.";
+            (Wanted::None, text.to_owned())
+        } else {
+            let hint = hint.as_deref().unwrap_or("any new direction");
+            (Wanted::Free, format!("Next, a free pose: {hint}."))
         };
         let event = Event::NextPose {
             kind,
             faces: to_do.iter().map(|f| f.name()).collect(),
             up,
-            hint: self.next_hint.clone(),
+            hint,
         };
         self.emit(event, &text);
     }
@@ -1032,20 +1017,19 @@ impl Session {
         match gravity {
             Ok(gravity) => {
                 self.options.gravity = gravity;
-                self.fit_due = true;
                 let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
                 let event = Event::Gravity {
                     gravity_mps2: gravity.value_mps2,
                     gravity_source: gravity.source,
                 };
                 self.emit(event, &text);
+                self.fit();
             }
             Err(error) => self.refuse(error.message()),
         }
     }
 
     fn finish(&mut self) {
-        self.fit_if_due();
         if let Some((event, text)) = self.file.as_ref().map(|file| verdict(file, true)) {
             self.stop = Some(Stop::Done);
             self.emit(event, &text);

@@ -6,7 +6,7 @@ use super::event::{Event, State, Status, Tile, Welcome};
 use super::session::{HoldStage, Session, Stop, face_up};
 use super::{any_of, mg, sentence};
 use crate::calibration_file::Grade;
-use crate::poses::face::Face;
+use crate::poses::face::{Face, in_words};
 
 /// After this time without progress the status says which test fails, s.
 const HINT_AFTER_S: f64 = 5.0;
@@ -108,11 +108,12 @@ impl Session {
             6 => "Put any side up, and hold still.".to_owned(),
             1.. if welcome == Welcome::Duplicate => format!("Turn it: put {faces} up."),
             1.. => format!("Put {faces} up, and hold still."),
-            _ if self.grade == Some(Grade::Good) => {
+            _ if self.grade() == Some(Grade::Good) => {
                 "Good. Enter saves it; every further pose makes it better.".to_owned()
             }
             _ => {
-                let hint = self.next_hint.as_deref().unwrap_or("any new direction");
+                let hint = self.next_up().map(in_words);
+                let hint = hint.as_deref().unwrap_or("any new direction");
                 format!("Free pose: {hint}. Lean it on something, and let go.")
             }
         }

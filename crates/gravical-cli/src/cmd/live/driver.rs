@@ -133,8 +133,6 @@ impl Driver<'_> {
                     return self.finish();
                 }
             }
-            let fitted = self.session.settle();
-            self.show(fitted)?;
             self.commands()?;
             let hand = &self.hand;
             let is_idle = hand.is_gone && hand.waiting.is_empty() && !hand.is_busy();
