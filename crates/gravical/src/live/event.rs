@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{Grade, GravitySource};
+use crate::calibration_file::Grade;
+use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
@@ -60,10 +61,9 @@ pub enum Event {
         name: String,
         /// Folder of the session.
         folder: Option<String>,
-        /// Local gravity, m/s².
-        gravity_mps2: f64,
-        /// Source of the gravity: with `standard` it has to be asked for.
-        gravity_source: GravitySource,
+        /// Local gravity: with the source `standard` it has to be asked for.
+        #[serde(flatten)]
+        gravity: Gravity,
     },
     /// Columns, clock and units as far as the first second shows them.
     Identified {
@@ -122,12 +122,7 @@ pub enum Event {
         reasons: Vec<String>,
     },
     /// Gravity was given.
-    Gravity {
-        /// m/s².
-        gravity_mps2: f64,
-        /// Source of the value.
-        gravity_source: GravitySource,
-    },
+    Gravity(Gravity),
     /// Something to know.
     Warning {
         /// What it is about.

@@ -88,17 +88,10 @@ impl Journal {
             Event::Session {
                 source,
                 name,
-                gravity_mps2,
-                gravity_source,
+                gravity,
                 ..
-            } => {
-                self.source = Some((source, name));
-                (self.gravity.value_mps2, self.gravity.source) = (gravity_mps2, gravity_source);
-            }
-            Event::Gravity {
-                gravity_mps2,
-                gravity_source,
-            } => (self.gravity.value_mps2, self.gravity.source) = (gravity_mps2, gravity_source),
+            } => (self.source, self.gravity) = (Some((source, name)), gravity),
+            Event::Gravity(gravity) => self.gravity = gravity,
             Event::PoseAccepted(pose) => {
                 self.numbers = self.numbers.max(pose.pose);
                 self.poses.push(pose);

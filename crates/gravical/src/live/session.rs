@@ -205,8 +205,7 @@ impl Session {
             source,
             name: name.to_owned(),
             folder,
-            gravity_mps2: self.options.gravity.value_mps2,
-            gravity_source: self.options.gravity.source,
+            gravity: self.options.gravity,
         };
         self.note(event, &format!("{name}{into}"))
     }
@@ -1018,11 +1017,7 @@ impl Session {
             Ok(gravity) => {
                 self.options.gravity = gravity;
                 let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
-                let event = Event::Gravity {
-                    gravity_mps2: gravity.value_mps2,
-                    gravity_source: gravity.source,
-                };
-                self.emit(event, &text);
+                self.emit(Event::Gravity(gravity), &text);
                 self.fit();
             }
             Err(error) => self.refuse(error.message()),

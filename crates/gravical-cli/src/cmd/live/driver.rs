@@ -193,7 +193,7 @@ impl Driver<'_> {
                     Event::Session { .. }
                         | Event::PoseAccepted(_)
                         | Event::PoseUndone { .. }
-                        | Event::Gravity { .. }
+                        | Event::Gravity(_)
                 );
                 if is_vital {
                     self.opened.source.make_safe()?;

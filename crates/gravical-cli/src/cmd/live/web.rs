@@ -16,6 +16,7 @@ use gravical::{Error, Result};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use tempfile::NamedTempFile;
 
 use super::console::{Console, Entry, Renderer};
 use crate::text::say;
@@ -141,7 +142,7 @@ struct PageEvents {
     /// To be opened.
     url: Option<String>,
     /// The file that leads the browser to it, kept as long as the page.
-    redirect: Option<open::Redirect>,
+    redirect: Option<NamedTempFile>,
 }
 
 impl Renderer for PageEvents {
