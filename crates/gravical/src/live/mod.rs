@@ -34,9 +34,10 @@
 //! ```
 
 mod attitude;
+mod capture;
 pub mod event;
 pub mod folder;
-mod judge;
+mod rest;
 mod session;
 mod status;
 mod stillness;

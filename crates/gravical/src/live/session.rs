@@ -22,7 +22,7 @@ use super::event::{
     Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind, Welcome,
 };
 use super::folder::{Journal, section};
-use super::judge::{Fault, LET_GO, Means, Units, columns, warming};
+use super::rest::{Fault, LET_GO, Means, Units, columns, warming};
 use super::stillness::{Stillness, StillnessDetector};
 use super::{APART_DEG, LiveOptions, any_of, face_of, mg, sentence};
 

@@ -13,7 +13,7 @@ use gravical_core::rounding;
 use gravical_recording::Sample;
 use gravical_signal::{BLOCK_S, block_len};
 
-use super::judge::Means;
+use super::rest::Means;
 use crate::stats::{SortedWindow, floors};
 
 /// Fraction of the blocks that is quiet in any session.
