@@ -192,14 +192,12 @@ impl Args {
         console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
         let mut connector = Connector {
+            args: self,
+            folder: folder.unwrap_or(Path::new("")),
             console,
-            is_seen: cfg!(feature = "live") && self.has_page() || stdin().is_terminal(),
-            can_simulate: journal.is_none(),
             tried: None,
         };
-        let resumes = journal.is_some();
-        let open = |origin: &Origin| self.open(origin, folder, resumes);
-        let connected = connector.connect(self.origin(journal), open)?;
+        let connected = connector.connect(self.origin(journal))?;
         let Some(opened) = connected else {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         };
@@ -216,23 +214,21 @@ impl Args {
             Some(folder) => folder.join(RECORDING).display().to_string(),
             None => opened.name.clone(),
         };
-        let output = match (&self.output, folder) {
-            (Some(path), _) if !resumes => Some(path.clone()),
-            // A session that goes on has saved one.
-            (Some(path), _) => Some(free_name(path)),
-            (None, folder) => folder.map(|folder| free_name(&folder.join("calibration.json"))),
-        };
+        let resumes = self.resume.is_some();
+        let default = || folder.map(|folder| folder.join("calibration.json"));
+        let output = self.output.clone().or_else(default);
+        // A session that goes on has saved one.
+        let output = output.map(|path| if resumes { free_name(&path) } else { path });
         let existing = Existing::of_session(resumes);
         let events = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
         let driver = Driver {
+            args: self,
             session: Session::new(&recording, options),
             opened,
             console,
             journal: events.transpose()?,
             folder,
-            read: self.read_options(),
             output,
-            speed: self.speed(),
             hand: SimulatedHand::default(),
         };
         driver.run(journal)
@@ -305,6 +301,11 @@ impl Args {
         }
     }
 
+    /// A user sees what happens, and can choose a port. In a script an error ends the program.
+    fn is_seen(&self) -> bool {
+        cfg!(feature = "live") && self.has_page() || stdin().is_terminal()
+    }
+
     fn read_options(&self) -> ReadOptions {
         // In the file of a board the columns have names.
         let rows = self.replay.as_ref().map(|_| &self.board);
@@ -317,8 +318,8 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin, folder: Option<&Path>, resumes: bool) -> Result<OpenSource> {
-        let folder = folder.unwrap_or(Path::new(""));
+    fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
+        let resumes = self.resume.is_some();
         let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {

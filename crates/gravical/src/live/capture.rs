@@ -52,11 +52,9 @@ impl Session {
         let by_time = (last.time_s - first.time_s) * self.rate_hz + 1.0;
         let wanted = by_time.max(rows as f64);
         let missing = wanted - read.count() as f64;
-        let is_broken = samples.iter().skip(1).any(|s| s.is_break);
-        (is_broken || missing > MAX_MISSING * wanted).then(|| {
+        (missing > MAX_MISSING * wanted).then(|| {
             let text = format!(
-                "{:.0} of {wanted:.0} rows of the capture are missing. Hold it still once more; check the cable, or lower the rate, if it happens again.",
-                missing.max(1.0)
+                "{missing:.0} of {wanted:.0} rows of the capture are missing. Hold it still once more; check the cable, or lower the rate, if it happens again."
             );
             (Rejection::Gaps, text)
         })

@@ -9,6 +9,7 @@ use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, Warn
 use gravical::live::{Event, Message, sentence};
 use gravical::{Category, Error, Result};
 
+use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
 use crate::device::ports::{list, list_with_holders, the_board};
@@ -52,11 +53,9 @@ enum Answer {
 
 /// Waits for rows, and lets the user choose where they come from.
 pub struct Connector<'a> {
+    pub args: &'a Args,
+    pub folder: &'a Path,
     pub console: &'a mut Console,
-    /// A user sees what happens, and can choose a port. In a script an error ends the program.
-    pub is_seen: bool,
-    /// A simulated sensor can take the place of the board.
-    pub can_simulate: bool,
     /// The port that was opened, or could not be.
     pub tried: Option<String>,
 }
@@ -68,17 +67,14 @@ impl Connector<'_> {
     /// # Errors
     ///
     /// Those of the source that are no question.
-    pub fn connect(
-        &mut self,
-        mut origin: Origin,
-        open: impl Fn(&Origin) -> Result<OpenSource>,
-    ) -> Result<Option<OpenSource>> {
+    pub fn connect(&mut self, mut origin: Origin) -> Result<Option<OpenSource>> {
         loop {
             if let Origin::Port(name) = &origin {
                 self.tried.clone_from(name);
             }
-            let answer = match open(&origin).and_then(|opened| self.first_rows(opened)) {
-                Err(trouble) if self.is_seen && trouble.category() == Category::Device => {
+            let opened = self.args.open(&origin, self.folder);
+            let answer = match opened.and_then(|opened| self.first_rows(opened)) {
+                Err(trouble) if self.args.is_seen() && trouble.category() == Category::Device => {
                     self.choose(&trouble)?
                 }
                 answer => answer?,
@@ -147,7 +143,7 @@ impl Connector<'_> {
                     } else {
                         Vec::new()
                     },
-                    simulate: self.can_simulate,
+                    simulate: self.can_simulate(),
                 };
                 let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
                 self.show(event, &text)?;
@@ -168,7 +164,7 @@ impl Connector<'_> {
         let mut reason = EndReason::Interrupted;
         while let Ok(entry) = self.console.entries.try_recv() {
             let refusal = match entry.command {
-                Ok(Command::Simulate) if self.can_simulate => {
+                Ok(Command::Simulate) if self.can_simulate() => {
                     return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
                 }
                 Ok(Command::Port { name }) => {
@@ -199,6 +195,11 @@ impl Connector<'_> {
         };
         self.show(event, "Ended before the first row.")?;
         Ok(Some(Answer::Ended))
+    }
+
+    /// A simulated sensor can take the place of the board.
+    fn can_simulate(&self) -> bool {
+        self.args.resume.is_none()
     }
 
     /// The commands that flash our sketch, from the folder of gravical.

@@ -15,10 +15,11 @@ use gravical::live::event::{
 };
 use gravical::live::folder::{Journal, calibrate_session};
 use gravical::numfmt::count;
-use gravical::recording::{ReadOptions, Recording, read};
+use gravical::recording::{Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
+use super::Args;
 use super::connect::OpenSource;
 use super::console::{Console, Entry};
 use super::source::Incoming;
@@ -34,17 +35,15 @@ const HAND_S: f64 = 8.0;
 
 /// A session and everything around it.
 pub struct Driver<'a> {
+    pub args: &'a Args,
     pub session: Session,
     pub opened: OpenSource,
     pub console: &'a mut Console,
     /// An event a line.
     pub journal: Option<LogFile>,
     pub folder: Option<&'a Path>,
-    pub read: ReadOptions,
     /// The calibration file.
     pub output: Option<PathBuf>,
-    /// Times real time; 0 is as fast as possible.
-    pub speed: f64,
     pub hand: SimulatedHand,
 }
 
@@ -139,8 +138,9 @@ impl Driver<'_> {
             if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
                 return self.finish();
             }
-            if kind == SourceKind::Replay && self.speed > 0.0 {
-                let ahead_s = self.hand.now_s / self.speed - started.elapsed().as_secs_f64();
+            let speed = self.args.speed();
+            if kind == SourceKind::Replay && speed > 0.0 {
+                let ahead_s = self.hand.now_s / speed - started.elapsed().as_secs_f64();
                 std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
             }
             next = self.opened.source.next()?;
@@ -285,7 +285,7 @@ impl Driver<'_> {
         let poses = self.session.poses().count();
         if self.opened.kind == SourceKind::Replay && poses == 0 {
             // What is no recording is refused as by every command.
-            read(Path::new(&self.opened.name), &self.read)?;
+            read(Path::new(&self.opened.name), &self.args.read_options())?;
         }
         let poses = count(poses, "pose");
         let text = format!("The rows ended after {poses}");
@@ -307,7 +307,8 @@ impl Driver<'_> {
                 command: Some(command_line()),
                 ..CalibrateOptions::default()
             };
-            calibrate_session(folder, &self.read, &options, Some(self.session.gravity()))
+            let read = self.args.read_options();
+            calibrate_session(folder, &read, &options, Some(self.session.gravity()))
         });
         let recorded = recorded.transpose()?;
         let file = recorded.as_ref().map(|(_, done)| &done.file);

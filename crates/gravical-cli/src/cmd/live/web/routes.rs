@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
+use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::{Path, Request, State};
 use axum::http::header::{
@@ -15,7 +16,6 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
-use axum::{Router, body};
 use gravical::live::{Command, sentence};
 
 use super::hub::Hub;
@@ -23,8 +23,6 @@ use crate::cmd::live::console::Entry;
 
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 1 << 12;
-/// A command has to arrive within this time.
-const COMMAND_TIME: Duration = Duration::from_secs(5);
 
 /// Of everything but the report, which has its own in its text.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -196,11 +194,8 @@ async fn events(State(served): State<Served>) -> Response {
 }
 
 async fn command(State(served): State<Served>, body: Body) -> Response {
-    let read = tokio::time::timeout(COMMAND_TIME, to_bytes(body, COMMAND_BYTES));
-    let bytes: body::Bytes = match read.await {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(_)) => return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long"),
-        Err(_) => return refused(StatusCode::REQUEST_TIMEOUT, "the command is not complete"),
+    let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
+        return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
     };
     let entry = match serde_json::from_slice::<Command>(&bytes) {
         Ok(command) => Entry {
