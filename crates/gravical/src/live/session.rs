@@ -442,7 +442,8 @@ impl Session {
     }
 
     /// The direction of the free pose that is wanted next.
-    pub(super) fn next_up(&self) -> Option<[f64; 3]> {
+    #[must_use]
+    pub fn next_up(&self) -> Option<[f64; 3]> {
         let is_free = self.to_do().is_empty() && self.grade() != Some(Grade::Good);
         let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
         is_free.then_some(next.direction)

@@ -54,8 +54,6 @@ pub struct SimulatedHand {
     now_s: f64,
     /// Time of the session until which it is busy: it moves the sensor, or leaves it alone, s.
     busy_until_s: f64,
-    /// The direction that is asked for.
-    asked: Option<[f64; 3]>,
     /// Nobody types any more.
     is_gone: bool,
 }
@@ -71,13 +69,13 @@ impl SimulatedHand {
 
     fn see(&mut self, message: &Message) {
         self.now_s = message.t_s;
-        match &message.event {
-            Event::NextPose { up, .. } => self.asked = *up,
-            Event::PoseRejected {
-                reason: Rejection::Moved | Rejection::Gaps,
-            } => {}
-            Event::PoseAccepted(_) | Event::PoseRejected { .. } => self.busy_until_s = message.t_s,
-            _ => {}
+        let is_over = match &message.event {
+            Event::PoseAccepted(_) => true,
+            Event::PoseRejected { reason } => !matches!(reason, Rejection::Moved | Rejection::Gaps),
+            _ => false,
+        };
+        if is_over {
+            self.busy_until_s = self.now_s;
         }
     }
 }
@@ -251,7 +249,7 @@ impl Driver<'_> {
             // The program ends as after Ctrl-C.
             self.console.interrupt();
         }
-        match self.opened.source.hand(command, self.hand.asked) {
+        match self.opened.source.hand(command, self.session.next_up()) {
             Ok(true) => {
                 self.hand.moves();
                 Ok(())

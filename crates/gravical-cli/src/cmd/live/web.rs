@@ -17,6 +17,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
+use tokio::sync::Semaphore;
 
 use super::console::{Console, Entry, Renderer};
 use crate::text::say;
@@ -24,8 +25,10 @@ use crate::text::say;
 use hub::Hub;
 use routes::{Served, routes};
 
-/// A connection has to send its request within this time.
-const REQUEST_TIME: Duration = Duration::from_secs(5);
+/// Connections at a time: the session needs files, too.
+const CONNECTIONS: usize = 128;
+/// A connection has to send its request within this time; without the token it is closed then.
+const REQUEST_TIME: Duration = Duration::from_secs(2);
 /// Longest head of a request, bytes.
 const HEAD_BYTES: usize = 1 << 14;
 /// The end of the session waits for a tab that is loaded again for this long.
@@ -172,13 +175,14 @@ fn system(error: std::io::Error) -> Error {
         .with_hint("--plain guides in the terminal")
 }
 
-/// Answers until the program ends. A connection that sends no request is closed soon; one without the
-/// token after its answer.
+/// Answers until the program ends.
 async fn answer(listener: TcpListener, app: Router) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
         return;
     };
+    let free = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
+        let place = Arc::clone(&free).acquire_owned().await;
         let Ok((stream, _)) = listener.accept().await else {
             // No more files, for example: connections that end give some back.
             tokio::time::sleep(STEP).await;
@@ -187,14 +191,17 @@ async fn answer(listener: TcpListener, app: Router) {
         // An event is sent at once.
         let _ = stream.set_nodelay(true);
         let service = TowerToHyperService::new(app.clone());
-        tokio::spawn(
-            http1::Builder::new()
-                .timer(TokioTimer::new())
-                .header_read_timeout(REQUEST_TIME)
-                .max_buf_size(HEAD_BYTES)
-                // A browser has six for a host: those of files are not kept for later.
-                .keep_alive(false)
-                .serve_connection(TokioIo::new(stream), service),
-        );
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(REQUEST_TIME)
+            .max_buf_size(HEAD_BYTES)
+            // A browser has six for a host: those of files are not kept for later.
+            .keep_alive(false)
+            .serve_connection(TokioIo::new(stream), service);
+        tokio::spawn(async move {
+            // A connection that breaks off is no fault of the session.
+            let _ = connection.await;
+            drop(place);
+        });
     }
 }
