@@ -16,23 +16,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
+use gravical::live::LiveOptions;
 use gravical::live::event::SourceKind;
-use gravical::live::folder::{JOURNAL, Journal, RECORDING};
-use gravical::live::{LiveOptions, Session};
+use gravical::live::folder::{Journal, RECORDING};
 use gravical::output::make_folder;
 use gravical::recording::ReadOptions;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, Existing, LogFile};
-use crate::failure;
+use crate::cmd::log::BoardArgs;
 use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Connector, OpenSource, Origin};
+use connect::{OpenSource, Origin};
 use console::{Console, EventLines, Plain, Renderer};
-use driver::{Driver, SimulatedHand};
+use driver::Driver;
 use source::{PortSource, Replay, Simulated, Source};
 #[cfg(feature = "live")]
 use web::Page;
@@ -144,7 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(page) = &page {
         return args.guide_on(page, folder, journal, &mut console);
     }
-    args.guide(folder.as_deref(), journal.as_ref(), &mut console)
+    Driver::new(args, folder.as_deref(), journal.as_ref(), &mut console).run()
 }
 
 /// The path, or one with a number that does not exist.
@@ -165,7 +164,8 @@ impl Args {
         journal: Option<Journal>,
         console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
-        let done = self.guide(folder.as_deref(), journal.as_ref(), console);
+        let driver = Driver::new(self, folder.as_deref(), journal.as_ref(), console);
+        let done = driver.run();
         match &done {
             Err(error) => page.fail(&error.to_string()),
             Ok(_) if console.is_interrupted() => page.last_word(),
@@ -184,54 +184,29 @@ impl Args {
         done
     }
 
-    /// The session, from its source to its end.
-    fn guide(
-        &self,
-        folder: Option<&Path>,
-        journal: Option<&Journal>,
-        console: &mut Console,
-    ) -> anyhow::Result<ExitCode> {
-        let mut connector = Connector {
-            args: self,
-            folder: folder.unwrap_or(Path::new("")),
-            console,
-            tried: None,
-        };
-        let connected = connector.connect(self.origin(journal))?;
-        let Some(opened) = connected else {
-            return Ok(ExitCode::from(failure::INTERRUPTED));
-        };
-        let simulated = (opened.kind == SourceKind::Simulate).then(Simulated::gravity);
-        let gravity = self.gravity.given()?.or(journal.map(|j| j.gravity));
-        let options = LiveOptions {
+    /// How the session is guided.
+    fn session_options(&self, kind: SourceKind, before: Option<&Journal>) -> Result<LiveOptions> {
+        let simulated = (kind == SourceKind::Simulate).then(Simulated::gravity);
+        let gravity = self.gravity.given()?.or(before.map(|j| j.gravity));
+        Ok(LiveOptions {
             read: self.read_options(),
             gravity: gravity.or(simulated).unwrap_or_default(),
             capture_s: self.capture,
             any_pose: self.any_pose,
             ..LiveOptions::default()
-        };
-        let recording = match folder {
-            Some(folder) => folder.join(RECORDING).display().to_string(),
-            None => opened.name.clone(),
-        };
-        let resumes = self.resume.is_some();
+        })
+    }
+
+    /// The calibration file.
+    fn output(&self, folder: Option<&Path>) -> Option<PathBuf> {
         let default = || folder.map(|folder| folder.join("calibration.json"));
-        let output = self.output.clone().or_else(default);
+        let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
-        let output = output.map(|path| if resumes { free_name(&path) } else { path });
-        let existing = Existing::of_session(resumes);
-        let events = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
-        let driver = Driver {
-            args: self,
-            session: Session::new(&recording, options),
-            opened,
-            console,
-            journal: events.transpose()?,
-            folder,
-            output,
-            hand: SimulatedHand::default(),
-        };
-        driver.run(journal)
+        Some(if self.resume.is_some() {
+            free_name(&output)
+        } else {
+            output
+        })
     }
 
     /// Checks what will be written, before the poses are.
@@ -354,7 +329,6 @@ impl Args {
             name,
             source,
             before,
-            first: Vec::new(),
         })
     }
 }

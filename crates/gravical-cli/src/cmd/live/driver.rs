@@ -9,23 +9,24 @@ use std::time::{Duration, Instant};
 use gravical::calibrate::{CalibrateOptions, Calibrated};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
-use gravical::live::Session;
 use gravical::live::event::{
-    Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
+    Command, EndReason, Event, Loss, Message, PortInfo, Rejection, SourceKind, WarningKind,
 };
-use gravical::live::folder::{Journal, calibrate_session};
+use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
+use gravical::live::{LiveOptions, Session, sentence};
 use gravical::numfmt::count;
 use gravical::recording::{Recording, read};
-use gravical::{Error, Result};
+use gravical::{Category, Error, Result};
 use gravical_report::{figure, report};
 
 use super::Args;
-use super::connect::OpenSource;
+use super::connect::{Absent, OpenSource, Origin, arrived, flash, remedy};
 use super::console::{Console, Entry};
 use super::source::Incoming;
 use super::truth::truth_event;
 use crate::cmd::calibrate::save;
-use crate::cmd::log::LogFile;
+use crate::cmd::log::{Existing, LogFile};
+use crate::device::ports::{list, list_with_holders};
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -35,21 +36,28 @@ const HAND_S: f64 = 8.0;
 
 /// A session and everything around it.
 pub struct Driver<'a> {
-    pub args: &'a Args,
-    pub session: Session,
-    pub opened: OpenSource,
-    pub console: &'a mut Console,
+    args: &'a Args,
+    console: &'a mut Console,
+    folder: Option<&'a Path>,
+    /// Of a session that goes on.
+    before: Option<&'a Journal>,
+    origin: Origin,
+    opened: OpenSource,
+    /// Why the user has to choose another origin.
+    trouble: Option<Error>,
+    /// The ports that were shown to choose from.
+    shown: Option<Vec<PortInfo>>,
+    /// The first rows have arrived, or there is no need to wait for them.
+    has_begun: bool,
+    session: Session,
     /// An event a line.
-    pub journal: Option<LogFile>,
-    pub folder: Option<&'a Path>,
-    /// The calibration file.
-    pub output: Option<PathBuf>,
-    pub hand: SimulatedHand,
+    journal: Option<LogFile>,
+    hand: SimulatedHand,
 }
 
 /// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
-pub struct SimulatedHand {
+struct SimulatedHand {
     waiting: VecDeque<Command>,
     now_s: f64,
     /// Time of the session until which it is busy: it moves the sensor, or leaves it alone, s.
@@ -80,14 +88,47 @@ impl SimulatedHand {
     }
 }
 
-impl Driver<'_> {
-    /// Runs the session to its end; first `before`, where it goes on.
+impl<'a> Driver<'a> {
+    /// For a session in `folder`, if it has one; `before` is the journal of one that goes on.
+    pub fn new(
+        args: &'a Args,
+        folder: Option<&'a Path>,
+        before: Option<&'a Journal>,
+        console: &'a mut Console,
+    ) -> Self {
+        Driver {
+            args,
+            console,
+            folder,
+            before,
+            origin: args.origin(before),
+            opened: OpenSource {
+                kind: SourceKind::Port,
+                name: String::new(),
+                source: Box::new(Absent),
+                before: Vec::new(),
+            },
+            trouble: None,
+            shown: None,
+            has_begun: false,
+            session: Session::new("", LiveOptions::default()),
+            journal: None,
+            hand: SimulatedHand::default(),
+        }
+    }
+
+    /// Runs the session to its end.
     ///
     /// # Errors
     ///
     /// Those of the source and of the disk.
-    pub fn run(mut self, before: Option<&Journal>) -> anyhow::Result<ExitCode> {
-        let ended = self.guide(before);
+    pub fn run(mut self) -> anyhow::Result<ExitCode> {
+        let ended = self.guide();
+        if !self.has_begun {
+            self.discard();
+            ended?;
+            return self.stopped();
+        }
         // A recording that cannot be written has been rescued.
         if !ended.as_ref().is_err_and(|error| error.code() == "io") {
             self.opened.source.close();
@@ -106,11 +147,143 @@ impl Driver<'_> {
     }
 
     /// Reads rows and does what the user wants, until there is an end.
-    fn guide(&mut self, before: Option<&Journal>) -> Result<()> {
+    fn guide(&mut self) -> Result<()> {
+        self.open()?;
+        let started = Instant::now();
+        while !self.console.is_interrupted() && !self.session.is_done() {
+            match self.opened.source.next() {
+                Ok(next) => {
+                    for incoming in next {
+                        if !self.take(incoming)? {
+                            return self.finish();
+                        }
+                    }
+                }
+                Err(error) => self.ask(error)?,
+            }
+            self.look_for_ports()?;
+            self.commands()?;
+            let hand = &self.hand;
+            let is_idle = hand.is_gone && hand.waiting.is_empty() && !hand.is_busy();
+            let kind = self.opened.kind;
+            if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
+                return self.finish();
+            }
+            let speed = self.args.speed();
+            if kind == SourceKind::Replay && speed > 0.0 {
+                let ahead_s = self.hand.now_s / speed - started.elapsed().as_secs_f64();
+                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
+            }
+        }
+        Ok(())
+    }
+
+    // The way to the first row.
+
+    /// Opens the source.
+    fn open(&mut self) -> Result<()> {
+        self.discard();
+        self.trouble = None;
+        match self
+            .args
+            .open(&self.origin, self.folder.unwrap_or(Path::new("")))
+        {
+            Ok(opened) => self.opened = opened,
+            Err(error) => return self.ask(error),
+        }
+        // A port may be that of another device.
+        if self.opened.kind == SourceKind::Port {
+            return Ok(());
+        }
+        self.begin()
+    }
+
+    /// No file of the source remains.
+    fn discard(&mut self) {
+        let source = std::mem::replace(&mut self.opened.source, Box::new(Absent));
+        source.discard();
+    }
+
+    /// Lets the user choose another port, or a simulated sensor. In a script, and once there were rows,
+    /// the error ends the program.
+    fn ask(&mut self, error: Error) -> Result<()> {
+        if self.has_begun || !self.args.is_seen() || error.category() != Category::Device {
+            return Err(error);
+        }
+        self.discard();
+        (self.trouble, self.shown) = (Some(error), None);
+        Ok(())
+    }
+
+    /// Shows the ports to choose from; opens the one that was waited for as soon as it is there.
+    fn look_for_ports(&mut self) -> Result<()> {
+        let Some(trouble) = self.trouble.take() else {
+            return Ok(());
+        };
+        let found = list_with_holders().unwrap_or_default();
+        let tried = self.origin.port();
+        if let Some(name) = arrived(&trouble, tried, &found) {
+            self.origin = Origin::Port(Some(name));
+            return self.open();
+        }
+        if self.shown.as_ref() != Some(&found) {
+            let (remedy, needs_sketch) = remedy(&trouble);
+            let flash = needs_sketch.then(|| flash(tried));
+            let event = Event::Ports {
+                ports: found.clone(),
+                tried: tried.map(str::to_owned),
+                flash: flash.unwrap_or_default(),
+                simulate: self.before.is_none(),
+            };
+            let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+            self.note(event, &text)?;
+            self.shown = Some(found);
+        }
+        self.trouble = Some(trouble);
+        Ok(())
+    }
+
+    /// Another source before the first row. Only a port of this computer can be chosen, or the one that
+    /// was tried.
+    fn choose(&mut self, command: &Command) -> Result<()> {
+        let refusal = match command {
+            Command::Simulate if self.before.is_none() => {
+                self.origin = Origin::Simulated(None);
+                return self.open();
+            }
+            Command::Simulate => "This session is of another sensor.",
+            Command::Port { name } => {
+                let ports = list().unwrap_or_default();
+                let is_known = ports.iter().any(|port| port.name == *name);
+                if is_known || self.origin.port() == Some(name.as_str()) {
+                    self.origin = Origin::Port(Some(name.clone()));
+                    return self.open();
+                }
+                &format!("{name} is no port of this computer.")
+            }
+            _ => "No row has arrived yet: the session has not begun.",
+        };
+        self.warn(WarningKind::Refused, refusal)
+    }
+
+    /// The session begins, or goes on.
+    fn begin(&mut self) -> Result<()> {
+        self.has_begun = true;
         let kind = self.opened.kind;
+        let recording = match self.folder {
+            Some(folder) => folder.join(RECORDING).display().to_string(),
+            None => self.opened.name.clone(),
+        };
+        let options = self.args.session_options(kind, self.before)?;
+        self.session = Session::new(&recording, options);
+        let existing = Existing::of_session(self.before.is_some());
+        let journal = self
+            .folder
+            .map(|f| LogFile::open(&f.join(JOURNAL), existing));
+        self.journal = journal.transpose()?;
         let folder = self.folder.map(|f| f.display().to_string());
         let begun = self.session.begin(kind, &self.opened.name, folder);
-        if let Some(journal) = before {
+        if let Some(journal) = self.before {
             self.render(&begun)?;
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
@@ -122,35 +295,18 @@ impl Driver<'_> {
             // It is left alone until its noise is known.
             self.hand.moves();
         }
-        let started = Instant::now();
-        let mut next = std::mem::take(&mut self.opened.first);
-        while !self.console.is_interrupted() && !self.session.is_done() {
-            for incoming in next {
-                if !self.take(incoming)? {
-                    return self.finish();
-                }
-            }
-            self.commands()?;
-            let hand = &self.hand;
-            let is_idle = hand.is_gone && hand.waiting.is_empty() && !hand.is_busy();
-            if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
-                return self.finish();
-            }
-            let speed = self.args.speed();
-            if kind == SourceKind::Replay && speed > 0.0 {
-                let ahead_s = self.hand.now_s / speed - started.elapsed().as_secs_f64();
-                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
-            }
-            next = self.opened.source.next()?;
-        }
         Ok(())
     }
 
+    // The session.
+
     /// Passes to the session what the source has; false at its end.
     fn take(&mut self, incoming: Incoming) -> Result<bool> {
-        let has_more = !matches!(incoming, Incoming::End);
         let messages = match incoming {
             Incoming::Bytes(bytes) => {
+                if !self.has_begun {
+                    self.begin()?;
+                }
                 let mut messages = self.session.resumed();
                 messages.extend(self.session.bytes(&bytes)?);
                 if self.opened.kind == SourceKind::Port {
@@ -159,16 +315,31 @@ impl Driver<'_> {
                 }
                 messages
             }
-            Incoming::Lost(why) => self.session.lost(why),
+            Incoming::Connected(name) if !self.has_begun => {
+                self.opened.name.clone_from(&name);
+                self.origin = Origin::Port(Some(name.clone()));
+                let text = format!("{name} is open: waiting for its first rows.");
+                self.session.note(Event::Connecting { name }, &text)
+            }
+            Incoming::Lost(Loss::Unplugged) if !self.has_begun => {
+                let text = format!("{}: unplugged before the first row", self.opened.name);
+                self.ask(Error::device("no-such-port", text))?;
+                Vec::new()
+            }
+            Incoming::Lost(why) if self.has_begun => self.session.lost(why),
+            Incoming::Connected(_) | Incoming::Lost(_) => Vec::new(),
             Incoming::Warning(text) => {
                 let kind = WarningKind::Rows;
                 self.session.note(Event::Warning { kind }, &text)
             }
-            Incoming::Connected(_) => Vec::new(),
-            Incoming::End => self.session.settle_format().unwrap_or_default(),
+            Incoming::End => {
+                let messages = self.session.settle_format().unwrap_or_default();
+                self.show(messages)?;
+                return Ok(false);
+            }
         };
         self.show(messages)?;
-        Ok(has_more)
+        Ok(true)
     }
 
     /// There will be no more rows, or none that matter.
@@ -248,6 +419,8 @@ impl Driver<'_> {
         if *command == Command::Cancel {
             // The program ends as after Ctrl-C.
             self.console.interrupt();
+        } else if !self.has_begun {
+            return self.choose(command);
         }
         match self.opened.source.hand(command, self.session.next_up()) {
             Ok(true) => {
@@ -267,15 +440,17 @@ impl Driver<'_> {
     /// The user has ended it: what was recorded is kept.
     fn stopped(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let safe = self.folder.map_or(String::new(), |f| {
-            format!("; what was recorded is in {}", f.display())
-        });
-        if self.session.is_done() {
-            let text = format!("Cancelled without a calibration{safe}");
-            self.end(EndReason::Cancelled, &text)?;
+        let (reason, what) = if self.session.is_done() {
+            (EndReason::Cancelled, "Cancelled without a calibration")
         } else {
-            self.end(EndReason::Interrupted, &format!("Interrupted{safe}"))?;
-        }
+            (EndReason::Interrupted, "Interrupted")
+        };
+        let text = match self.folder {
+            _ if !self.has_begun => "Ended before the first row.".to_owned(),
+            Some(folder) => format!("{what}; what was recorded is in {}.", folder.display()),
+            None => what.to_owned(),
+        };
+        self.end(reason, &text)?;
         Ok(ExitCode::from(failure::INTERRUPTED))
     }
 
@@ -312,11 +487,12 @@ impl Driver<'_> {
         let file = recorded.as_ref().map(|(_, done)| &done.file);
         let file = file.or(self.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
-        let done = match &self.output {
+        let output = self.args.output(self.folder);
+        let done = match &output {
             Some(_) => "Done and saved",
             None => "Done, and not saved (-o cal.json does)",
         };
-        if let Some(output) = self.output.take() {
+        if let Some(output) = output {
             save(&output, false, &file)?;
             let report = self.report(&file, recorded.as_ref(), &output)?;
             let saved = Event::Saved {
@@ -395,7 +571,7 @@ impl Driver<'_> {
         let event = Event::End {
             reason,
             poses: self.session.poses().count() as u32,
-            resume: resume.filter(|_| reason != EndReason::Finished),
+            resume: resume.filter(|_| self.has_begun && reason != EndReason::Finished),
         };
         self.note(event, text)
     }
