@@ -188,7 +188,7 @@ impl Session {
                 self.accept(pose.clone());
             }
         }
-        Ok(self.take())
+        Ok(self.take_events())
     }
 
     /// The first event.
@@ -242,7 +242,7 @@ impl Session {
         for sample in samples {
             self.sample(sample)?;
         }
-        Ok(self.take())
+        Ok(self.take_events())
     }
 
     /// No rows arrive.
@@ -261,7 +261,7 @@ impl Session {
             let poses = self.poses.len() as u32;
             self.emit(Event::Lost { why, poses }, &text);
         }
-        self.take()
+        self.take_events()
     }
 
     /// Rows arrive again.
@@ -276,13 +276,13 @@ impl Session {
         let text = format!("Here again. {}", self.safe());
         self.emit(Event::Resumed { poses }, &text);
         self.fit();
-        self.take()
+        self.take_events()
     }
 
     /// Something for the record that only the program knows: what was saved, the end.
     pub fn note(&mut self, event: Event, text: &str) -> Vec<Message> {
         self.emit(event, text);
-        self.take()
+        self.take_events()
     }
 
     /// Does what the user wants. [`Command::Hand`] is for a simulated sensor, not for the session.
@@ -310,7 +310,7 @@ impl Session {
             Command::Resume => self.refuse("The session goes on already."),
             Command::Hand { .. } => self.refuse("This sensor is moved by hand, not by commands."),
         }
-        self.take()
+        self.take_events()
     }
 
     /// The calibration from the poses so far.
@@ -342,7 +342,7 @@ impl Session {
         self.events.push(Message::new(self.now_s, event, text));
     }
 
-    fn take(&mut self) -> Vec<Message> {
+    fn take_events(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.events)
     }
 
@@ -396,13 +396,16 @@ impl Session {
     }
 
     /// The face was recorded.
-    pub(super) fn has(&self, face: Face) -> bool {
+    pub(super) fn is_recorded(&self, face: Face) -> bool {
         let name = Some(face.name());
         self.poses().any(|p| p.face == name)
     }
 
-    pub(super) fn to_do(&self) -> Vec<Face> {
-        Face::all().into_iter().filter(|f| !self.has(*f)).collect()
+    pub(super) fn missing_faces(&self) -> Vec<Face> {
+        Face::all()
+            .into_iter()
+            .filter(|f| !self.is_recorded(*f))
+            .collect()
     }
 
     /// The temperature of the first pose that has one.
@@ -444,7 +447,7 @@ impl Session {
     /// The direction of the free pose that is wanted next.
     #[must_use]
     pub fn next_up(&self) -> Option<[f64; 3]> {
-        let is_free = self.to_do().is_empty() && self.grade() != Some(Grade::Good);
+        let is_free = self.missing_faces().is_empty() && self.grade() != Some(Grade::Good);
         let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
         is_free.then_some(next.direction)
     }
@@ -747,13 +750,13 @@ impl Session {
     pub(super) fn welcome(&self, up: [f64; 3]) -> Welcome {
         let face = face_up(up);
         let kind = face.map_or(Welcome::Free, |_| Welcome::Face);
-        if self.options.any_pose || face.is_some_and(|f| !self.has(f)) {
+        if self.options.any_pose || face.is_some_and(|f| !self.is_recorded(f)) {
             return kind;
         }
         // A steep face that is done leaves room for a free pose beside it only if it is far.
         if self.poses().any(|p| angle_deg(p.up, up) < APART_DEG) {
             Welcome::Duplicate
-        } else if face.is_some() || self.to_do().is_empty() {
+        } else if face.is_some() || self.missing_faces().is_empty() {
             kind
         } else {
             Welcome::Between
@@ -763,8 +766,8 @@ impl Session {
     fn refusal(&self, welcome: Welcome, up: [f64; 3]) -> Option<Fault> {
         let (face, tilt_deg) = Face::nearest(up);
         let name = face.name();
-        let to_do = self.to_do();
-        let faces = any_of(&to_do);
+        let missing = self.missing_faces();
+        let faces = any_of(&missing);
         Some(match welcome {
             Welcome::Face | Welcome::Free => return None,
             Welcome::Duplicate if self.redo.contains(&face.opposite()) => {
@@ -779,7 +782,7 @@ impl Session {
                     Some(_) => name,
                     None => format!("A pose within {APART_DEG:.0}°"),
                 };
-                let next = if to_do.is_empty() {
+                let next = if missing.is_empty() {
                     "another direction"
                 } else {
                     &faces
@@ -846,7 +849,7 @@ impl Session {
         self.poses.push((pose.clone(), gyro));
         self.has_departed = false;
         let name = pose.face.as_deref().unwrap_or(FREE_POSE);
-        let faces = 6 - self.to_do().len();
+        let faces = 6 - self.missing_faces().len();
         let free = self.poses().filter(|p| p.face.is_none()).count();
         let mut text = format!(
             "{name} is done. ‖a‖ {:.3} m/s², noise {:.1} mg ({faces} of 6 faces, {free} free).",
@@ -892,7 +895,7 @@ impl Session {
             self.refuse("A face is +x, -x, +y, -y, +z or -z.");
             return;
         };
-        if self.has(face) && !self.redo.contains(&face) {
+        if self.is_recorded(face) && !self.redo.contains(&face) {
             self.redo.push(face);
         }
         let name = face.name();
@@ -987,11 +990,11 @@ impl Session {
 
     /// Says which pose is wanted next.
     fn request_pose(&mut self) {
-        let to_do = self.to_do();
+        let missing = self.missing_faces();
         let up = self.next_up();
         let hint = up.map(in_words);
-        let (kind, text) = if !to_do.is_empty() {
-            (Wanted::Face, format!("Next: {} up.", any_of(&to_do)))
+        let (kind, text) = if !missing.is_empty() {
+            (Wanted::Face, format!("Next: {} up.", any_of(&missing)))
         } else if self.grade() == Some(Grade::Good) {
             let text = "Good: it can be saved; more poses make it better.";
             (Wanted::None, text.to_owned())
@@ -1001,7 +1004,7 @@ impl Session {
         };
         let event = Event::NextPose {
             kind,
-            faces: to_do.iter().map(|f| f.name()).collect(),
+            faces: missing.iter().map(|f| f.name()).collect(),
             up,
             hint,
         };

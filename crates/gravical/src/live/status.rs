@@ -39,9 +39,9 @@ impl Session {
         let suspect = suspect.and_then(|pose| pose.face.clone());
         let tile = |f: Face| match state {
             State::Capture if here == Some(f) => Tile::Capturing,
-            _ if self.has(f) && suspect != Some(f.name()) => Tile::Done,
+            _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,
             State::Settle if here == Some(f) => Tile::HoldStill,
-            _ if self.redo.contains(&f) || self.has(f) => Tile::Redo,
+            _ if self.redo.contains(&f) || self.is_recorded(f) => Tile::Redo,
             _ => Tile::ToDo,
         };
         let units = self.units();
@@ -102,9 +102,9 @@ impl Session {
 
     /// What to do while nothing is held.
     fn next_step(&self, welcome: Welcome) -> String {
-        let to_do = self.to_do();
-        let faces = any_of(&to_do);
-        match to_do.len() {
+        let missing = self.missing_faces();
+        let faces = any_of(&missing);
+        match missing.len() {
             6 => "Put any side up, and hold still.".to_owned(),
             1.. if welcome == Welcome::Duplicate => format!("Turn it: put {faces} up."),
             1.. => format!("Put {faces} up, and hold still."),

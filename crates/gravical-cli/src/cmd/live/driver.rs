@@ -154,7 +154,7 @@ impl<'a> Driver<'a> {
             match self.opened.source.next() {
                 Ok(next) => {
                     for incoming in next {
-                        if !self.take(incoming)? {
+                        if !self.receive(incoming)? {
                             return self.finish();
                         }
                     }
@@ -301,7 +301,7 @@ impl<'a> Driver<'a> {
     // The session.
 
     /// Passes to the session what the source has; false at its end.
-    fn take(&mut self, incoming: Incoming) -> Result<bool> {
+    fn receive(&mut self, incoming: Incoming) -> Result<bool> {
         let messages = match incoming {
             Incoming::Bytes(bytes) => {
                 if !self.has_begun {
