@@ -22,7 +22,6 @@ pub struct Message {
     /// Seconds since the first row, by the clock of the recording.
     pub t_s: f64,
     /// The event in words: whole sentences, for page and terminal.
-    #[serde(default)]
     pub text: String,
     /// What happened.
     #[serde(flatten)]
@@ -42,10 +41,8 @@ pub enum Event {
         /// The one that was opened, or could not be.
         tried: Option<String>,
         /// Commands that flash our sketch, where the board sends no rows.
-        #[serde(default)]
         flash: Vec<String>,
         /// A simulated sensor can take the place of the board.
-        #[serde(default)]
         simulate: bool,
     },
     /// A port is open; no row has arrived yet. Before the session.
@@ -472,22 +469,17 @@ pub enum Command {
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².
-        #[serde(default)]
         value: Option<f64>,
         /// Degrees.
-        #[serde(default)]
         latitude: Option<f64>,
         /// Height above sea level, m.
-        #[serde(default)]
         altitude: Option<f64>,
     },
     /// Moves a simulated sensor; without anything else to the direction that is asked for.
     Hand {
         /// Lay it down with this face up.
-        #[serde(default)]
         put: Option<String>,
         /// Hold it with this direction up.
-        #[serde(default)]
         up: Option<[f64; 3]>,
         /// Push it.
         #[serde(default)]

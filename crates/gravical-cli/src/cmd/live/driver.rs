@@ -184,10 +184,8 @@ impl<'a> Driver<'a> {
     fn open(&mut self) -> Result<()> {
         self.discard();
         self.trouble = None;
-        match self
-            .args
-            .open(&self.origin, self.folder.unwrap_or(Path::new("")))
-        {
+        let folder = self.folder.unwrap_or(Path::new(""));
+        match self.args.open(&self.origin, folder) {
             Ok(opened) => self.opened = opened,
             Err(error) => return self.ask(error),
         }

@@ -18,12 +18,10 @@ const RETRY: Duration = Duration::from_millis(500);
 /// Everything that was said, for each tab to read at its own pace.
 #[derive(Default)]
 pub struct Said {
-    /// All events of the session but the status.
+    /// All events but the status; a session that goes on begins with its event `session` again.
     past: Vec<Arc<str>>,
     /// The latest status, and how many events came before it.
     status: Option<(usize, Arc<str>)>,
-    /// Number of the session.
-    session: usize,
     /// The calibration report.
     pub report: Option<Arc<str>>,
     /// The last event was said.
@@ -48,15 +46,11 @@ impl Hub {
         let text = serde_json::to_string(message);
         let text = text.map_err(|e| Error::device("page", e.to_string()))?;
         self.0.send_modify(|said| {
-            if matches!(message.event, Event::Session { .. }) {
-                // One before it, which goes on, is over.
-                *said = Said {
-                    session: said.session + 1,
-                    had_tab: said.had_tab,
-                    ..Said::default()
-                };
+            match message.event {
+                Event::Session { .. } => said.has_ended = false,
+                Event::End { .. } => said.has_ended = true,
+                _ => {}
             }
-            said.has_ended |= matches!(message.event, Event::End { .. });
             if message.event.is_status() {
                 said.status = Some((said.past.len(), text.into()));
             } else {
@@ -95,7 +89,6 @@ impl Hub {
 /// How far a tab has read.
 struct Tab {
     said: watch::Receiver<Said>,
-    session: usize,
     /// Its next event.
     next: usize,
     status: Option<Arc<str>>,
@@ -103,11 +96,8 @@ struct Tab {
 
 impl Tab {
     fn new(hub: &Hub) -> Self {
-        let said = hub.0.subscribe();
-        let session = said.borrow().session;
         Tab {
-            said,
-            session,
+            said: hub.0.subscribe(),
             next: 0,
             status: None,
         }
@@ -129,9 +119,6 @@ impl Tab {
     /// The next event that was said already. Of statuses the latest is enough.
     fn unread(&mut self) -> Option<Arc<str>> {
         let said = self.said.borrow_and_update();
-        if self.session != said.session {
-            (self.session, self.next) = (said.session, 0);
-        }
         let status = said.status.as_ref().filter(|(at, _)| *at <= self.next);
         let status = status.map(|(_, status)| status);
         let is_read = |status: &&Arc<str>| {
