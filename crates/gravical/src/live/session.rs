@@ -250,7 +250,6 @@ impl Session {
         if self.stop.is_none() {
             self.stop = Some(Stop::Lost);
             self.interrupt();
-            self.status();
             let safe = self.safe();
             let text = match why {
                 Loss::Unplugged => format!("Unplugged. {safe}Plug it back in."),
@@ -260,6 +259,7 @@ impl Session {
             };
             let poses = self.poses.len() as u32;
             self.emit(Event::Lost { why, poses }, &text);
+            self.status();
         }
         self.take_events()
     }
@@ -270,6 +270,8 @@ impl Session {
             return Vec::new();
         }
         self.stop = None;
+        // No status says that rows are lost once they are here again.
+        self.status();
         self.recent.clear();
         self.progress_s = self.now_s;
         let poses = self.poses.len() as u32;

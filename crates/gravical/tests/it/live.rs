@@ -458,12 +458,16 @@ fn rows_that_stop_lose_the_capture_and_nothing_else() {
     hand.pass(4.0);
     let events = hand.lost(Loss::Unplugged);
     assert_eq!(rejections(&events), [Rejection::Gaps]);
-    let last = events.last().unwrap();
+    let [.., last, status] = &events[..] else {
+        panic!("{events:?}")
+    };
+    assert!(status.event.is_status());
     assert!(matches!(last.event, Event::Lost { poses: 1, .. }));
     assert_eq!(last.text, "Unplugged. 1 pose is safe. Plug it back in.");
     assert!(hand.lost(Loss::Unplugged).is_empty(), "said once");
     let events = hand.resumed();
-    assert!(matches!(events[0].event, Event::Resumed { poses: 1, .. }));
+    assert!(events[0].event.is_status());
+    assert!(matches!(events[1].event, Event::Resumed { poses: 1, .. }));
     assert_eq!(accepted(&hand.pass(6.0)), ["+x"]);
 }
 
