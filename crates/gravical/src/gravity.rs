@@ -2,7 +2,7 @@
 
 use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::GravitySource;
 use crate::finding::finding;
@@ -10,11 +10,13 @@ use crate::recording::Finding;
 use crate::{Error, Result};
 
 /// Local gravity and its source.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gravity {
     /// m/s².
+    #[serde(rename = "gravity_mps2")]
     pub value_mps2: f64,
     /// Source of the value.
+    #[serde(rename = "gravity_source")]
     pub source: GravitySource,
 }
 

@@ -3,7 +3,6 @@
 mod connect;
 mod console;
 mod driver;
-mod plain;
 mod source;
 mod truth;
 #[cfg(feature = "live")]
@@ -17,26 +16,23 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
-use gravical::gravity::Gravity;
+use gravical::live::LiveOptions;
 use gravical::live::event::SourceKind;
-use gravical::live::folder::{JOURNAL, Journal, RECORDING};
-use gravical::live::{LiveOptions, Session};
+use gravical::live::folder::{Journal, RECORDING};
 use gravical::output::make_folder;
 use gravical::recording::ReadOptions;
 use gravical::targets::check_targets;
-use gravical::{Category, Error, Result};
+use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, Existing, LogFile};
-use crate::failure;
+use crate::cmd::log::BoardArgs;
 use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{Answer, OpenSource, Origin, PortChooser};
-use console::{Console, Renderer};
-use driver::{Driver, SimulatedHand};
-use plain::{EventLines, Plain};
-use source::{PortSource, Replay, Simulated};
+use connect::{OpenSource, Origin};
+use console::{Console, EventLines, Plain, Renderer};
+use driver::Driver;
+use source::{PortSource, Replay, Simulated, Source};
 #[cfg(feature = "live")]
 use web::Page;
 
@@ -44,7 +40,7 @@ use web::Page;
 const ENTRIES: usize = 64;
 
 /// Guide a calibration from the first row to the result
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(after_help = "\
 Example: gravical live --simulate    a simulated sensor on a page in the browser
 
@@ -114,10 +110,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
-    let place = args.place()?;
-    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(args.speed() > 0.0))];
+    let journal = args.journal()?;
+    let folder = args.folder()?;
+    let is_real_time = args.speed() > 0.0;
+    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(is_real_time))];
     if let Some(path) = &args.events {
-        renderers.push(Box::new(EventLines::open(path, args.speed() > 0.0)?));
+        renderers.push(Box::new(EventLines::open(path, is_real_time)?));
     }
     let (sender, entries) = sync_channel(ENTRIES);
     #[cfg(feature = "live")]
@@ -126,17 +124,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         args.has_page().then(serve).transpose()?
     };
     #[cfg(feature = "live")]
-    renderers.extend(page.as_ref().map(Page::renderer));
+    renderers.extend(page.as_ref().map(|page| page.renderer(!args.no_open)));
     #[cfg(not(feature = "live"))]
     if args.has_page() {
         say(
             "This program was built without the page (feature `live`): the session is in the terminal.",
         );
     }
-    if args.replay.is_some() {
-        drop(sender);
-    } else {
-        console::typed(sender);
+    if args.replay.is_none() {
+        console::send_typed(sender);
     }
     let mut console = Console {
         renderers,
@@ -145,28 +141,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     #[cfg(feature = "live")]
     if let Some(page) = &page {
-        return args.guide_on(page, place, &mut console);
+        return args.guide_on(page, folder, journal, &mut console);
     }
-    args.guide(&place, &mut console, || ())
-}
-
-/// Where a session is kept.
-struct Place {
-    /// None for a replay.
-    folder: Option<PathBuf>,
-    /// Of a session that goes on.
-    journal: Option<Journal>,
-    /// It goes on on the page: what was said there counts, not what was given before.
-    is_same: bool,
+    Driver::new(args, folder.as_deref(), journal.as_ref(), &mut console).run()
 }
 
 /// The path, or one with a number that does not exist.
 fn free_name(path: &Path) -> PathBuf {
-    let stem = path
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let numbered = (2..).map(|n| path.with_file_name(format!("{stem}-{n}.json")));
     let mut all = std::iter::once(path.to_owned()).chain(numbered);
     all.find(|p| !p.exists()).unwrap_or_else(|| path.to_owned())
@@ -178,119 +160,53 @@ impl Args {
     fn guide_on(
         &self,
         page: &Page,
-        mut place: Place,
+        folder: Option<PathBuf>,
+        journal: Option<Journal>,
         console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
-        let begins = || {
-            if !self.no_open {
-                page.open();
+        let driver = Driver::new(self, folder.as_deref(), journal.as_ref(), console);
+        let done = driver.run();
+        match &done {
+            Err(error) => page.fail(&error.to_string()),
+            Ok(_) if console.is_interrupted() => page.last_word(),
+            Ok(_) if page.stay(console) => {
+                // What was said in the session counts, not what was given before.
+                let mut args = self.clone();
+                args.resume.clone_from(&folder);
+                (args.simulate, args.board.port) = (false, None);
+                args.gravity = GravityArgs::default();
+                let journal = args.journal();
+                let journal = journal.inspect_err(|error| page.fail(&error.to_string()))?;
+                return args.guide_on(page, folder, journal, console);
             }
-        };
-        loop {
-            let done = self.guide(&place, console, begins);
-            match &done {
-                Err(error) => page.fail(&error.to_string()),
-                Ok(_) if console.is_interrupted() => page.last_word(),
-                Ok(_) => {
-                    if page.stay(console)
-                        && let Some(folder) = &place.folder
-                    {
-                        let journal = Journal::read(folder)
-                            .inspect_err(|error| page.fail(&error.to_string()))?;
-                        (place.journal, place.is_same) = (Some(journal), true);
-                        continue;
-                    }
-                }
-            }
-            return done;
+            Ok(_) => {}
         }
+        done
     }
 
-    /// The session, from its source to its end; `begins` is called when the source is there, or
-    /// has to be chosen.
-    fn guide(
-        &self,
-        place: &Place,
-        console: &mut Console,
-        begins: impl Fn(),
-    ) -> anyhow::Result<ExitCode> {
-        let mut origin = self.origin(place);
-        let Some(opened) = self.connect(&mut origin, place, console, begins)? else {
-            return Ok(ExitCode::from(failure::INTERRUPTED));
-        };
-        let options = self.options(&origin, place)?;
-        let folder = place.folder.as_deref();
-        let recording = match &origin {
-            Origin::Replay(file) => file.clone(),
-            _ => folder.unwrap_or(Path::new("")).join(RECORDING),
-        };
-        let recording = recording.display().to_string();
-        let session = match &place.journal {
-            Some(journal) => {
-                let poses = journal.poses.clone();
-                Session::restore(&recording, options, poses, journal.numbers)
-            }
-            None => Session::new(&recording, options),
-        };
-        let resumes = place.journal.is_some();
-        let output = match (&self.output, folder) {
-            (Some(path), _) if !resumes => Some(path.clone()),
-            // A session that goes on has saved one.
-            (Some(path), _) => Some(free_name(path)),
-            (None, folder) => folder.map(|folder| free_name(&folder.join("calibration.json"))),
-        };
-        let existing = Existing::of_session(resumes);
-        let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
-        let driver = Driver {
-            session,
-            opened,
-            resumes,
-            console,
-            journal: journal.transpose()?,
-            folder: place.folder.clone(),
+    /// How the session is guided.
+    fn session_options(&self, kind: SourceKind, before: Option<&Journal>) -> Result<LiveOptions> {
+        let simulated = (kind == SourceKind::Simulate).then(Simulated::gravity);
+        let gravity = self.gravity.given()?.or(before.map(|j| j.gravity));
+        Ok(LiveOptions {
             read: self.read_options(),
-            output,
-            speed: self.speed(),
-            hand: SimulatedHand::default(),
-        };
-        driver.run()
+            gravity: gravity.or(simulated).unwrap_or_default(),
+            capture_s: self.capture,
+            any_pose: self.any_pose,
+            ..LiveOptions::default()
+        })
     }
 
-    /// Opens the source, and asks the user where that fails or no row arrives; none when the user ended
-    /// it.
-    fn connect(
-        &self,
-        origin: &mut Origin,
-        place: &Place,
-        console: &mut Console,
-        begins: impl Fn(),
-    ) -> anyhow::Result<Option<OpenSource>> {
-        let mut chooser = PortChooser {
-            console,
-            can_simulate: place.journal.is_none(),
-            tried: None,
-        };
-        loop {
-            if let Origin::Port(name) = &*origin {
-                chooser.tried.clone_from(name);
-            }
-            let opened = self.open(origin, place);
-            let answer = match opened.and_then(|opened| {
-                begins();
-                chooser.first_rows(opened)
-            }) {
-                Err(trouble) if self.is_seen() && trouble.category() == Category::Device => {
-                    begins();
-                    chooser.choose(&trouble)?
-                }
-                answer => answer?,
-            };
-            match answer {
-                Answer::Rows(opened) => return Ok(Some(opened)),
-                Answer::Chosen(chosen) => *origin = chosen,
-                Answer::Interrupted => return Ok(None),
-            }
-        }
+    /// The calibration file.
+    fn output(&self, folder: Option<&Path>) -> Option<PathBuf> {
+        let default = || folder.map(|folder| folder.join("calibration.json"));
+        let output = self.output.clone().or_else(default)?;
+        // A session that goes on has saved one.
+        Some(if self.resume.is_some() {
+            free_name(&output)
+        } else {
+            output
+        })
     }
 
     /// Checks what will be written, before the poses are.
@@ -315,31 +231,26 @@ impl Args {
         !self.plain && self.speed() > 0.0
     }
 
-    /// The folder of the session, and the journal of one that is resumed.
-    fn place(&self) -> Result<Place> {
-        let (folder, journal) = match &self.resume {
-            _ if self.replay.is_some() => (None, None),
-            Some(folder) => {
-                let journal = Journal::read(folder)?;
-                journal.verify(&self.read_options())?;
-                (Some(folder.clone()), Some(journal))
-            }
-            None => (Some(self.new_folder()?), None),
-        };
-        Ok(Place {
-            folder,
-            journal,
-            is_same: false,
-        })
+    /// The journal of a session that goes on.
+    fn journal(&self) -> Result<Option<Journal>> {
+        let journal = self.resume.as_deref().map(Journal::read).transpose()?;
+        if let Some(journal) = &journal {
+            journal.verify(&self.read_options())?;
+        }
+        Ok(journal)
     }
 
-    fn new_folder(&self) -> Result<PathBuf> {
+    /// The folder of the session; none for a replay.
+    fn folder(&self) -> Result<Option<PathBuf>> {
+        if self.replay.is_some() || self.resume.is_some() {
+            return Ok(self.resume.clone());
+        }
         let folder = self.folder.clone().unwrap_or_else(|| {
             let now = gravical::calibration_file::creation_time();
             PathBuf::from(format!("session-{}", now.replace(['-', ':', 'Z'], "")))
         });
         if !folder.exists() {
-            return Ok(folder);
+            return Ok(Some(folder));
         }
         let hint = format!(
             "gravical live --resume {} goes on with it; --folder names another",
@@ -350,17 +261,17 @@ impl Args {
     }
 
     /// Where the rows are to come from: what was given, or as in the session before.
-    fn origin(&self, place: &Place) -> Origin {
-        let given = self.board.port.clone().filter(|_| !place.is_same);
-        match place.journal.as_ref().and_then(|j| j.source.clone()) {
+    fn origin(&self, journal: Option<&Journal>) -> Origin {
+        let port = self.board.port.clone();
+        match journal.and_then(|j| j.source.clone()) {
             Some((SourceKind::Simulate, name)) => {
                 Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
             }
-            Some((_, name)) => Origin::Port(given.or(Some(name))),
+            Some((_, name)) => Origin::Port(port.or(Some(name))),
             None if self.simulate => Origin::Simulated(self.seed),
             None => match &self.replay {
                 Some(file) => Origin::Replay(file.clone()),
-                None => Origin::Port(given),
+                None => Origin::Port(port),
             },
         }
     }
@@ -371,68 +282,53 @@ impl Args {
     }
 
     fn read_options(&self) -> ReadOptions {
+        // In the file of a board the columns have names.
+        let rows = self.replay.as_ref().map(|_| &self.board);
         ReadOptions {
-            // In the file of a board the columns have names.
-            columns: self.board.columns.clone().filter(|_| self.replay.is_some()),
-            rate_hz: self
-                .board
-                .wanted
-                .rate_hz
-                .filter(|_| self.replay.is_some())
-                .map(f64::from),
+            columns: rows.and_then(|board| board.columns.clone()),
+            rate_hz: rows.and_then(|board| board.wanted.rate_hz.map(f64::from)),
             hash: true,
             ..ReadOptions::default()
         }
     }
 
-    fn options(&self, origin: &Origin, place: &Place) -> Result<LiveOptions> {
-        let before = place.journal.as_ref().map(|j| j.gravity);
-        let given: Option<Gravity> = self.gravity.given()?.filter(|_| !place.is_same);
-        let simulated = matches!(origin, Origin::Simulated(_)).then(Simulated::gravity);
-        Ok(LiveOptions {
-            read: self.read_options(),
-            gravity: given.or(before).or(simulated).unwrap_or_default(),
-            capture_s: self.capture,
-            any_pose: self.any_pose,
-            ..LiveOptions::default()
-        })
-    }
-
     /// Opens the source.
-    fn open(&self, origin: &Origin, place: &Place) -> Result<OpenSource> {
-        let opened = |kind, name, source| OpenSource {
-            kind,
-            name,
-            source,
-            recorded: 0,
-            first: Vec::new(),
-        };
-        let folder = place.folder.as_deref().unwrap_or(Path::new(""));
-        let resumes = place.journal.is_some();
-        let mut opened = match origin {
+    fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
+        let resumes = self.resume.is_some();
+        let path = folder.join(RECORDING);
+        let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
-                let name = file.display().to_string();
                 let replay = Replay::open(file, &self.read_options())?;
-                return Ok(opened(SourceKind::Replay, name, Box::new(replay)));
+                (
+                    SourceKind::Replay,
+                    file.display().to_string(),
+                    Box::new(replay),
+                )
             }
             Origin::Simulated(seed) => {
                 make_folder(folder)?;
                 let seed = seed.unwrap_or_else(Simulated::draw_seed);
                 let name = format!("simulated MPU6050, seed {seed}");
-                let path = folder.join(RECORDING);
                 let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-                opened(SourceKind::Simulate, name, Box::new(simulated))
+                (SourceKind::Simulate, name, Box::new(simulated))
             }
             Origin::Port(name) => {
                 let mut board = self.board.clone();
                 board.port.clone_from(name);
                 let port = PortSource::open(&board, folder, resumes)?;
-                opened(SourceKind::Port, port.name().to_owned(), Box::new(port))
+                (SourceKind::Port, port.name().to_owned(), Box::new(port))
             }
         };
-        let path = folder.join(RECORDING);
-        let size = std::fs::metadata(&path).map_err(|e| Error::io(&path, e))?;
-        opened.recorded = size.len();
-        Ok(opened)
+        let before = if resumes {
+            std::fs::read(&path).map_err(|e| Error::io(&path, e))?
+        } else {
+            Vec::new()
+        };
+        Ok(OpenSource {
+            kind,
+            name,
+            source,
+            before,
+        })
     }
 }

@@ -134,7 +134,6 @@ impl Hand {
                 self.now_s += 0.01;
             }
             out.extend(self.session.bytes(chunk.as_bytes()).unwrap());
-            out.extend(self.session.settle());
             self.text += &chunk;
         }
         self.messages.extend(out.clone());

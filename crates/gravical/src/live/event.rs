@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{Grade, GravitySource};
+use crate::calibration_file::Grade;
+use crate::gravity::Gravity;
 use crate::recording::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
+
+use super::{face_of, sentence};
 
 /// Version of the events. From the first release on types and fields are only added to it.
 pub const EVENTS_VERSION: u32 = 1;
@@ -19,7 +22,6 @@ pub struct Message {
     /// Seconds since the first row, by the clock of the recording.
     pub t_s: f64,
     /// The event in words: whole sentences, for page and terminal.
-    #[serde(default)]
     pub text: String,
     /// What happened.
     #[serde(flatten)]
@@ -39,10 +41,8 @@ pub enum Event {
         /// The one that was opened, or could not be.
         tried: Option<String>,
         /// Commands that flash our sketch, where the board sends no rows.
-        #[serde(default)]
         flash: Vec<String>,
         /// A simulated sensor can take the place of the board.
-        #[serde(default)]
         simulate: bool,
     },
     /// A port is open; no row has arrived yet. Before the session.
@@ -58,12 +58,9 @@ pub enum Event {
         name: String,
         /// Folder of the session.
         folder: Option<String>,
-        /// Name and version of the program.
-        tool: String,
-        /// Local gravity, m/s².
-        gravity_mps2: f64,
-        /// Source of the gravity: with `standard` it has to be asked for.
-        gravity_source: GravitySource,
+        /// Local gravity: with the source `standard` it has to be asked for.
+        #[serde(flatten)]
+        gravity: Gravity,
     },
     /// Columns, clock and units as far as the first second shows them.
     Identified {
@@ -98,8 +95,6 @@ pub enum Event {
         pose: u32,
         /// Its face.
         face: Option<String>,
-        /// Why.
-        why: Undone,
     },
     /// What is wanted next.
     NextPose {
@@ -124,12 +119,7 @@ pub enum Event {
         reasons: Vec<String>,
     },
     /// Gravity was given.
-    Gravity {
-        /// m/s².
-        gravity_mps2: f64,
-        /// Source of the value.
-        gravity_source: GravitySource,
-    },
+    Gravity(Gravity),
     /// Something to know.
     Warning {
         /// What it is about.
@@ -179,13 +169,13 @@ pub enum Event {
 }
 
 impl Message {
-    /// An event, and its sentences.
+    /// An event, and its sentences: `text` with a capital letter, a mark at its end, and minus signs.
     #[must_use]
-    pub fn new(t_s: f64, event: Event, text: impl Into<String>) -> Self {
+    pub fn new(t_s: f64, event: Event, text: &str) -> Self {
         Message {
             v: EVENTS_VERSION,
             t_s: (t_s * 1e3).round() / 1e3,
-            text: text.into(),
+            text: sentence(text),
             event,
         }
     }
@@ -364,16 +354,6 @@ pub enum Rejection {
     Scale,
 }
 
-/// Why a pose no longer counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Undone {
-    /// It was undone.
-    Undo,
-    /// Its face is recorded again.
-    Redo,
-}
-
 /// What is wanted next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -439,8 +419,6 @@ pub struct Fit {
     pub leave_one_out_mg: Option<f64>,
     /// What an undetected error of one pose could change ‖a‖ by, mg.
     pub undetected_mg: Option<f64>,
-    /// The grade.
-    pub grade: Grade,
     /// Number of poses.
     pub poses: u32,
     /// Number of the pose that contradicts the others.
@@ -458,7 +436,7 @@ pub struct TruthRow {
     pub truth: f64,
     /// Estimate.
     pub found: f64,
-    /// Two standard deviations.
+    /// Half the 95 % interval.
     pub plus_minus: Option<f64>,
 }
 
@@ -491,22 +469,17 @@ pub enum Command {
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².
-        #[serde(default)]
         value: Option<f64>,
         /// Degrees.
-        #[serde(default)]
         latitude: Option<f64>,
         /// Height above sea level, m.
-        #[serde(default)]
         altitude: Option<f64>,
     },
     /// Moves a simulated sensor; without anything else to the direction that is asked for.
     Hand {
         /// Lay it down with this face up.
-        #[serde(default)]
         put: Option<String>,
         /// Hold it with this direction up.
-        #[serde(default)]
         up: Option<[f64; 3]>,
         /// Push it.
         #[serde(default)]
@@ -531,17 +504,13 @@ impl Command {
         };
         let hand = |put, up, shake| Command::Hand { put, up, shake };
         let command = match words[..] {
-            ["port", name] => Some(Command::Port {
-                name: name.to_owned(),
-            }),
+            ["port", name] => Some(Command::Port { name: name.into() }),
             ["simulate"] => Some(Command::Simulate),
             ["u" | "undo"] => Some(Command::Undo),
             ["take" | "capture"] => Some(Command::Capture),
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
             ["cancel"] => Some(Command::Cancel),
-            ["r" | "redo", face] => Some(Command::Redo {
-                face: face.to_owned(),
-            }),
+            ["r" | "redo", face] => Some(Command::Redo { face: face.into() }),
             ["gravity", value] => number(value).map(|v| gravity(Some(v), None, None)),
             ["latitude", value] => number(value).map(|v| gravity(None, Some(v), None)),
             ["latitude", value, "altitude", height] => number(value)
@@ -549,10 +518,7 @@ impl Command {
                 .map(|(v, h)| gravity(None, Some(v), Some(h))),
             ["shake"] => Some(hand(None, None, true)),
             ["free"] => Some(hand(None, None, false)),
-            [face] if super::face_of(face).is_some() => {
-                let face = super::face_of(face).map(|f| f.name());
-                Some(hand(face, None, false))
-            }
+            [face] => face_of(face).map(|face| hand(Some(face.name()), None, false)),
             [x, y, z] => (|| Some([number(x)?, number(y)?, number(z)?]))()
                 .map(|up| hand(None, Some(up), false)),
             _ => None,

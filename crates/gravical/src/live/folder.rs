@@ -9,15 +9,14 @@ use std::path::{Path, PathBuf};
 use gravical_core::matrix3::{norm, sub};
 
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
-use crate::calibration_file::{GravitySource, InputFile, InputRole};
+use crate::calibration_file::{InputFile, InputRole};
 use crate::gravity::Gravity;
 use crate::poses::sections::Section;
 use crate::recording::{ReadOptions, Recording, read};
 use crate::stats::moments;
 use crate::{Error, Result};
 
-use super::Pose;
-use super::event::{Event, Message, SourceKind};
+use super::event::{Event, Message, Pose, SourceKind};
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -58,41 +57,30 @@ impl Journal {
         Self::read_with_input(folder).map(|(journal, _)| journal)
     }
 
-    /// The same, with the file that it was read from.
-    ///
-    /// # Errors
-    ///
-    /// As [`read`](Self::read).
-    pub fn read_with_input(folder: &Path) -> Result<(Self, InputFile)> {
-        InputFile::read(&folder.join(JOURNAL), InputRole::Sections, |bytes| {
-            Self::parse(folder, bytes)
-        })
-    }
-
-    fn parse(folder: &Path, bytes: &[u8]) -> Result<Self> {
-        let mut journal = Journal {
-            source: None,
-            gravity: Gravity::default(),
-            poses: Vec::new(),
-            numbers: 0,
-            folder: folder.to_owned(),
-        };
-        let end = bytes
-            .iter()
-            .rposition(|b| *b == b'\n')
-            .map_or(0, |at| at + 1);
-        for (number, line) in bytes[..end].split(|b| *b == b'\n').enumerate() {
-            if line.trim_ascii().is_empty() {
-                continue;
+    fn read_with_input(folder: &Path) -> Result<(Self, InputFile)> {
+        let path = folder.join(JOURNAL);
+        InputFile::read(&path, InputRole::Sections, |bytes| {
+            let mut journal = Journal {
+                source: None,
+                gravity: Gravity::default(),
+                poses: Vec::new(),
+                numbers: 0,
+                folder: folder.to_owned(),
+            };
+            let lines = bytes.split_inclusive(|b| *b == b'\n').zip(1..);
+            for (line, number) in lines.filter(|(line, _)| line.ends_with(b"\n")) {
+                if line.trim_ascii().is_empty() {
+                    continue;
+                }
+                let message: Message = serde_json::from_slice(line).map_err(|e| {
+                    Error::input("journal-syntax", format!("not an event: {e}"))
+                        .at(&path, Some(number))
+                        .with_hint("an event a line, as `gravical live` writes them")
+                })?;
+                journal.add(message.event);
             }
-            let message: Message = serde_json::from_slice(line).map_err(|e| {
-                Error::input("journal-syntax", format!("not an event: {e}"))
-                    .at(&folder.join(JOURNAL), Some(number as u64 + 1))
-                    .with_hint("an event a line, as `gravical live` writes them")
-            })?;
-            journal.add(message.event);
-        }
-        Ok(journal)
+            Ok(journal)
+        })
     }
 
     fn add(&mut self, event: Event) {
@@ -100,17 +88,10 @@ impl Journal {
             Event::Session {
                 source,
                 name,
-                gravity_mps2,
-                gravity_source,
+                gravity,
                 ..
-            } => {
-                self.source = Some((source, name));
-                self.gravity = gravity(gravity_mps2, gravity_source);
-            }
-            Event::Gravity {
-                gravity_mps2,
-                gravity_source,
-            } => self.gravity = gravity(gravity_mps2, gravity_source),
+            } => (self.source, self.gravity) = (Some((source, name)), gravity),
+            Event::Gravity(gravity) => self.gravity = gravity,
             Event::PoseAccepted(pose) => {
                 self.numbers = self.numbers.max(pose.pose);
                 self.poses.push(pose);
@@ -120,12 +101,6 @@ impl Journal {
         }
     }
 
-    /// The recording of the session.
-    #[must_use]
-    pub fn recording(&self) -> PathBuf {
-        self.folder.join(RECORDING)
-    }
-
     /// Checks that the rows of the poses are still in the recording.
     ///
     /// # Errors
@@ -133,7 +108,7 @@ impl Journal {
     /// Those of reading; `recording-changed`.
     pub fn verify(&self, options: &ReadOptions) -> Result<()> {
         if !self.poses.is_empty() {
-            self.sections(&read(&self.recording(), options)?)?;
+            self.sections(&read(&self.folder.join(RECORDING), options)?)?;
         }
         Ok(())
     }
@@ -156,20 +131,17 @@ impl Journal {
             let found = section(pose, recording);
             let mean = moments(&recording.accel, found.rows.clone()).0;
             let off = norm(&sub(&mean, &pose.mean));
-            if off.is_nan() || off > SAME_MEAN * norm(&pose.mean) {
-                return Err(Error::input(
-                    "recording-changed",
-                    format!(
-                        "lines {} to {} are not those of pose {} in {JOURNAL}: the recording was changed",
-                        pose.lines[0],
-                        pose.lines[1],
-                        pose.pose
-                    ),
-                )
-                .at(recording.name.as_ref(), None)
-                .with_hint("to find the poses anew, give the recording instead of the folder"));
+            if off <= SAME_MEAN * norm(&pose.mean) {
+                return Ok(found);
             }
-            Ok(found)
+            let [first, last] = pose.lines;
+            let what = format!(
+                "lines {first} to {last} are not those of pose {} in {JOURNAL}: the recording was changed",
+                pose.pose
+            );
+            Err(Error::input("recording-changed", what)
+                .at(recording.name.as_ref(), None)
+                .with_hint("to find the poses anew, give the recording instead of the folder"))
         };
         self.poses.iter().map(checked).collect()
     }
@@ -188,7 +160,7 @@ pub fn calibrate_session(
     given: Option<Gravity>,
 ) -> Result<(Vec<Recording>, Calibrated)> {
     let (journal, input) = Journal::read_with_input(folder)?;
-    let recording = read(&journal.recording(), read_options)?;
+    let recording = read(&folder.join(RECORDING), read_options)?;
     let mut options = options.clone();
     options.segment.sections = Some(journal.sections(&recording)?);
     options.gravity = given.unwrap_or(journal.gravity);
@@ -204,8 +176,4 @@ pub(super) fn section(pose: &Pose, recording: &Recording) -> Section {
         label: format!("pose {}", pose.pose),
         rows: recording.rows_at(pose.lines),
     }
-}
-
-fn gravity(value_mps2: f64, source: GravitySource) -> Gravity {
-    Gravity { value_mps2, source }
 }

@@ -34,13 +34,13 @@
 //! ```
 
 mod attitude;
+mod capture;
 pub mod event;
 pub mod folder;
-mod judge;
-mod rows;
+mod rest;
 mod session;
+mod status;
 mod stillness;
-mod words;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -50,7 +50,6 @@ use crate::recording::ReadOptions;
 
 pub use event::{Command, EVENTS_VERSION, Event, Message, Pose};
 pub use session::Session;
-pub use words::sentences;
 
 /// How a session is guided.
 #[derive(Debug, Clone)]
@@ -94,4 +93,61 @@ fn mg(mps2: f64) -> f64 {
 pub(crate) fn face_of(name: &str) -> Option<Face> {
     let name = name.replace('−', "-");
     Face::all().into_iter().find(|face| face.name() == name)
+}
+
+/// A list: `+x, -y or +z`.
+fn any_of(faces: &[Face]) -> String {
+    let names: Vec<String> = faces.iter().map(|f| f.name()).collect();
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+/// A whole sentence: it begins with a capital letter, unless that is the name of an axis, and ends with a
+/// mark. Minus signs before numbers and names of faces are those of the page.
+#[must_use]
+pub fn sentence(text: &str) -> String {
+    let text = text.trim();
+    let word = text.split(|c: char| !c.is_alphanumeric()).next();
+    let is_axis = matches!(word, Some("x" | "y" | "z" | "ax" | "ay" | "az"));
+    let mut characters = text.chars().peekable();
+    let mut sentence = String::new();
+    let mut last = ' ';
+    while let Some(c) = characters.next() {
+        let is_sign = c == '-' && " (,/“".contains(last);
+        let is_next = |next: &char| next.is_ascii_digit() || matches!(next, 'x'..='z');
+        sentence.push(match c {
+            '-' if is_sign && characters.peek().is_some_and(is_next) => '−',
+            c if sentence.is_empty() && !is_axis => c.to_uppercase().next().unwrap_or(c),
+            c => c,
+        });
+        last = c;
+    }
+    if !text.is_empty() && !sentence.ends_with(['.', '!', '?', '…', ':']) {
+        sentence.push('.');
+    }
+    sentence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sentence;
+
+    #[test]
+    fn a_text_becomes_a_sentence() {
+        for (text, whole) in [
+            (
+                " it moved: 84 mg, limit -3 mg",
+                "It moved: 84 mg, limit −3 mg.",
+            ),
+            ("x up, tilted 30°. Lean it.", "x up, tilted 30°. Lean it."),
+            (
+                "-x is done! Redo -y; --baud 9600 ",
+                "−x is done! Redo −y; --baud 9600.",
+            ),
+        ] {
+            assert_eq!(sentence(text), whole);
+        }
+    }
 }

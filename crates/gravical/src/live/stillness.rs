@@ -13,13 +13,8 @@ use gravical_core::rounding;
 use gravical_recording::Sample;
 use gravical_signal::{BLOCK_S, block_len};
 
-use super::judge::Means;
-use crate::stats::SortedWindow;
-use crate::stats::floors;
-
-/// Noise at rest over the magnitude at most, three axes together: twice that of a bad MPU6050
-/// without low-pass. Where the quietest blocks scatter more, the sensor has not rested yet.
-pub(super) const MAX_NOISE_AT_REST: f64 = 0.035;
+use super::rest::Means;
+use crate::stats::{SortedWindow, floors};
 
 /// Fraction of the blocks that is quiet in any session.
 const QUIET_SHARE: f64 = 0.05;
@@ -32,26 +27,19 @@ const MAX_MEAN: f64 = 10.0;
 /// … or within this fraction of gravity, the vibration of a table.
 const TREMOR: f64 = 0.004;
 
-/// The state after a whole block. Values are in the unit of the rows, scatters roots of the sum of the
-/// variances of three axes; NaN without a gyroscope.
+/// The state after a whole block, in the unit of the rows; scatters as in [`Means`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stillness {
-    /// Rows of the block.
-    pub block: Range<usize>,
-    /// Rows up to its end that were quiet without interruption and whose means agree; none if it is not
-    /// quiet.
+    /// Rows up to the end of the block that were quiet without interruption and whose means agree; none
+    /// if it is not quiet.
     pub run: Option<Range<usize>>,
     /// Scatter of the block, and the largest of a quiet one: of accelerometer and gyroscope.
     pub scatter: [f64; 2],
     pub max_scatter: [f64; 2],
     /// Scatter of the quietest blocks.
     pub noise: f64,
-}
-
-struct Block {
-    rows: Range<usize>,
-    mean: [f64; 3],
-    variance: [f64; 2],
+    /// Mean angular rate of the block.
+    pub gyro: [f64; 3],
 }
 
 /// Finds it as rows arrive.
@@ -64,8 +52,8 @@ pub(super) struct StillnessDetector {
     resolution: [f64; 6],
     /// Rows of the next block.
     samples: Vec<Sample>,
-    /// Blocks since the last interruption.
-    blocks: VecDeque<Block>,
+    /// First rows and means of the blocks since the last interruption.
+    blocks: VecDeque<(usize, Means)>,
     /// Variances of all blocks.
     variances: [SortedWindow; 2],
 }
@@ -96,85 +84,71 @@ impl StillnessDetector {
         if self.samples.len() < self.size {
             return None;
         }
-        let (first, last) = (self.samples[0].row, sample.row);
         let means = Means::of(&self.samples);
-        self.samples.clear();
-        let block = Block {
-            rows: first..last + 1,
-            mean: means.accel,
-            variance: [means.sigma, means.gyro_sigma].map(|s| s * s),
-        };
-        for ((all, variance), step) in self
-            .variances
-            .iter_mut()
-            .zip(block.variance)
-            .zip(self.resolution.chunks(3))
-        {
-            // A sensor that is not read has no noise.
-            if variance > 0.0 || variance == 0.0 && floors(step) > 0.0 {
-                all.insert(variance);
-            }
-        }
-        self.blocks.push_back(block);
+        self.blocks.push_back((self.samples[0].row, means));
         if self.blocks.len() > self.max_run {
             self.blocks.pop_front();
         }
-        self.state()
-    }
-
-    fn state(&self) -> Option<Stillness> {
-        let last = self.blocks.back()?;
-        let [accel_step, gyro_step] = [&self.resolution[..3], &self.resolution[3..]];
-        let level = quiet_level(&self.variances[0], accel_step)?;
-        let gyro_level = quiet_level(&self.variances[1], gyro_step).unwrap_or(f64::INFINITY);
-        let most = [
-            max_variance(level, MAX_EXCESS[0], accel_step),
-            max_variance(gyro_level, MAX_EXCESS[1], gyro_step),
-        ];
-        let is_quiet = |block: &Block| {
-            let [accel, gyro] = block.variance;
-            accel <= most[0] && (gyro.is_nan() || gyro <= most[1])
-        };
-        let white = MAX_MEAN * (level / self.size as f64).sqrt();
-        let agree = white.max(TREMOR * norm(&last.mean)) + step_of_means(level, accel_step);
-        let (mut low, mut high, mut run) = (last.mean, last.mean, None);
-        for block in self.blocks.iter().rev() {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(block.mean[axis]);
-                high[axis] = high[axis].max(block.mean[axis]);
+        self.samples.clear();
+        let mut level = [f64::INFINITY; 2];
+        let mut max_scatter = level;
+        for (sensor, step) in self.resolution.chunks(3).enumerate() {
+            let sorted = &mut self.variances[sensor];
+            let variance = means.scatter[sensor].powi(2);
+            // A sensor that is not read has no noise.
+            if variance > 0.0 || variance == 0.0 && floors(step) > 0.0 {
+                sorted.insert(variance);
             }
-            if !is_quiet(block) || norm(&sub(&high, &low)) > 2.0 * agree {
-                break;
+            let quiet = (sorted.values().len() as f64 * QUIET_SHARE) as usize;
+            if let Some(quiet) = sorted.values().get(quiet) {
+                // The contribution of rounding is known: only the rest is multiplied.
+                let rounding = floors(step);
+                let excess = MAX_EXCESS[sensor];
+                level[sensor] = quiet.max(rounding);
+                let max = (level[sensor] - rounding) * excess.powi(2)
+                    + rounding * MAX_ROUNDING.min(excess).powi(2);
+                max_scatter[sensor] = max.sqrt();
             }
-            run = Some(block.rows.start..last.rows.end);
         }
-        Some(Stillness {
-            block: last.rows.clone(),
-            run,
-            scatter: last.variance.map(f64::sqrt),
-            max_scatter: most.map(f64::sqrt),
-            noise: level.sqrt(),
+        level[0].is_finite().then(|| Stillness {
+            run: self.run(&means, level[0], max_scatter, sample.row + 1),
+            scatter: means.scatter,
+            max_scatter,
+            noise: level[0].sqrt(),
+            gyro: means.gyro,
         })
     }
-}
 
-/// The variance that the quietest twentieth of the blocks stay below, at least that of rounding.
-fn quiet_level(sorted: &SortedWindow, step: &[f64]) -> Option<f64> {
-    let values = sorted.values();
-    let at = (values.len() as f64 * QUIET_SHARE) as usize;
-    values.get(at).map(|level| level.max(floors(step)))
-}
-
-/// The contribution of rounding is known: only the rest is multiplied.
-fn max_variance(level: f64, factor: f64, step: &[f64]) -> f64 {
-    let rounding = floors(step).min(level);
-    (level - rounding) * factor.powi(2) + rounding * MAX_ROUNDING.min(factor).powi(2)
+    /// The rows of the quiet blocks up to row `end` whose means agree with the last one.
+    fn run(
+        &self,
+        last: &Means,
+        level: f64,
+        max_scatter: [f64; 2],
+        end: usize,
+    ) -> Option<Range<usize>> {
+        let white = MAX_MEAN * (level / self.size as f64).sqrt();
+        let agree = white.max(TREMOR * norm(&last.accel)) + step_of_means(level, &self.resolution);
+        let (mut low, mut high) = (last.accel, last.accel);
+        let agrees = |block: &&(usize, Means)| {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(block.1.accel[axis]);
+                high[axis] = high[axis].max(block.1.accel[axis]);
+            }
+            let [accel, gyro] = block.1.scatter;
+            accel <= max_scatter[0]
+                && (gyro.is_nan() || gyro <= max_scatter[1])
+                && norm(&sub(&high, &low)) <= 2.0 * agree
+        };
+        let first = self.blocks.iter().rev().take_while(agrees).last()?;
+        Some(first.0..end)
+    }
 }
 
 /// Largest difference of two means of one reading by rounding: noise below a step leaves means that
 /// change by a whole step.
 fn step_of_means(level: f64, step: &[f64]) -> f64 {
-    let left = step
+    let left = step[..3]
         .iter()
         .map(|q| rounding::mean_variance(level / 3.0 - rounding::floor(*q), *q));
     (12.0 * left.sum::<f64>()).sqrt()

@@ -1,22 +1,17 @@
-//! The way to the first row: which port is the board, and whether rows arrive from it. Where that is
-//! not clear the user chooses, on the page or in the terminal.
+//! Where the rows come from: which port is the board, and what to do where that is not clear.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, EndReason, Loss, PortInfo, SourceKind, WarningKind};
-use gravical::live::{Event, Message, sentences};
+use gravical::live::event::{PortInfo, SourceKind};
 use gravical::{Error, Result};
 
-use super::console::{Console, Entry};
 use super::source::{Incoming, Source};
-use crate::device::ports::{list, list_with_holders, the_board};
+use crate::device::ports::the_board;
 
-/// Time between two looks at the ports.
-const LOOK: Duration = Duration::from_millis(300);
-/// What the user wants is asked for so many times between two looks.
-const ASKED: u32 = 6;
+/// Time between two looks at the ports, and at what the user wants.
+const LOOK: Duration = Duration::from_millis(200);
 
 /// Where the rows come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,194 +24,48 @@ pub enum Origin {
     Port(Option<String>),
 }
 
+impl Origin {
+    /// The port, if it has a name.
+    pub fn port(&self) -> Option<&str> {
+        match self {
+            Origin::Port(name) => name.as_deref(),
+            _ => None,
+        }
+    }
+}
+
 /// A source that is open.
 pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
-    /// Bytes of the recording before it was opened.
-    pub recorded: u64,
-    /// The first rows, where the session began with them.
-    pub first: Vec<u8>,
+    /// The recording before it was opened.
+    pub before: Vec<u8>,
 }
 
-impl OpenSource {
-    /// What it has next; waits shortly.
-    ///
-    /// # Errors
-    ///
-    /// Those of the source.
-    pub fn next(&mut self) -> Result<Incoming> {
-        match std::mem::take(&mut self.first) {
-            first if first.is_empty() => self.source.next(),
-            first => Ok(Incoming::Bytes(first)),
-        }
+/// No source: the user has to choose one.
+pub struct Absent;
+
+impl Source for Absent {
+    fn next(&mut self) -> Result<Vec<Incoming>> {
+        std::thread::sleep(LOOK);
+        Ok(Vec::new())
     }
 }
 
-/// What becomes of a source that is open, or of a question.
-pub enum Answer {
-    /// Rows arrive.
-    Rows(OpenSource),
-    /// The user chose.
-    Chosen(Origin),
-    /// The user ended it.
-    Interrupted,
-}
-
-/// Waits for rows, and lets the user choose where they come from.
-pub struct PortChooser<'a> {
-    pub console: &'a mut Console,
-    /// A simulated sensor can take the place of the board.
-    pub can_simulate: bool,
-    /// The port that was opened, or could not be.
-    pub tried: Option<String>,
-}
-
-impl PortChooser<'_> {
-    /// Waits for the first rows of a port. The user may choose another one meanwhile.
-    ///
-    /// # Errors
-    ///
-    /// Those of the source: no row arrives, for example.
-    pub fn first_rows(&mut self, mut opened: OpenSource) -> Result<Answer> {
-        if opened.kind != SourceKind::Port {
-            return Ok(Answer::Rows(opened));
-        }
-        let answer = loop {
-            match opened.next() {
-                Ok(Incoming::Bytes(bytes)) => {
-                    opened.first = bytes;
-                    return Ok(Answer::Rows(opened));
-                }
-                Ok(Incoming::Connected(name)) => {
-                    let text = format!("{name} is open: waiting for its first rows.");
-                    self.tried = Some(name.clone());
-                    opened.name.clone_from(&name);
-                    self.show(Event::Connecting { name }, text)?;
-                }
-                Ok(Incoming::Lost(Loss::Unplugged)) => {
-                    let text = format!("{}: unplugged before the first row", opened.name);
-                    break Err(Error::device("no-such-port", text));
-                }
-                Ok(Incoming::Warning(message)) => self.warn(WarningKind::Rows, &message)?,
-                Ok(_) => {}
-                Err(error) => break Err(error),
-            }
-            let known = || list().unwrap_or_default();
-            if let Some(answer) = self.answer(known)? {
-                break Ok(answer);
-            }
-        };
-        opened.source.discard();
-        answer
-    }
-
-    /// What the user chooses after `trouble`. A port that was missing is taken as soon as it is there.
-    ///
-    /// # Errors
-    ///
-    /// Where the question cannot be shown.
-    pub fn choose(&mut self, trouble: &Error) -> Result<Answer> {
-        let mut shown = None;
-        loop {
-            let found = list_with_holders().unwrap_or_default();
-            if let Some(name) = arrived(trouble, self.tried.as_deref(), &found) {
-                return Ok(Answer::Chosen(Origin::Port(Some(name))));
-            }
-            if shown.as_ref() != Some(&found) {
-                let (remedy, needs_sketch) = remedy(trouble);
-                let event = Event::Ports {
-                    ports: found.clone(),
-                    tried: self.tried.clone(),
-                    flash: if needs_sketch {
-                        self.flash()
-                    } else {
-                        Vec::new()
-                    },
-                    simulate: self.can_simulate,
-                };
-                self.show(event, sentences([trouble.message(), remedy]))?;
-            }
-            let known = shown.insert(found);
-            for _ in 0..ASKED {
-                if let Some(answer) = self.answer(|| known.clone())? {
-                    return Ok(answer);
-                }
-                std::thread::sleep(LOOK / ASKED);
-            }
-        }
-    }
-
-    /// What the user wants since the last call. Only `ports` of this computer can be chosen, or the one
-    /// that was tried.
-    fn answer(&mut self, ports: impl Fn() -> Vec<PortInfo>) -> Result<Option<Answer>> {
-        let mut reason = EndReason::Interrupted;
-        while let Ok(entry) = self.console.entries.try_recv() {
-            let command = match entry {
-                Entry::Typed(Ok(command)) => command,
-                Entry::Typed(Err(text)) => {
-                    self.warn(WarningKind::Refused, &text)?;
-                    continue;
-                }
-                #[cfg(feature = "live")]
-                Entry::Clicked(command) => command,
-            };
-            let message = match command {
-                Command::Simulate if self.can_simulate => {
-                    return Ok(Some(Answer::Chosen(Origin::Simulated(None))));
-                }
-                Command::Port { name } => {
-                    let is_tried = self.tried.as_ref() == Some(&name);
-                    if is_tried || ports().iter().any(|p| p.name == name) {
-                        return Ok(Some(Answer::Chosen(Origin::Port(Some(name)))));
-                    }
-                    format!("{name} is no port of this computer")
-                }
-                Command::Cancel => {
-                    reason = EndReason::Cancelled;
-                    self.console.interrupt();
-                    break;
-                }
-                Command::Simulate => "this session is of another sensor".to_owned(),
-                _ => "no row has arrived yet: the session has not begun".to_owned(),
-            };
-            self.warn(WarningKind::Refused, &message)?;
-        }
-        if !self.console.is_interrupted() {
-            return Ok(None);
-        }
-        let event = Event::End {
-            reason,
-            poses: 0,
-            resume: None,
-        };
-        self.show(event, "Ended before the first row.")?;
-        Ok(Some(Answer::Interrupted))
-    }
-
-    /// The commands that flash our sketch, from the folder of gravical.
-    fn flash(&self) -> Vec<String> {
-        let port = path_word(Path::new(self.tried.as_deref().unwrap_or("PORT")));
-        let sketch = "firmware/mpu6050_logger";
-        vec![
-            "arduino-cli core install arduino:avr".to_owned(),
-            format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
-            format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
-        ]
-    }
-
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
-        self.show(Event::Warning { kind }, sentences([message]))
-    }
-
-    fn show(&mut self, event: Event, text: impl Into<String>) -> Result<()> {
-        self.console.show(&Message::new(0.0, event, text))
-    }
+/// The commands that flash our sketch, from the folder of gravical.
+pub fn flash(port: Option<&str>) -> Vec<String> {
+    let port = path_word(Path::new(port.unwrap_or("PORT")));
+    let sketch = "firmware/mpu6050_logger";
+    vec![
+        "arduino-cli core install arduino:avr".to_owned(),
+        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
+        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
+    ]
 }
 
 /// The port that was waited for, if it is there now.
-fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
+pub fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
     match (error.code(), tried) {
         ("no-port", _) => the_board(ports).ok().map(|port| port.name),
         ("no-such-port", Some(name)) => {
@@ -228,7 +77,7 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<Str
 }
 
 /// The remedy where the port is chosen while the program runs, and whether another sketch may be one.
-fn remedy(trouble: &Error) -> (&str, bool) {
+pub fn remedy(trouble: &Error) -> (&str, bool) {
     match trouble.code() {
         "board-silent" => (
             "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor",

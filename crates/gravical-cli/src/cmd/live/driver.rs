@@ -6,26 +6,27 @@ use std::process::ExitCode;
 use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
-use gravical::calibrate::CalibrateOptions;
+use gravical::calibrate::{CalibrateOptions, Calibrated};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
 use gravical::live::event::{
-    Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
+    Command, EndReason, Event, Loss, Message, PortInfo, Rejection, SourceKind, WarningKind,
 };
-use gravical::live::folder::calibrate_session;
-use gravical::live::{Session, sentences};
+use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
+use gravical::live::{LiveOptions, Session, sentence};
 use gravical::numfmt::count;
-use gravical::poses::Segmentation;
-use gravical::recording::{ReadOptions, Recording, read};
-use gravical::{Error, Result};
+use gravical::recording::{Recording, read};
+use gravical::{Category, Error, Result};
 use gravical_report::{figure, report};
 
-use super::connect::OpenSource;
+use super::Args;
+use super::connect::{Absent, OpenSource, Origin, arrived, flash, remedy};
 use super::console::{Console, Entry};
 use super::source::Incoming;
 use super::truth::truth_event;
 use crate::cmd::calibrate::save;
-use crate::cmd::log::LogFile;
+use crate::cmd::log::{Existing, LogFile};
+use crate::device::ports::{list, list_with_holders};
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -35,138 +36,275 @@ const HAND_S: f64 = 8.0;
 
 /// A session and everything around it.
 pub struct Driver<'a> {
-    pub session: Session,
-    pub opened: OpenSource,
-    /// There are rows already.
-    pub resumes: bool,
-    pub console: &'a mut Console,
+    args: &'a Args,
+    console: &'a mut Console,
+    folder: Option<&'a Path>,
+    /// Of a session that goes on.
+    before: Option<&'a Journal>,
+    origin: Origin,
+    opened: OpenSource,
+    /// Why the user has to choose another origin.
+    trouble: Option<Error>,
+    /// The ports that were shown to choose from.
+    shown: Option<Vec<PortInfo>>,
+    /// The first rows have arrived, or there is no need to wait for them.
+    has_begun: bool,
+    session: Session,
     /// An event a line.
-    pub journal: Option<LogFile>,
-    pub folder: Option<PathBuf>,
-    pub read: ReadOptions,
-    /// The calibration file.
-    pub output: Option<PathBuf>,
-    /// Times real time; 0 is as fast as possible.
-    pub speed: f64,
-    pub hand: SimulatedHand,
+    journal: Option<LogFile>,
+    hand: SimulatedHand,
 }
-
-/// The recordings of a session, and where its poses are.
-type Recorded = (Vec<Recording>, Segmentation);
 
 /// Commands that are typed, and the hand that moves a simulated sensor by them.
 #[derive(Default)]
-pub struct SimulatedHand {
+struct SimulatedHand {
     waiting: VecDeque<Command>,
-    /// Time of the session until which it is busy, s.
-    busy_until_s: f64,
-    /// The direction that is asked for.
-    asked: Option<[f64; 3]>,
     now_s: f64,
+    /// Time of the session until which it is busy: it moves the sensor, or leaves it alone, s.
+    busy_until_s: f64,
     /// Nobody types any more.
     is_gone: bool,
 }
 
 impl SimulatedHand {
-    /// It moves the sensor, or leaves it alone.
     fn is_busy(&self) -> bool {
         self.now_s < self.busy_until_s
     }
 
-    /// It will not move the sensor again.
-    fn is_done(&self) -> bool {
-        self.is_gone && self.waiting.is_empty() && !self.is_busy()
+    fn moves(&mut self) {
+        self.busy_until_s = self.now_s + HAND_S;
     }
 
     fn see(&mut self, message: &Message) {
         self.now_s = message.t_s;
-        match &message.event {
-            Event::NextPose { up, .. } => self.asked = *up,
-            Event::PoseRejected {
-                reason: Rejection::Moved | Rejection::Gaps,
-                ..
-            } => {}
-            Event::PoseAccepted(_) | Event::PoseRejected { .. } => self.busy_until_s = message.t_s,
-            _ => {}
+        let is_over = match &message.event {
+            Event::PoseAccepted(_) => true,
+            Event::PoseRejected { reason } => !matches!(reason, Rejection::Moved | Rejection::Gaps),
+            _ => false,
+        };
+        if is_over {
+            self.busy_until_s = self.now_s;
         }
     }
 }
 
-/// How the rows end.
-enum Ending {
-    /// There are enough poses.
-    Finished,
-    /// The user does not want to go on.
-    Stopped(EndReason),
-    /// There are no more rows, and too few poses.
-    OutOfRows,
-}
+impl<'a> Driver<'a> {
+    /// For a session in `folder`, if it has one; `before` is the journal of one that goes on.
+    pub fn new(
+        args: &'a Args,
+        folder: Option<&'a Path>,
+        before: Option<&'a Journal>,
+        console: &'a mut Console,
+    ) -> Self {
+        Driver {
+            args,
+            console,
+            folder,
+            before,
+            origin: args.origin(before),
+            opened: OpenSource {
+                kind: SourceKind::Port,
+                name: String::new(),
+                source: Box::new(Absent),
+                before: Vec::new(),
+            },
+            trouble: None,
+            shown: None,
+            has_begun: false,
+            session: Session::new("", LiveOptions::default()),
+            journal: None,
+            hand: SimulatedHand::default(),
+        }
+    }
 
-impl Driver<'_> {
     /// Runs the session to its end.
     ///
     /// # Errors
     ///
     /// Those of the source and of the disk.
     pub fn run(mut self) -> anyhow::Result<ExitCode> {
-        let ending = self.guide();
+        let ended = self.guide();
+        if !self.has_begun {
+            self.discard();
+            ended?;
+            return self.stopped();
+        }
         // A recording that cannot be written has been rescued.
-        let is_lost = matches!(&ending, Err(error) if error.code() == "io");
-        let rest = if is_lost {
-            Vec::new()
+        if !ended.as_ref().is_err_and(|error| error.code() == "io") {
+            self.opened.source.close();
+        }
+        if let Err(error) = ended {
+            // The disk of the journal may be full as well.
+            let _ = self.end(EndReason::Failed, &error.to_string());
+            Err(error.into())
+        } else if self.console.is_interrupted() {
+            self.stopped()
+        } else if self.session.is_done() {
+            self.save()
         } else {
-            self.opened.source.close()
-        };
-        match ending {
-            Ok(Ending::Finished) => self.save(),
-            Ok(Ending::Stopped(reason)) => self.stopped(reason, &rest),
-            Ok(Ending::OutOfRows) => self.out_of_rows(),
-            Err(error) => {
-                // The disk of the journal may be full as well.
-                let _ = self.end(EndReason::Failed, &error.to_string());
-                Err(error.into())
-            }
+            self.out_of_rows()
         }
     }
 
     /// Reads rows and does what the user wants, until there is an end.
-    fn guide(&mut self) -> Result<Ending> {
+    fn guide(&mut self) -> Result<()> {
+        self.open()?;
+        let started = Instant::now();
+        while !self.console.is_interrupted() && !self.session.is_done() {
+            match self.opened.source.next() {
+                Ok(next) => {
+                    for incoming in next {
+                        if !self.receive(incoming)? {
+                            return self.finish();
+                        }
+                    }
+                }
+                Err(error) => self.ask(error)?,
+            }
+            self.look_for_ports()?;
+            self.commands()?;
+            let hand = &self.hand;
+            let is_idle = hand.is_gone && hand.waiting.is_empty() && !hand.is_busy();
+            let kind = self.opened.kind;
+            if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
+                return self.finish();
+            }
+            let speed = self.args.speed();
+            if kind == SourceKind::Replay && speed > 0.0 {
+                let ahead_s = self.hand.now_s / speed - started.elapsed().as_secs_f64();
+                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
+            }
+        }
+        Ok(())
+    }
+
+    // The way to the first row.
+
+    /// Opens the source.
+    fn open(&mut self) -> Result<()> {
+        self.discard();
+        self.trouble = None;
+        let folder = self.folder.unwrap_or(Path::new(""));
+        match self.args.open(&self.origin, folder) {
+            Ok(opened) => self.opened = opened,
+            Err(error) => return self.ask(error),
+        }
+        // A port may be that of another device.
+        if self.opened.kind == SourceKind::Port {
+            return Ok(());
+        }
+        self.begin()
+    }
+
+    /// No file of the source remains.
+    fn discard(&mut self) {
+        let source = std::mem::replace(&mut self.opened.source, Box::new(Absent));
+        source.discard();
+    }
+
+    /// Lets the user choose another port, or a simulated sensor. In a script, and once there were rows,
+    /// the error ends the program.
+    fn ask(&mut self, error: Error) -> Result<()> {
+        if self.has_begun || !self.args.is_seen() || error.category() != Category::Device {
+            return Err(error);
+        }
+        self.discard();
+        (self.trouble, self.shown) = (Some(error), None);
+        Ok(())
+    }
+
+    /// Shows the ports to choose from; opens the one that was waited for as soon as it is there.
+    fn look_for_ports(&mut self) -> Result<()> {
+        let Some(trouble) = self.trouble.take() else {
+            return Ok(());
+        };
+        let found = list_with_holders().unwrap_or_default();
+        let tried = self.origin.port();
+        if let Some(name) = arrived(&trouble, tried, &found) {
+            self.origin = Origin::Port(Some(name));
+            return self.open();
+        }
+        if self.shown.as_ref() != Some(&found) {
+            let (remedy, needs_sketch) = remedy(&trouble);
+            let flash = needs_sketch.then(|| flash(tried));
+            let event = Event::Ports {
+                ports: found.clone(),
+                tried: tried.map(str::to_owned),
+                flash: flash.unwrap_or_default(),
+                simulate: self.before.is_none(),
+            };
+            let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+            self.note(event, &text)?;
+            self.shown = Some(found);
+        }
+        self.trouble = Some(trouble);
+        Ok(())
+    }
+
+    /// Another source before the first row. Only a port of this computer can be chosen, or the one that
+    /// was tried.
+    fn choose(&mut self, command: &Command) -> Result<()> {
+        let refusal = match command {
+            Command::Simulate if self.before.is_none() => {
+                self.origin = Origin::Simulated(None);
+                return self.open();
+            }
+            Command::Simulate => "This session is of another sensor.",
+            Command::Port { name } => {
+                let ports = list().unwrap_or_default();
+                let is_known = ports.iter().any(|port| port.name == *name);
+                if is_known || self.origin.port() == Some(name.as_str()) {
+                    self.origin = Origin::Port(Some(name.clone()));
+                    return self.open();
+                }
+                &format!("{name} is no port of this computer.")
+            }
+            _ => "No row has arrived yet: the session has not begun.",
+        };
+        self.warn(WarningKind::Refused, refusal)
+    }
+
+    /// The session begins, or goes on.
+    fn begin(&mut self) -> Result<()> {
+        self.has_begun = true;
         let kind = self.opened.kind;
-        let folder = self.folder.as_ref().map(|f| f.display().to_string());
+        let recording = match self.folder {
+            Some(folder) => folder.join(RECORDING).display().to_string(),
+            None => self.opened.name.clone(),
+        };
+        let options = self.args.session_options(kind, self.before)?;
+        self.session = Session::new(&recording, options);
+        let existing = Existing::of_session(self.before.is_some());
+        let journal = self
+            .folder
+            .map(|f| LogFile::open(&f.join(JOURNAL), existing));
+        self.journal = journal.transpose()?;
+        let folder = self.folder.map(|f| f.display().to_string());
         let begun = self.session.begin(kind, &self.opened.name, folder);
-        if self.resumes {
+        if let Some(journal) = self.before {
             self.render(&begun)?;
-            self.restore()?;
+            let bytes = std::mem::take(&mut self.opened.before);
+            let restored = self.session.restore(&bytes, journal)?;
+            self.render(&restored)?;
         } else {
             self.show(begun)?;
         }
         if kind == SourceKind::Simulate {
             // It is left alone until its noise is known.
-            self.hand.busy_until_s = self.hand.now_s + HAND_S;
+            self.hand.moves();
         }
-        let started = Instant::now();
-        loop {
-            if let Some(ending) = self.step()? {
-                return Ok(ending);
-            }
-            if kind == SourceKind::Replay && self.speed > 0.0 {
-                let due_s = self.hand.now_s / self.speed;
-                let ahead_s = due_s - started.elapsed().as_secs_f64();
-                std::thread::sleep(Duration::from_secs_f64(ahead_s.clamp(0.0, 1.0)));
-            }
-        }
+        Ok(())
     }
 
-    fn step(&mut self) -> Result<Option<Ending>> {
-        if self.console.is_interrupted() {
-            return Ok(Some(Ending::Stopped(if self.session.is_done() {
-                EndReason::Cancelled
-            } else {
-                EndReason::Interrupted
-            })));
-        }
-        let messages = match self.opened.next()? {
+    // The session.
+
+    /// Passes to the session what the source has; false at its end.
+    fn receive(&mut self, incoming: Incoming) -> Result<bool> {
+        let messages = match incoming {
             Incoming::Bytes(bytes) => {
+                if !self.has_begun {
+                    self.begin()?;
+                }
                 let mut messages = self.session.resumed();
                 messages.extend(self.session.bytes(&bytes)?);
                 if self.opened.kind == SourceKind::Port {
@@ -175,52 +313,36 @@ impl Driver<'_> {
                 }
                 messages
             }
-            Incoming::Lost(why) => self.session.lost(why),
-            Incoming::Warning(message) => {
-                self.warn(WarningKind::Rows, &message)?;
+            Incoming::Connected(name) if !self.has_begun => {
+                self.opened.name.clone_from(&name);
+                self.origin = Origin::Port(Some(name.clone()));
+                let text = format!("{name} is open: waiting for its first rows.");
+                self.session.note(Event::Connecting { name }, &text)
+            }
+            Incoming::Lost(Loss::Unplugged) if !self.has_begun => {
+                let text = format!("{}: unplugged before the first row", self.opened.name);
+                self.ask(Error::device("no-such-port", text))?;
                 Vec::new()
             }
-            Incoming::Nothing | Incoming::Connected(_) => Vec::new(),
+            Incoming::Lost(why) if self.has_begun => self.session.lost(why),
+            Incoming::Connected(_) | Incoming::Lost(_) => Vec::new(),
+            Incoming::Warning(text) => {
+                let kind = WarningKind::Rows;
+                self.session.note(Event::Warning { kind }, &text)
+            }
             Incoming::End => {
                 let messages = self.session.settle_format().unwrap_or_default();
                 self.show(messages)?;
-                return self.finish().map(Some);
+                return Ok(false);
             }
         };
         self.show(messages)?;
-        let messages = self.session.settle();
-        self.show(messages)?;
-        self.commands()?;
-        if self.session.is_done() && !self.console.is_interrupted() {
-            return Ok(Some(Ending::Finished));
-        }
-        if self.opened.kind == SourceKind::Simulate && self.hand.is_done() {
-            return self.finish().map(Some);
-        }
-        Ok(None)
+        Ok(true)
     }
 
     /// There will be no more rows, or none that matter.
-    fn finish(&mut self) -> Result<Ending> {
+    fn finish(&mut self) -> Result<()> {
         let messages = self.session.command(&Command::Finish);
-        self.show(messages)?;
-        Ok(if self.session.is_done() {
-            Ending::Finished
-        } else {
-            Ending::OutOfRows
-        })
-    }
-
-    /// Reads the rows that a session has already.
-    fn restore(&mut self) -> Result<()> {
-        if let Some(folder) = &self.folder {
-            let path = folder.join(gravical::live::folder::RECORDING);
-            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
-            bytes.truncate(self.opened.recorded as usize);
-            let messages = self.session.bytes(&bytes)?;
-            self.render(&messages)?;
-        }
-        let messages = self.session.resumed();
         self.show(messages)
     }
 
@@ -238,7 +360,7 @@ impl Driver<'_> {
                     Event::Session { .. }
                         | Event::PoseAccepted(_)
                         | Event::PoseUndone { .. }
-                        | Event::Gravity { .. }
+                        | Event::Gravity(_)
                 );
                 if is_vital {
                     self.opened.source.make_safe()?;
@@ -265,16 +387,21 @@ impl Driver<'_> {
     /// Does what the user wants.
     fn commands(&mut self) -> Result<()> {
         loop {
-            match self.console.entries.try_recv() {
-                Ok(Entry::Typed(Ok(command))) => self.hand.waiting.push_back(command),
-                Ok(Entry::Typed(Err(text))) => self.warn(WarningKind::Refused, &text)?,
-                #[cfg(feature = "live")]
-                Ok(Entry::Clicked(command)) => self.command(&command)?,
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => {
-                    self.hand.is_gone = true;
-                    break;
-                }
+            let entry = self.console.entries.try_recv();
+            self.hand.is_gone = entry
+                .as_ref()
+                .is_err_and(|e| *e == TryRecvError::Disconnected);
+            let Ok(Entry {
+                command,
+                is_clicked,
+            }) = entry
+            else {
+                break;
+            };
+            match command {
+                Ok(command) if is_clicked => self.command(&command)?,
+                Ok(command) => self.hand.waiting.push_back(command),
+                Err(text) => self.warn(WarningKind::Refused, &text)?,
             }
         }
         while !self.hand.is_busy()
@@ -290,10 +417,12 @@ impl Driver<'_> {
         if *command == Command::Cancel {
             // The program ends as after Ctrl-C.
             self.console.interrupt();
+        } else if !self.has_begun {
+            return self.choose(command);
         }
-        match self.opened.source.hand(command, self.hand.asked) {
+        match self.opened.source.hand(command, self.session.next_up()) {
             Ok(true) => {
-                self.hand.busy_until_s = self.hand.now_s + HAND_S;
+                self.hand.moves();
                 Ok(())
             }
             Ok(false) => {
@@ -307,18 +436,19 @@ impl Driver<'_> {
     // Ends.
 
     /// The user has ended it: what was recorded is kept.
-    fn stopped(&mut self, reason: EndReason, rest: &[u8]) -> anyhow::Result<ExitCode> {
-        self.session.bytes(rest)?;
+    fn stopped(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let folder = self.folder.as_ref();
-        let safe = folder.map_or(String::new(), |f| {
-            format!("; what was recorded is in {}", f.display())
-        });
-        let what = match reason {
-            EndReason::Cancelled => "cancelled without a calibration",
-            _ => "interrupted",
+        let (reason, what) = if self.session.is_done() {
+            (EndReason::Cancelled, "Cancelled without a calibration")
+        } else {
+            (EndReason::Interrupted, "Interrupted")
         };
-        self.end(reason, &format!("{what}{safe}"))?;
+        let text = match self.folder {
+            _ if !self.has_begun => "Ended before the first row.".to_owned(),
+            Some(folder) => format!("{what}; what was recorded is in {}.", folder.display()),
+            None => what.to_owned(),
+        };
+        self.end(reason, &text)?;
         Ok(ExitCode::from(failure::INTERRUPTED))
     }
 
@@ -326,13 +456,11 @@ impl Driver<'_> {
         let poses = self.session.poses().count();
         if self.opened.kind == SourceKind::Replay && poses == 0 {
             // What is no recording is refused as by every command.
-            read(Path::new(&self.opened.name), &self.read)?;
+            read(Path::new(&self.opened.name), &self.args.read_options())?;
         }
         let poses = count(poses, "pose");
-        self.end(
-            EndReason::SourceEnded,
-            &format!("the rows ended after {poses}"),
-        )?;
+        let text = format!("The rows ended after {poses}");
+        self.end(EndReason::SourceEnded, &text)?;
         let hint = match self.resume_command() {
             Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
@@ -341,35 +469,47 @@ impl Driver<'_> {
         Err(Error::input("too-few-poses", what).with_hint(hint).into())
     }
 
-    /// Saves the calibration, and reads it back.
+    /// Saves the calibration, and reads it back: that of what is on the disk, where the session has a
+    /// folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let (file, session) = self.calibration()?;
-        let done = match &self.output {
+        let recorded = self.folder.map(|folder| {
+            let options = CalibrateOptions {
+                command: Some(command_line()),
+                ..CalibrateOptions::default()
+            };
+            let read = self.args.read_options();
+            calibrate_session(folder, &read, &options, Some(self.session.gravity()))
+        });
+        let recorded = recorded.transpose()?;
+        let file = recorded.as_ref().map(|(_, done)| &done.file);
+        let file = file.or(self.session.calibration()).cloned();
+        let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
+        let output = self.args.output(self.folder);
+        let done = match &output {
             Some(_) => "Done and saved",
             None => "Done, and not saved (-o cal.json does)",
         };
-        if let Some(output) = self.output.take() {
+        if let Some(output) = output {
             save(&output, false, &file)?;
-            let report = self.report(&file, session.as_ref(), &output)?;
-            let word = path_word(&output);
+            let report = self.report(&file, recorded.as_ref(), &output)?;
             let saved = Event::Saved {
                 file: output.display().to_string(),
-                folder: self.folder.as_ref().map(|f| f.display().to_string()),
+                folder: self.folder.map(|f| f.display().to_string()),
                 report: report.map(|path| path.display().to_string()),
-                next: self.next_steps(file.verdict.grade, &word),
+                next: self.next_steps(file.verdict.grade, &path_word(&output)),
             };
             let text = format!("Saved to {}, read back and compared.", output.display());
-            self.note(saved, text)?;
+            self.note(saved, &text)?;
         }
         if let Some(truth) = self.opened.source.truth() {
             let (event, text) = truth_event(&truth, &file);
-            self.note(event, text)?;
+            self.note(event, &text)?;
         }
         let grade = file.verdict.grade;
         let poses = count(self.session.poses().count(), "pose");
-        let message = format!("{done}: {poses}, verdict {grade}");
-        self.end(EndReason::Finished, &message)?;
+        let text = format!("{done}: {poses}, verdict {grade}");
+        self.end(EndReason::Finished, &text)?;
         Ok(match grade {
             Grade::Poor => ExitCode::from(failure::QUALITY),
             _ => ExitCode::SUCCESS,
@@ -378,35 +518,20 @@ impl Driver<'_> {
 
     /// Commands to go on with: to a better calibration where it is not good, else to its use.
     fn next_steps(&self, grade: Grade, calibration: &str) -> Vec<String> {
-        let resume = self.resume_command().filter(|_| grade != Grade::Good);
-        let motion = match self.opened.kind {
-            SourceKind::Port if grade == Grade::Good => vec![
-                "gravical log -o move.csv".to_owned(),
-                format!("gravical motion move.csv -c {calibration} --report move.html"),
-            ],
-            _ => Vec::new(),
-        };
-        let apply = format!("gravical apply {calibration} RECORDING.csv -o calibrated.csv");
-        let export = format!("gravical export {calibration} --to arduino");
-        let all = resume.into_iter().chain(motion);
-        all.chain([apply, export]).collect()
-    }
-
-    /// The calibration: of what is on the disk, where the session has a folder; then with its
-    /// recording.
-    fn calibration(&self) -> Result<(CalibrationFile, Option<Recorded>)> {
-        if let Some(folder) = &self.folder {
-            let options = CalibrateOptions {
-                command: Some(command_line()),
-                ..CalibrateOptions::default()
-            };
-            let given = Some(self.session.gravity());
-            let (recordings, done) = calibrate_session(folder, &self.read, &options, given)?;
-            return Ok((done.file, Some((recordings, done.segmentation))));
+        let mut steps = Vec::new();
+        if grade != Grade::Good {
+            steps.extend(self.resume_command());
+        } else if self.opened.kind == SourceKind::Port {
+            steps.push("gravical log -o move.csv".to_owned());
+            steps.push(format!(
+                "gravical motion move.csv -c {calibration} --report move.html"
+            ));
         }
-        let file = self.session.calibration().cloned();
-        let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
-        Ok((file, None))
+        steps.push(format!(
+            "gravical apply {calibration} RECORDING.csv -o calibrated.csv"
+        ));
+        steps.push(format!("gravical export {calibration} --to arduino"));
+        steps
     }
 
     /// The calibration report, for the page and into the folder. Where it cannot be written, the
@@ -414,55 +539,53 @@ impl Driver<'_> {
     fn report(
         &mut self,
         file: &CalibrationFile,
-        recorded: Option<&Recorded>,
+        recorded: Option<&(Vec<Recording>, Calibrated)>,
         output: &Path,
     ) -> Result<Option<PathBuf>> {
-        let session = recorded.map(|(recordings, segmentation)| figure::calibration::Session {
+        let session = recorded.map(|(recordings, done)| figure::calibration::Session {
             recordings,
-            segmentation,
+            segmentation: &done.segmentation,
         });
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
         let html = document.to_html();
         let renderers = self.console.renderers.iter_mut();
         renderers.for_each(|r| r.report(&html));
-        let Some(folder) = &self.folder else {
+        let Some(folder) = self.folder else {
             return Ok(None);
         };
         let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");
         let path = folder.join(name);
-        match write_report(&path, false, &document) {
-            Ok(()) => Ok(Some(path)),
-            Err(error) => {
-                let why = format!("the report was not written: {error}");
-                self.warn(WarningKind::Other, &why)?;
-                Ok(None)
-            }
+        if let Err(error) = write_report(&path, false, &document) {
+            let why = format!("the report was not written: {error}");
+            self.warn(WarningKind::Other, &why)?;
+            return Ok(None);
         }
+        Ok(Some(path))
     }
 
-    fn end(&mut self, reason: EndReason, message: &str) -> Result<()> {
+    fn end(&mut self, reason: EndReason, text: &str) -> Result<()> {
         let resume = self.resume_command();
         let event = Event::End {
             reason,
             poses: self.session.poses().count() as u32,
-            resume: resume.filter(|_| reason != EndReason::Finished),
+            resume: resume.filter(|_| self.has_begun && reason != EndReason::Finished),
         };
-        self.note(event, sentences([message]))
+        self.note(event, text)
     }
 
-    fn warn(&mut self, kind: WarningKind, message: &str) -> Result<()> {
-        self.note(Event::Warning { kind }, sentences([message]))
+    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
+        self.note(Event::Warning { kind }, text)
     }
 
     /// Shows what only the program knows.
-    fn note(&mut self, event: Event, text: String) -> Result<()> {
+    fn note(&mut self, event: Event, text: &str) -> Result<()> {
         let messages = self.session.note(event, text);
         self.show(messages)
     }
 
     fn resume_command(&self) -> Option<String> {
-        let folder = path_word(self.folder.as_ref()?);
+        let folder = path_word(self.folder?);
         Some(format!("gravical live --resume {folder}"))
     }
 }

@@ -1,6 +1,5 @@
 //! Where the rows of a session come from: a port, a simulated sensor, a recording.
 
-use std::collections::VecDeque;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -27,10 +26,10 @@ const AT_ONCE: usize = 1 << 12;
 const RATE_HZ: f64 = 100.0;
 /// Its decimals.
 const DECIMALS: usize = 4;
-/// It is asked after this time, s.
-const STEP_S: f64 = 0.02;
-/// Longest time that a simulated sensor goes on in one step, s, before its speed.
-const MAX_STEP_S: f64 = 2.0 * STEP_S;
+/// It is asked after this time.
+const STEP: Duration = Duration::from_millis(20);
+/// Longest time that a simulated sensor goes on in one step, before its speed.
+const MAX_STEP: Duration = Duration::from_millis(40);
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -38,8 +37,6 @@ const RESUMED_AFTER_S: f64 = 5.0;
 pub enum Incoming {
     /// Bytes of the recording, which are in the file.
     Bytes(Vec<u8>),
-    /// Nothing yet.
-    Nothing,
     /// The port of this name is open.
     Connected(String),
     /// No rows arrive any more.
@@ -52,12 +49,12 @@ pub enum Incoming {
 
 /// A source of rows.
 pub trait Source {
-    /// What it has next; waits shortly.
+    /// What it has next, in order; waits shortly.
     ///
     /// # Errors
     ///
     /// Those that end the session.
-    fn next(&mut self) -> Result<Incoming>;
+    fn next(&mut self) -> Result<Vec<Incoming>>;
     /// Makes the rows so far safe on the disk.
     ///
     /// # Errors
@@ -74,10 +71,8 @@ pub trait Source {
     fn hand(&mut self, _command: &Command, _asked: Option<[f64; 3]>) -> Result<bool> {
         Ok(false)
     }
-    /// The session has ended: returns the rows that were written since.
-    fn close(&mut self) -> Vec<u8> {
-        Vec::new()
-    }
+    /// The session has ended: writes what waits.
+    fn close(&mut self) {}
     /// Nothing has arrived: no file remains.
     fn discard(self: Box<Self>) {}
     /// The true parameters of a simulated sensor.
@@ -99,25 +94,23 @@ impl Replay {
     ///
     /// Those of the file.
     pub fn open(path: &Path, options: &ReadOptions) -> Result<Self> {
-        let input = open(path, options)?;
-        let path = path.to_owned();
-        Ok(Replay { input, path })
+        Ok(Replay {
+            input: open(path, options)?,
+            path: path.to_owned(),
+        })
     }
 }
 
 impl Source for Replay {
-    fn next(&mut self) -> Result<Incoming> {
+    fn next(&mut self) -> Result<Vec<Incoming>> {
         let mut bytes = vec![0; AT_ONCE];
-        let n = self
-            .input
-            .reader
-            .read(&mut bytes)
-            .map_err(|e| Error::io(&self.path, e))?;
-        bytes.truncate(n);
-        Ok(match n {
-            0 => Incoming::End,
-            _ => Incoming::Bytes(bytes),
-        })
+        let read = self.input.reader.read(&mut bytes);
+        bytes.truncate(read.map_err(|e| Error::io(&self.path, e))?);
+        Ok(vec![if bytes.is_empty() {
+            Incoming::End
+        } else {
+            Incoming::Bytes(bytes)
+        }])
     }
 }
 
@@ -125,7 +118,7 @@ impl Source for Replay {
 pub struct Simulated {
     sensor: InteractiveSensor,
     file: LogFile,
-    header: bool,
+    has_header: bool,
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
@@ -165,51 +158,40 @@ impl Simulated {
     pub fn open(path: &Path, resumes: bool, seed: u64, speed: f64) -> Result<Self> {
         let mut file = LogFile::open(path, Existing::of_session(resumes))?;
         file.start()?;
-        let offset_s = if resumes {
-            last_row_s(path).map_err(|e| Error::io(path, e))? + RESUMED_AFTER_S
-        } else {
-            0.0
-        };
+        let before = std::fs::read_to_string(path).map_err(|e| Error::io(path, e))?;
         Ok(Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
             file,
-            header: resumes,
+            offset_s: last_row_s(&before).map_or(0.0, |t_s| t_s + RESUMED_AFTER_S),
+            has_header: resumes,
             rows: 0,
-            offset_s,
             due_s: 0.0,
             last: Instant::now(),
             speed,
         })
     }
+}
 
-    /// Moves the time of the sensor on. Where the session does not keep up, the sensor waits for it: a
-    /// hand could do nothing during the rows that would have been due.
-    fn pass(&mut self) {
-        let now = Instant::now();
-        let passed_s = (now - self.last).as_secs_f64().min(MAX_STEP_S);
-        self.last = now;
+/// Time of the last row of a recording of [`Simulated`], s; none without one.
+fn last_row_s(text: &str) -> Option<f64> {
+    let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
+    text.lines().rev().find_map(stamp_ms).map(|ms| ms / 1e3)
+}
+
+impl Source for Simulated {
+    fn next(&mut self) -> Result<Vec<Incoming>> {
+        // Where the session does not keep up, the sensor waits for it: a hand could do nothing during the
+        // rows that would have been due.
+        let passed = self.last.elapsed().min(MAX_STEP);
+        self.last = Instant::now();
         self.due_s = if self.speed > 0.0 {
-            self.due_s + passed_s * self.speed
+            self.due_s + passed.as_secs_f64() * self.speed
         } else {
             // As fast as possible: rows of 0.1 s at a time.
             self.rows as f64 / RATE_HZ + 0.1
         };
-    }
-}
-
-/// Time of the last row of a recording of [`Simulated`], s; 0 without one.
-fn last_row_s(path: &Path) -> std::io::Result<f64> {
-    let text = std::fs::read(path)?;
-    let text = String::from_utf8_lossy(&text);
-    let stamp_ms = |line: &str| line.split(',').next()?.parse::<f64>().ok();
-    Ok(text.lines().rev().find_map(stamp_ms).unwrap_or(0.0) / 1e3)
-}
-
-impl Source for Simulated {
-    fn next(&mut self) -> Result<Incoming> {
-        self.pass();
         let mut text = String::new();
-        if !std::mem::replace(&mut self.header, true) {
+        if !std::mem::replace(&mut self.has_header, true) {
             text.push_str("# simulated, not measured\n");
             text.push_str(Reading::HEADER);
         }
@@ -219,12 +201,12 @@ impl Source for Simulated {
             self.rows += 1;
         }
         if text.is_empty() {
-            std::thread::sleep(Duration::from_secs_f64(STEP_S));
-            return Ok(Incoming::Nothing);
+            std::thread::sleep(STEP);
+            return Ok(Vec::new());
         }
         let bytes = text.into_bytes();
         self.file.write(&bytes)?;
-        Ok(Incoming::Bytes(bytes))
+        Ok(vec![Incoming::Bytes(bytes)])
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -235,16 +217,16 @@ impl Source for Simulated {
         let Command::Hand { put, up, shake } = command else {
             return Ok(false);
         };
+        let mut faces = Face::all().into_iter();
         let face = put
             .as_ref()
-            .and_then(|name| Face::all().into_iter().find(|f| f.name() == *name));
+            .and_then(|name| faces.find(|f| f.name() == *name));
         if *shake {
-            let line = LineOptions {
+            self.sensor.push(&LineOptions {
                 distance_m: 0.05,
                 move_time_s: 0.35,
                 ..LineOptions::default()
-            };
-            self.sensor.push(&line)?;
+            })?;
         } else if let Some(face) = face {
             self.sensor.lay(face);
         } else {
@@ -263,8 +245,6 @@ impl Source for Simulated {
 pub struct PortSource {
     recording: log::Session,
     folder: PathBuf,
-    /// What the last step brought, in order.
-    brought: VecDeque<Incoming>,
 }
 
 impl PortSource {
@@ -288,7 +268,6 @@ impl PortSource {
         Ok(PortSource {
             recording,
             folder: folder.to_owned(),
-            brought: VecDeque::new(),
         })
     }
 
@@ -299,30 +278,27 @@ impl PortSource {
 }
 
 impl Source for PortSource {
-    fn next(&mut self) -> Result<Incoming> {
-        if let Some(brought) = self.brought.pop_front() {
-            return Ok(brought);
-        }
+    fn next(&mut self) -> Result<Vec<Incoming>> {
         let bytes = self.recording.step()?;
-        if !bytes.is_empty() {
-            self.brought.push_back(Incoming::Bytes(bytes));
-        }
-        let events = self.recording.take_events();
-        self.brought.extend(events.into_iter().filter_map(incoming));
-        let is_lost = |incoming: &Incoming| matches!(incoming, Incoming::Lost(_));
-        if self.brought.iter().any(is_lost) {
+        let bytes = Some(bytes).filter(|b| !b.is_empty()).map(Incoming::Bytes);
+        let events = self.recording.take_events().into_iter();
+        let next: Vec<Incoming> = bytes
+            .into_iter()
+            .chain(events.filter_map(incoming))
+            .collect();
+        if next.iter().any(|i| matches!(i, Incoming::Lost(_))) {
             self.make_safe()?;
         }
-        Ok(self.brought.pop_front().unwrap_or(Incoming::Nothing))
+        Ok(next)
     }
 
     fn make_safe(&mut self) -> Result<()> {
         self.recording.file.sync()
     }
 
-    fn close(&mut self) -> Vec<u8> {
+    fn close(&mut self) {
         // The session has ended, and says what it has.
-        self.recording.close(false).unwrap_or_default()
+        let _ = self.recording.close(false);
     }
 
     fn discard(mut self: Box<Self>) {
@@ -347,16 +323,16 @@ fn incoming(event: Event) -> Option<Incoming> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::last_row_s;
 
     #[test]
     fn a_simulated_recording_goes_on_after_its_last_row() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("recording.csv");
-        std::fs::write(&path, "# simulated, not measured\nTimestamp (ms),aX\n").unwrap();
-        assert_eq!(last_row_s(&path).unwrap(), 0.0);
+        let head = "# simulated, not measured\nTimestamp (ms),aX\n";
+        assert_eq!(last_row_s(head), None);
         let rows: String = (0..5000).map(|i| format!("{},0.1\n", 10 * i)).collect();
-        std::fs::write(&path, format!("Timestamp (ms),aX\n{rows}# a comment\n")).unwrap();
-        assert_eq!(last_row_s(&path).unwrap(), 49.99);
+        assert_eq!(
+            last_row_s(&format!("{head}{rows}# a comment\n")),
+            Some(49.99)
+        );
     }
 }

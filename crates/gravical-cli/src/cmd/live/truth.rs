@@ -29,6 +29,7 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> (Event, String) {
         mg((squares.sum::<f64>() / DIRECTIONS as f64).sqrt())
     };
     let scale = matrix3::row_norms(&sensor.matrix);
+    // Half the 95 % interval.
     let limits = found.deviations.map(|d| (d, 1.96));
     let rows = (0..3).flat_map(|i| {
         let axis = ["x", "y", "z"][i];

@@ -1,184 +1,168 @@
 //! What a session has said so far, and the tabs that listen.
 
-use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::pin::Pin;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::task::{Context, Poll};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use axum::response::sse;
-use futures_core::Stream;
+use futures_util::stream::{Stream, unfold};
 use gravical::live::{Event, Message};
 use gravical::{Error, Result};
-use tokio::sync::mpsc;
+use tokio::sync::watch;
 
-use crate::cmd::live::console::Renderer;
-
-/// Events that may wait for a tab: half a minute of a session.
-const QUEUE: usize = 300;
 /// Tabs at a time. A browser opens six connections to a host, and each tab holds one.
 const TABS: usize = 4;
-/// A tab that does not read connects again after this time.
+/// A tab that was disconnected connects again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Everything that was said, for tabs that come later, and the tabs that listen.
+/// Everything that was said, for each tab to read at its own pace.
 #[derive(Default)]
-pub struct Hub {
-    state: Mutex<State>,
+pub struct Said {
+    /// All events but the status; a session that goes on begins with its event `session` again.
+    past: Vec<Arc<str>>,
+    /// The latest status, and how many events came before it.
+    status: Option<(usize, Arc<str>)>,
+    /// The calibration report.
+    pub report: Option<Arc<str>>,
+    /// The last event was said.
+    pub has_ended: bool,
+    /// A tab has listened.
+    pub had_tab: bool,
+    /// Nothing more will be said.
+    is_closed: bool,
 }
 
+/// What was said, and who listens.
 #[derive(Default)]
-struct State {
-    /// All events but the status.
-    past: Vec<Arc<str>>,
-    /// The latest status.
-    status: Option<Arc<str>>,
-    report: Option<Arc<str>>,
-    tabs: Vec<mpsc::Sender<Arc<str>>>,
-    /// When the last tab went.
-    left: Option<Instant>,
-    ended: bool,
-}
+pub struct Hub(pub watch::Sender<Said>);
 
 impl Hub {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The last event was said.
-    pub fn has_ended(&self) -> bool {
-        self.state().ended
-    }
-
-    /// The calibration report.
-    pub fn report(&self) -> Option<Arc<str>> {
-        self.state().report.clone()
-    }
-
-    /// All tabs have what was said.
-    pub fn is_read(&self) -> bool {
-        let mut tabs = self.state().tabs.clone().into_iter();
-        tabs.all(|tab| tab.capacity() == tab.max_capacity())
-    }
-
-    /// Disconnects all tabs.
-    pub fn close(&self) {
-        self.state().tabs.clear();
-    }
-
-    /// No tab has listened for so long.
-    pub fn is_left_for(&self, time: Duration) -> bool {
-        let state = self.state();
-        state.tabs.is_empty() && state.left.is_none_or(|left| left.elapsed() > time)
-    }
-
-    /// A new tab, which gets everything from the beginning; none when there are too many.
-    pub fn join(self: &Arc<Self>) -> Option<Listener> {
-        let (sender, receiver) = mpsc::channel(QUEUE);
-        let mut state = self.state();
-        if state.tabs.len() >= TABS {
-            return None;
-        }
-        state.tabs.push(sender);
-        Some(Listener {
-            before: state.past.iter().chain(&state.status).cloned().collect(),
-            retry: Some(RETRY),
-            receiver,
-            hub: Arc::clone(self),
-        })
-    }
-}
-
-impl Renderer for Arc<Hub> {
-    /// Says an event to all tabs. One that is far behind is disconnected: it connects again, and
-    /// gets everything from the beginning.
-    fn show(&mut self, message: &Message) -> Result<()> {
+    /// Says an event to all tabs.
+    ///
+    /// # Errors
+    ///
+    /// None that occurs: an event is JSON.
+    pub fn say(&self, message: &Message) -> Result<()> {
         let text = serde_json::to_string(message);
-        let text: Arc<str> = text
-            .map_err(|e| Error::device("page", e.to_string()))?
-            .into();
-        let mut state = self.state();
-        if matches!(message.event, Event::Session { .. }) {
-            // One before it, which goes on, is over.
-            state.past.clear();
-            (state.status, state.report, state.ended) = (None, None, false);
-        }
-        state.ended |= matches!(message.event, Event::End { .. });
-        if message.event.is_status() {
-            state.status = Some(Arc::clone(&text));
-        } else {
-            state.past.push(Arc::clone(&text));
-        }
-        state
-            .tabs
-            .retain(|tab| tab.try_send(Arc::clone(&text)).is_ok());
+        let text = text.map_err(|e| Error::device("page", e.to_string()))?;
+        self.0.send_modify(|said| {
+            match message.event {
+                Event::Session { .. } => said.has_ended = false,
+                Event::End { .. } => said.has_ended = true,
+                _ => {}
+            }
+            if message.event.is_status() {
+                said.status = Some((said.past.len(), text.into()));
+            } else {
+                said.past.push(text.into());
+            }
+        });
         Ok(())
     }
 
-    fn report(&mut self, html: &str) {
-        self.state().report = Some(html.into());
+    /// Ends the streams of all tabs, once they have everything.
+    pub fn close(&self) {
+        self.0.send_modify(|said| said.is_closed = true);
+    }
+
+    /// Tabs that listen.
+    pub fn tabs(&self) -> usize {
+        self.0.receiver_count()
+    }
+
+    /// The events for a new tab, from the beginning; none when there are too many tabs.
+    pub fn join(
+        &self,
+    ) -> Option<impl Stream<Item = std::result::Result<sse::Event, Infallible>> + use<>> {
+        if self.tabs() >= TABS {
+            return None;
+        }
+        self.0.send_modify(|said| said.had_tab = true);
+        Some(unfold(Tab::new(self), |mut tab| async {
+            let text = tab.next().await?;
+            let event = sse::Event::default().retry(RETRY).data(text);
+            Some((Ok(event), tab))
+        }))
     }
 }
 
-/// The events for a tab.
-pub struct Listener {
-    before: VecDeque<Arc<str>>,
-    /// Sent first.
-    retry: Option<Duration>,
-    receiver: mpsc::Receiver<Arc<str>>,
-    hub: Arc<Hub>,
+/// How far a tab has read.
+struct Tab {
+    said: watch::Receiver<Said>,
+    /// Its next event.
+    next: usize,
+    status: Option<Arc<str>>,
 }
 
-impl Drop for Listener {
-    fn drop(&mut self) {
-        self.receiver.close();
-        let mut state = self.hub.state();
-        state.tabs.retain(|tab| !tab.is_closed());
-        state.left = Some(Instant::now());
+impl Tab {
+    fn new(hub: &Hub) -> Self {
+        Tab {
+            said: hub.0.subscribe(),
+            next: 0,
+            status: None,
+        }
     }
-}
 
-impl Stream for Listener {
-    type Item = std::result::Result<sse::Event, Infallible>;
+    /// The next event; none at the end.
+    async fn next(&mut self) -> Option<Arc<str>> {
+        loop {
+            if let Some(text) = self.unread() {
+                return Some(text);
+            }
+            if self.said.borrow().is_closed {
+                return None;
+            }
+            self.said.changed().await.ok()?;
+        }
+    }
 
-    fn poll_next(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<Self::Item>> {
-        if let Some(retry) = self.retry.take() {
-            return Poll::Ready(Some(Ok(sse::Event::default().retry(retry))));
+    /// The next event that was said already. Of statuses the latest is enough.
+    fn unread(&mut self) -> Option<Arc<str>> {
+        let said = self.said.borrow_and_update();
+        let status = said.status.as_ref().filter(|(at, _)| *at <= self.next);
+        let status = status.map(|(_, status)| status);
+        let is_read = |status: &&Arc<str>| {
+            let last = self.status.as_ref();
+            last.is_some_and(|last| Arc::ptr_eq(last, status))
+        };
+        if let Some(status) = status.filter(|status| !is_read(status)) {
+            self.status = Some(Arc::clone(status));
+            return self.status.clone();
         }
-        let event = |text: Arc<str>| Ok(sse::Event::default().data(text));
-        if let Some(text) = self.before.pop_front() {
-            return Poll::Ready(Some(event(text)));
-        }
-        self.receiver.poll_recv(cx).map(|text| text.map(event))
+        let text = said.past.get(self.next)?;
+        self.next += 1;
+        Some(Arc::clone(text))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gravical::live::Session;
 
+    /// Events of a board at rest, each with its place among them.
     #[test]
-    fn a_tab_that_does_not_read_is_disconnected_and_the_others_go_on() {
-        let mut hub = Arc::new(Hub::default());
-        let event = Message::new(0.0, Event::PoseCandidate, "");
-        hub.show(&event).unwrap();
-        let (first, mut second) = (hub.join().unwrap(), hub.join().unwrap());
-        for _ in 0..QUEUE {
-            hub.show(&event).unwrap();
-            assert!(second.receiver.try_recv().is_ok());
+    fn a_tab_gets_all_events_and_the_latest_status_in_order() {
+        let mut session = Session::new("r.csv", gravical::live::LiveOptions::default());
+        let rows: String = (0..300)
+            .map(|i| format!("{},0.1,0.{},9.8\n", 10 * i, i % 7))
+            .collect();
+        let events = session
+            .bytes(format!("t_ms,ax,ay,az\n{rows}").as_bytes())
+            .unwrap();
+        let hub = Hub::default();
+        let mut quick = Tab::new(&hub);
+        let mut read = 0;
+        for event in &events {
+            hub.say(event).unwrap();
+            assert!(quick.unread().is_some());
+            read += 1;
         }
-        assert!(!hub.is_read());
-        hub.show(&event).unwrap();
-        assert!(first.receiver.is_closed() && !second.receiver.is_closed());
-        drop(first);
-        // Everything so far.
-        let again = hub.join().unwrap();
-        assert_eq!(again.before.len(), 1 + QUEUE + 1);
-        drop(second);
-        assert!(!hub.is_left_for(Duration::ZERO));
-        drop(again);
-        std::thread::sleep(Duration::from_millis(1));
-        assert!(hub.is_left_for(Duration::ZERO));
+        assert!(quick.unread().is_none());
+        let mut slow = Tab::new(&hub);
+        let all: Vec<Arc<str>> = std::iter::from_fn(|| slow.unread()).collect();
+        let told = events.iter().filter(|e| !e.event.is_status()).count();
+        assert_eq!((read, all.len()), (events.len(), told + 1));
+        assert!(all.last().unwrap().contains("\"status\""));
     }
 }

@@ -1,37 +1,27 @@
 //! How the user gets to the page: the browser, or a tunnel.
 
+use std::env;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
-use std::{env, fs};
 
-/// A file that leads a browser to the page. It is removed when it is dropped.
-pub struct Redirect(PathBuf);
+use tempfile::NamedTempFile;
 
-impl Drop for Redirect {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
-    }
-}
-
-impl Redirect {
-    /// Writes it into `folder`, readable by this user only.
-    fn new(folder: &Path, url: &str) -> io::Result<Self> {
-        let path = folder.join(format!("gravical-live-{}.html", std::process::id()));
-        let mut options = fs::OpenOptions::new();
-        options.write(true).create_new(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let mut file = options.open(&path)?;
-        let redirect = Redirect(path);
-        writeln!(
-            file,
-            "<!doctype html><meta charset=\"utf-8\"><title>gravical live</title>\
-             <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>"
-        )?;
-        Ok(redirect)
-    }
+/// A file in `folder` that leads a browser to the page, readable by this user only. It is removed when it
+/// is dropped.
+fn redirect(folder: &Path, url: &str) -> io::Result<NamedTempFile> {
+    let mut name = tempfile::Builder::new();
+    let mut file = name
+        .prefix("gravical-live-")
+        .suffix(".html")
+        .tempfile_in(folder)?;
+    writeln!(
+        file,
+        "<!doctype html><meta charset=\"utf-8\"><title>gravical live</title>\
+         <meta http-equiv=\"refresh\" content=\"0;url={url}\"><a href=\"{url}\">gravical live</a>"
+    )?;
+    Ok(file)
 }
 
 /// Opens the address in the browser of the user, if there is one; says nothing if there is none:
@@ -42,7 +32,7 @@ impl Redirect {
 /// the page. It is in the home directory, because browsers in a sandbox see no other place; where
 /// it cannot be written, the address remains to be copied. On Windows other users do not see the
 /// arguments.
-pub fn open(url: &str) -> Option<Redirect> {
+pub fn open(url: &str) -> Option<NamedTempFile> {
     if !io::stderr().is_terminal() {
         return None;
     }
@@ -50,11 +40,11 @@ pub fn open(url: &str) -> Option<Redirect> {
     let redirect = if cfg!(windows) {
         None
     } else {
-        Some(Redirect::new(&env::home_dir()?, url).ok()?)
+        Some(redirect(&env::home_dir()?, url).ok()?)
     };
     let target = redirect
         .as_ref()
-        .map_or(OsStr::new(url), |redirect| redirect.0.as_os_str());
+        .map_or(OsStr::new(url), |redirect| redirect.path().as_os_str());
     let spawned = Command::new(program)
         .args(arguments)
         .arg(target)
@@ -116,17 +106,12 @@ mod tests {
         use std::os::unix::fs::MetadataExt as _;
         let folder = tempfile::tempdir().unwrap();
         let url = "http://127.0.0.1:1/?token=0123";
-        let redirect = Redirect::new(folder.path(), url).unwrap();
-        let path = redirect.0.clone();
-        assert_eq!(fs::metadata(&path).unwrap().mode() & 0o777, 0o600);
-        assert!(
-            fs::read_to_string(&path)
-                .unwrap()
-                .contains(&format!("url={url}\""))
-        );
-        // What is there already is not written to.
-        assert!(Redirect::new(folder.path(), url).is_err());
-        drop(redirect);
+        let file = redirect(folder.path(), url).unwrap();
+        let path = file.path().to_owned();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(&format!("url={url}\"")));
+        assert_eq!(file.as_file().metadata().unwrap().mode() & 0o777, 0o600);
+        drop(file);
         assert!(!path.exists());
     }
 

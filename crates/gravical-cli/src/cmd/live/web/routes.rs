@@ -1,10 +1,10 @@
 //! What the page asks for, and who may ask.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
+use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::{Path, Request, State};
 use axum::http::header::{
@@ -16,16 +16,13 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::{get, post};
-use axum::{Router, body};
-use gravical::live::{Command, sentences};
+use gravical::live::{Command, sentence};
 
 use super::hub::Hub;
 use crate::cmd::live::console::Entry;
 
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 1 << 12;
-/// A command has to arrive within this time.
-const COMMAND_TIME: Duration = Duration::from_secs(5);
 
 /// Of everything but the report, which has its own in its text.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
@@ -58,24 +55,14 @@ const FILES: [(&str, &str, &str); 6] = [
     ("page.js", JS, include_str!("../page/page.js")),
 ];
 
-/// Whether a connection has shown the token.
-#[derive(Clone, Default)]
-pub struct Known(Arc<AtomicBool>);
-
-impl Known {
-    pub fn is(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
-
 /// What requests need.
 #[derive(Clone)]
 pub struct Served {
-    pub hub: Arc<Hub>,
-    pub commands: SyncSender<Entry>,
-    pub token: Arc<str>,
+    hub: Arc<Hub>,
+    commands: SyncSender<Entry>,
+    token: Arc<str>,
     /// Names of this server in a request: address and port.
-    pub hosts: Arc<[String]>,
+    hosts: Arc<[String]>,
 }
 
 /// All routes, behind the guard.
@@ -96,12 +83,7 @@ pub fn routes(served: Served) -> Router {
 async fn guard(State(served): State<Served>, request: Request, next: Next) -> Response {
     let mut response = match served.refusal(&request) {
         Some(why) => text(StatusCode::FORBIDDEN, TEXT, why),
-        None => {
-            if let Some(known) = request.extensions().get::<Known>() {
-                known.0.store(true, Ordering::Relaxed);
-            }
-            next.run(request).await
-        }
+        None => next.run(request).await,
     };
     let headers = response.headers_mut();
     for (name, value) in [
@@ -122,6 +104,20 @@ async fn guard(State(served): State<Served>, request: Request, next: Next) -> Re
 }
 
 impl Served {
+    pub fn new(hub: Arc<Hub>, commands: SyncSender<Entry>, token: String, port: u16) -> Self {
+        let names = ["127.0.0.1", "localhost"];
+        let mut hosts = names.map(|name| format!("{name}:{port}")).to_vec();
+        if port == 80 {
+            hosts.extend(names.map(str::to_owned));
+        }
+        Served {
+            hub,
+            commands,
+            token: token.into(),
+            hosts: hosts.into(),
+        }
+    }
+
     /// Why a request is refused, if it is.
     fn refusal(&self, request: &Request) -> Option<&'static str> {
         let headers = request.headers();
@@ -166,7 +162,7 @@ fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Respon
 }
 
 fn refused(status: StatusCode, why: &str) -> Response {
-    let body = serde_json::json!({ "error": sentences([why]) }).to_string();
+    let body = serde_json::json!({ "error": sentence(why) }).to_string();
     text(status, JSON, body)
 }
 
@@ -183,7 +179,7 @@ async fn file(Path(name): Path<String>) -> Response {
 
 async fn events(State(served): State<Served>) -> Response {
     match served.hub.join() {
-        Some(listener) => Sse::new(listener)
+        Some(events) => Sse::new(events)
             .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
             .into_response(),
         // The browser asks again after a while.
@@ -192,20 +188,20 @@ async fn events(State(served): State<Served>) -> Response {
 }
 
 async fn command(State(served): State<Served>, body: Body) -> Response {
-    let read = tokio::time::timeout(COMMAND_TIME, to_bytes(body, COMMAND_BYTES));
-    let bytes: body::Bytes = match read.await {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(_)) => return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long"),
-        Err(_) => return refused(StatusCode::REQUEST_TIMEOUT, "the command is not complete"),
+    let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
+        return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
     };
-    let command: Command = match serde_json::from_slice(&bytes) {
-        Ok(command) => command,
+    let entry = match serde_json::from_slice::<Command>(&bytes) {
+        Ok(command) => Entry {
+            command: Ok(command),
+            is_clicked: true,
+        },
         Err(error) => {
             let why = format!("this is no command: {error}");
             return refused(StatusCode::BAD_REQUEST, &why);
         }
     };
-    match served.commands.try_send(Entry::Clicked(command)) {
+    match served.commands.try_send(entry) {
         Ok(()) => StatusCode::NO_CONTENT.into_response(),
         Err(_) => refused(
             StatusCode::SERVICE_UNAVAILABLE,
@@ -215,7 +211,8 @@ async fn command(State(served): State<Served>, body: Body) -> Response {
 }
 
 async fn report(State(served): State<Served>) -> Response {
-    let Some(html) = served.hub.report() else {
+    let report = served.hub.0.borrow().report.clone();
+    let Some(html) = report else {
         return text(
             StatusCode::NOT_FOUND,
             TEXT,
