@@ -111,10 +111,11 @@ impl Error {
         Self::from(source).in_file(path)
     }
 
-    /// Adds a hint.
+    /// Adds a hint, in place of one with its options that is there.
     #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
+        self.0.options.clear();
         self
     }
 

@@ -182,7 +182,7 @@ fn faults_are_reported_with_their_lines_and_leave_the_rest() {
             fault.lines.is_empty() || found.lines == fault.lines,
             "{found:?}"
         );
-        assert!(found.message.contains(fault.says), "{found:?}");
+        assert!(format!("{found:?}").contains(fault.says), "{found:?}");
         assert_eq!(recording.rows(), fault.rows, "{kind}");
         let breaks: &[usize] = if kind == "blank-rows" { &[300] } else { &[] };
         assert_eq!(recording.breaks, breaks, "{kind}");
