@@ -79,7 +79,7 @@ fn digits(bytes: &[u8]) -> usize {
 /// How many of the first bytes are of a kind.
 fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
     let bytes = bytes.iter().take(MAX_WORD);
-    bytes.take_while(|b| is(*b)).count()
+    bytes.take_while(|b| is(b)).count()
 }
 
 /// Length of the number, or of the time of day with its date, that a text starts with.

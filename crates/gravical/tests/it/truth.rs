@@ -187,6 +187,6 @@ fn a_session_with_turns_gives_the_gyroscope_back() {
             }
         }
         let kinds: Vec<_> = result.file.findings.iter().map(|f| f.kind.name()).collect();
-        assert!(!kinds.iter().any(|k| *k == "turned-other-way"), "{kinds:?}");
+        assert!(!kinds.contains(&"turned-other-way"), "{kinds:?}");
     }
 }
