@@ -138,6 +138,24 @@ impl Sensor {
         self
     }
 
+    /// The same of a fit of faces alone with this tilt, rad: they do not distinguish it from misalignment,
+    /// whose square changes lengths.
+    #[must_use]
+    pub fn with_tilt_of_faces(mut self, tilt: f64) -> Sensor {
+        let parameters = self.parameters;
+        for row in 0..3 {
+            let longer = Parameters::from_fn(|i, _| {
+                if i / 3 == row {
+                    parameters[i] * tilt * tilt
+                } else {
+                    0.0
+                }
+            });
+            self.covariance += longer * longer.transpose();
+        }
+        self
+    }
+
     /// The covariance with the error of gravity.
     pub fn covariance_with_gravity(&self) -> Covariance {
         self.covariance + covariance_by_gravity(&self.parameters, self.gravity.relative_sd())

@@ -106,6 +106,10 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
 /// added to its covariance.
 fn sensor(fit: &Fit, unit: f64) -> Sensor {
     let mut sensor = fit.sensor(unit);
+    let poses = fit.poses();
+    if poses.iter().all(|p| p.face.is_some() || p.bad.is_some()) {
+        sensor = sensor.with_tilt_of_faces(fit.tilt());
+    }
     for i in 0..DRIFT {
         let change = CHANGES[usize::from(i >= BIAS)];
         sensor.covariance[(i, i)] += 0.5 * change * change;
