@@ -121,10 +121,8 @@ impl CalibrationFile {
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
         let mut fitted = section.poses.iter().filter(|p| p.fitted);
         let tilt = section.pose_tilt_deg.map_or(0.0, |t| t.value.to_radians());
-        if fitted.all(|p| p.kind == PoseKind::Face) {
-            sensor = sensor.with_tilt_of_faces(tilt);
-        }
-        Some(sensor)
+        let are_faces = fitted.all(|p| p.kind == PoseKind::Face);
+        Some(sensor.with_tilt_of_faces(tilt, are_faces))
     }
 }
 
