@@ -229,12 +229,6 @@ impl Follow {
         let opened = self.opened.as_ref()?;
         let format = &opened.format;
         let is_clock = |role| matches!(role, Role::Time | Role::Step);
-        let role = |c: usize| {
-            let axis = |axes: &[usize; 3]| axes.iter().position(|column| *column == c);
-            let accel = axis(&format.accel).map(Role::Accel);
-            let gyro = format.gyro.as_ref().and_then(axis).map(Role::Gyro);
-            accel.or(gyro).unwrap_or(format.columns[c].role)
-        };
         let columns = 0..format.columns.len();
         Some(Form {
             has_clock: format.columns.iter().any(|c| is_clock(c.role)),
@@ -247,7 +241,7 @@ impl Follow {
             },
             header_line: format.header_line,
             head_lines: format.head_lines,
-            roles: columns.map(|c| role(c).name(c)).collect(),
+            roles: columns.map(|c| format.role(c).name(c)).collect(),
             rate_hz: opened.rate_hz,
         })
     }
@@ -259,7 +253,7 @@ impl Follow {
         let mut batches = format.batches(Cursor::new(Vec::new()));
         let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
         batches.feed(text);
-        let mut rows = Batch::default();
+        let mut rows = Batch::new(format.columns.len());
         while let Some(batch) = batches.read_batch().map_err(Error::from)? {
             rows.append(batch);
         }

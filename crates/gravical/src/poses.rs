@@ -349,7 +349,7 @@ fn unknown_unit(recording: &Recording) -> Error {
         ),
         _ => (
             FindingKind::UnitUnknown,
-            "give it; for counts of any scale it is counts",
+            "give the unit; counts stands for counts of any scale",
             &["mg", "counts"],
         ),
     };

@@ -129,3 +129,10 @@ fn a_logger_learns_what_became_of_each_line() {
         "{rejected:?}"
     );
 }
+
+#[test]
+fn a_line_without_an_end_is_no_row_yet() {
+    let mut follow = Follow::new("any.csv", ReadOptions::default(), usize::MAX);
+    follow.push(b"0.1,0.2,9.8").unwrap();
+    assert!(follow.settle(1).is_err());
+}

@@ -119,23 +119,10 @@ impl CalibrationFile {
         let mut sensor = section.sensor(self.gravity_mps2, all, section.model_error_mps2())?;
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
-        // Faces alone do not tell their tilt from misalignment, whose square changes lengths.
         let mut fitted = section.poses.iter().filter(|p| p.fitted);
         let tilt = section.pose_tilt_deg.map_or(0.0, |t| t.value.to_radians());
-        if fitted.all(|p| p.kind == PoseKind::Face) {
-            for row in 0..3 {
-                let along = |i: usize| {
-                    if i / 3 == row {
-                        sensor.parameters[i]
-                    } else {
-                        0.0
-                    }
-                };
-                let longer = Parameters::from_fn(|i, _| along(i)) * tilt.powi(2);
-                sensor.covariance += longer * longer.transpose();
-            }
-        }
-        Some(sensor)
+        let are_faces = fitted.all(|p| p.kind == PoseKind::Face);
+        Some(sensor.with_tilt_of_faces(tilt, are_faces))
     }
 }
 
