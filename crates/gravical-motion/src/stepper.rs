@@ -33,7 +33,8 @@ const NODE_S: f64 = 0.04;
 ///
 /// Numbers are those of a causal run ([`MotionOptions::causal`]), which is this, sample by sample. A rest is
 /// one after a second, the first one after three; until then, and before the first rest, the state is that of
-/// the move, or not known. Work is bounded for each sample on average, and each takes 60 bytes.
+/// the move, or not known. Each sample takes 60 bytes. A rest costs as much as the move before it, and so does
+/// each that is withdrawn; the other work is bounded for each sample on average.
 ///
 /// # Example
 ///

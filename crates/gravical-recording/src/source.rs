@@ -42,7 +42,8 @@ pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Res
 /// The bytes at `path`, and their number if it is known.
 fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
     if path == Path::new("-") {
-        return Ok((Box::new(io::stdin().lock()), None));
+        // Without a lock: who opens it a second time finds its end, and does not wait for ever.
+        return Ok((Box::new(io::stdin()), None));
     }
     if path.is_dir() {
         return Err(

@@ -225,20 +225,24 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn a_replaced_file_keeps_its_permissions() {
+    fn permissions_are_the_usual_ones_and_stay() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.txt");
         let names = || std::fs::read_dir(folder.path()).unwrap().count();
         std::fs::write(&path, "old").unwrap();
+        let mode = |path: &Path| path.metadata().unwrap().permissions().mode() & 0o777;
+        let new = folder.path().join("b.txt");
+        write_text(&new, false, "new").unwrap();
+        assert_eq!(mode(&new), mode(&path), "by the umask");
+        std::fs::remove_file(&new).unwrap();
         std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
         write_atomic(&path, true, |w| {
             w.write_all(b"new").map_err(|e| Error::io(&path, e))
         })
         .unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
-        let mode = path.metadata().unwrap().permissions().mode();
-        assert_eq!((mode & 0o777, names()), (0o640, 1));
+        assert_eq!((mode(&path), names()), (0o640, 1));
     }
 
     #[test]

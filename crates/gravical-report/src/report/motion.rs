@@ -104,7 +104,10 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     let calibration = result.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
     let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
-    let rests = format!("{}, {at_rest_s:.1} s in total", result.rests.len());
+    let rests = match result.rests.len() {
+        0 => "none".to_owned(),
+        count => format!("{count}, {at_rest_s:.1} s in total"),
+    };
     Section::new("timing", "Timing and procedure").with(Block::facts([
         ("read as", Some(recording.description.clone())),
         (

@@ -40,9 +40,9 @@ impl Butterworth {
         let least_hz = MIN_SHARE * rate_hz;
         if !ends.is_sorted_by(|a, b| b - a > least_hz) {
             let what = format!(
-                "cutoffs have to be at least {} Hz from 0, from each other and from half the rate of {} Hz",
-                digits(least_hz, 1),
-                digits(rate_hz, 4)
+                "cutoffs have to be between 0 and {} Hz, half the rate, in ascending order, and {} Hz from these and from each other",
+                digits(0.5 * rate_hz, 4),
+                digits(least_hz, 1)
             );
             return Err(Error::usage("filter-range", what)
                 .with_hint("choose another cutoff; `gravical inspect` shows the rate"));

@@ -154,9 +154,10 @@ pub struct Denoised {
 /// Replaces the channels of a recording by filtered ones.
 ///
 /// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
-/// usual steps (a gap), or is no whole number of them. Lost samples are interpolated for the filter,
-/// and not written; empty cells stay empty, and the samples around them are filtered as if one were
-/// lost. Parts that are too short for a filter are left unchanged, which is a finding.
+/// usual steps (a gap), or is no whole number of them; Hampel filters alone run across any step up to
+/// a gap. Lost samples are interpolated for the filter, and not written; empty cells stay empty, and
+/// the samples around them are filtered as if one were lost. Parts that are too short for a filter are
+/// left unchanged, which is a finding.
 ///
 /// # Errors
 ///

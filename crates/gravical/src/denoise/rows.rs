@@ -60,8 +60,8 @@ pub(super) fn run(
     channels: Channels,
     at_rest: &[Vec<Range<usize>>],
 ) -> Result<Done> {
-    let grid = Grid::new(recording);
-    if grid.is_uneven() && filters.iter().any(Filter::needs_even_steps) {
+    let grid = Grid::new(recording, filters.iter().any(Filter::needs_even_steps));
+    if grid.is_uneven() {
         return Err(uneven(recording, &grid));
     }
     let mut done = Done {
@@ -114,14 +114,15 @@ struct Grid {
     restarts: usize,
     /// Point of each row, ascending within a part; rows with equal time stamps share one.
     points: Vec<usize>,
-    /// Steps between time stamps, and those that are no whole number of usual ones.
+    /// Steps between time stamps, and those that should be a whole number of usual ones and are not.
     steps: usize,
     uneven: usize,
 }
 
 impl Grid {
-    /// A row without a time stamp follows the one before it by a step.
-    fn new(recording: &Recording) -> Self {
+    /// A row without a time stamp follows the one before it by a step. Unless a filter `needs_even` steps,
+    /// any step up to a gap will do.
+    fn new(recording: &Recording, needs_even: bool) -> Self {
         let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
         let stamps = recording.time_s.as_deref().unwrap_or_default();
         let whole_share = whole_share(stamps, step_s);
@@ -144,7 +145,7 @@ impl Grid {
                     grid.steps += 1;
                     let steps = (stamp - before) / step_s;
                     let most = GAP_STEPS + (following - 1 - at);
-                    let is_whole = is_whole(steps, whole_share);
+                    let is_whole = is_whole(steps, whole_share) || (!needs_even && steps >= 0.0);
                     grid.uneven += usize::from(!is_whole && (0.0..=most as f64).contains(&steps));
                     let is_next = is_whole && steps.round() <= most as f64;
                     grid.restarts += usize::from(!is_next);

@@ -179,7 +179,7 @@ pub(super) fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>)
         let times = count(done.restarts, "time");
         let finding = finding!(
             Parted,
-            "the filters restart {times}, where a time stamp is no whole number of up to ten usual steps after the one before"
+            "the filters restart {times}, where a time step is negative, longer than ten usual ones or no whole number of them"
         );
         findings.push(finding.counting(done.restarts as u64));
     }

@@ -112,7 +112,7 @@ fn lost_rows_are_bridged_and_uneven_stamps_are_refused() {
         "anyhow.csv --filter savgol:7,2 --columns t=- --rate 100",
         "lost.csv --filter savgol:7,2",
     ] {
-        summary(folder.path(), line);
+        assert_eq!(summary(folder.path(), line)["segments"], 1, "{line}");
     }
     let rows = written(folder.path());
     for row in &rows[1..] {
