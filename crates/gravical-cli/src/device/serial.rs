@@ -50,14 +50,13 @@ impl Serial {
         }
     }
 
-    /// Sends bytes to the board.
+    /// Sends bytes to the board. It does not wait until they are there: a port that is stuck takes forever.
     ///
     /// # Errors
     ///
     /// The system's error.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.port.write_all(bytes)?;
-        self.port.flush()
+        self.port.write_all(bytes)
     }
 
     /// Closes the port; returns the bytes that have arrived. It ends even if bytes keep arriving.
