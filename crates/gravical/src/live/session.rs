@@ -574,6 +574,9 @@ impl Session {
         ));
         self.progress_s = self.now_s;
         for earlier in self.recent.clone() {
+            if earlier.is_break {
+                self.interrupt();
+            }
             self.detect(earlier);
         }
         Ok(())
