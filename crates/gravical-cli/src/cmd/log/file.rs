@@ -243,10 +243,14 @@ impl LogFile {
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
-        let rescued = self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
-        let rescue = match rescued.or_else(|_| self.rescue_in(&std::env::temp_dir())) {
-            Ok(path) => format!("what was received is in {}", path_text(&path)),
-            Err(_) => "what was received could not be written anywhere".to_owned(),
+        let beside = || self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let rescue = if self.held.is_empty() {
+            "no line was written yet".to_owned()
+        } else {
+            match beside().or_else(|_| self.rescue_in(&std::env::temp_dir())) {
+                Ok(path) => format!("what was received is in {}", path_text(&path)),
+                Err(_) => "what was received could not be written anywhere".to_owned(),
+            }
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))
