@@ -43,8 +43,6 @@ pub fn table_out() -> Box<dyn Write> {
     let out = io::stdout();
     if out.is_terminal() {
         progress::end();
-    }
-    if out.is_terminal() {
         Box::new(ToTerminal(out.lock()))
     } else {
         Box::new(out.lock())

@@ -30,7 +30,12 @@ impl Serial {
     pub fn open(path: &str, baud: u32) -> Result<Self> {
         let trouble = |e| trouble::opening(path, &e);
         let builder = serialport::new(path, baud).timeout(READ).dtr_on_open(true);
-        let port = builder.open().map_err(trouble)?;
+        let port = builder.clone().open().or_else(|_| {
+            // Its reader before may have it for one more read.
+            std::thread::sleep(2 * READ);
+            builder.open()
+        });
+        let port = port.map_err(trouble)?;
         let reading = port.try_clone().map_err(trouble)?;
         let (sender, incoming) = channel();
         std::thread::spawn(move || read(reading, &sender));
@@ -50,14 +55,13 @@ impl Serial {
         }
     }
 
-    /// Sends bytes to the board.
+    /// Sends bytes to the board. It does not wait until they are there: a port that is stuck takes forever.
     ///
     /// # Errors
     ///
     /// The system's error.
     pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.port.write_all(bytes)?;
-        self.port.flush()
+        self.port.write_all(bytes)
     }
 
     /// Closes the port; returns the bytes that have arrived. It ends even if bytes keep arriving.

@@ -9,7 +9,7 @@ use gravical_recording::Sample;
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
 use crate::gravity::Gravity;
-use crate::numfmt::count;
+use crate::numfmt::{self, count};
 use crate::poses::face::{Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use crate::recording::units::{AccelUnit, GyroScale};
@@ -551,7 +551,9 @@ impl Session {
         self.rate_hz = rate_hz.unwrap_or(self.rate_hz);
         let unit = recording.accel_scale.unit;
         let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
-        let columns = count(recording.column_names.len(), "column");
+        // Those of a recording without a header have no names.
+        let columns = self.reading.form().map_or(0, |form| form.roles.len());
+        let columns = count(columns, "column");
         let gyro = recording.gyro_scale.map_or("no", |_| "with");
         let first = format!("{rate}, {columns}, {unit}, {gyro} gyroscope");
         // A second is too short to say anything of the samples.
@@ -572,6 +574,9 @@ impl Session {
         ));
         self.progress_s = self.now_s;
         for earlier in self.recent.clone() {
+            if earlier.is_break {
+                self.interrupt();
+            }
             self.detect(earlier);
         }
         Ok(())
@@ -974,7 +979,11 @@ impl Session {
             suspect: self.suspect(file).map(|pose| pose.pose),
         };
         let [x, y, z] = fit.bias_mg;
-        let mg = |value: Option<f64>| value.map_or("unknown".to_owned(), |v| format!("{v:.1} mg"));
+        let mg = |value: Option<f64>| {
+            value.map_or("unknown".to_owned(), |v| {
+                format!("{} mg", numfmt::digits(v, 2))
+            })
+        };
         let text = format!(
             "Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ at most {} (95 %); leave-one-out {}; {}.",
             mg(fit.worst_mg),
@@ -1055,19 +1064,26 @@ fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
     let reasons = file.verdict.reasons.clone();
     let section = &file.accelerometer;
     let error = section.worst_direction.as_ref().map_or(String::new(), |w| {
-        format!("error of ‖a‖ at most {:.1} mg (95 %)", mg(w.error_mps2))
+        let most_mg = numfmt::mg(w.error_mps2);
+        format!("error of ‖a‖ at most {most_mg} mg (95 %)")
     });
     // Where this is the larger error, it decides the grade.
+    let most = section.worst_direction.as_ref().map(|w| w.error_mps2);
+    let hidden = section.undetected.as_ref().map(|u| u.effect_mps2);
+    let is_tested = hidden
+        .zip(most)
+        .is_some_and(|(hidden, most)| hidden <= most);
     let undetected =
         section
             .undetected
             .as_ref()
             .map_or("no pose is left to test the others".to_owned(), |u| {
-                let most_mg = mg(u.effect_mps2);
-                format!("an error of one pose could change ‖a‖ by {most_mg:.0} mg undetected")
+                let most_mg = numfmt::mg(u.effect_mps2);
+                format!("an error of one pose could change ‖a‖ by {most_mg} mg undetected")
             });
     let text = match grade {
         Grade::Good => format!("Good: {error}, verified."),
+        Grade::Fair if is_tested => format!("Fair: {error}; more free poses reduce it."),
         Grade::Fair => format!("Fair: {error}, but {undetected}; more free poses test it."),
         Grade::NotVerifiable => {
             format!("Not verifiable yet: {undetected}; more free poses test it.")

@@ -129,12 +129,14 @@ impl<'a> Driver<'a> {
             ended?;
             return self.stopped();
         }
-        // A recording that cannot be written has been rescued.
-        if !ended.as_ref().is_err_and(|error| error.code() == "io") {
+        // What cannot be written has been rescued, and would be once more.
+        if ended.as_ref().is_err_and(|error| error.code() == "io") {
+            self.journal = None;
+        } else {
             self.opened.source.close();
         }
         if let Err(error) = ended {
-            // The disk of the journal may be full as well.
+            // What shows the events may have failed, too.
             let _ = self.end(EndReason::Failed, &error.to_string());
             Err(error.into())
         } else if self.console.is_interrupted() {

@@ -58,7 +58,8 @@ impl LogFile {
     /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage); the system's.
     pub fn open(path: &Path, existing: Existing) -> Result<Self> {
         let is_new = existing == Existing::Refuse;
-        let is_device = path.canonicalize().is_ok_and(|p| p.starts_with("/dev"));
+        let is_in_dev = || path.canonicalize().is_ok_and(|p| p.starts_with("/dev"));
+        let is_device = is_special(path) && is_in_dev();
         if is_special(path) && !is_device {
             let text = "rows are appended to a file; this is a pipe, whose reader could block them";
             let hint = "record into a file, and follow it with tail -f";
@@ -242,10 +243,14 @@ impl LogFile {
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
-        let rescued = self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
-        let rescue = match rescued.or_else(|_| self.rescue_in(&std::env::temp_dir())) {
-            Ok(path) => format!("what was received is in {}", path_text(&path)),
-            Err(_) => "what was received could not be written anywhere".to_owned(),
+        let beside = || self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let rescue = if self.held.is_empty() {
+            "no line was written yet".to_owned()
+        } else {
+            match beside().or_else(|_| self.rescue_in(&std::env::temp_dir())) {
+                Ok(path) => format!("what was received is in {}", path_text(&path)),
+                Err(_) => "what was received could not be written anywhere".to_owned(),
+            }
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))
@@ -255,13 +260,16 @@ impl LogFile {
     fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        let mut name = format!("{stem}.rescued.{ending}");
+        let named = |kind: String| {
+            let name = format!("{stem}.{kind}.{ending}");
+            folder.join(name.trim_end_matches('.'))
+        };
+        let mut path = named("rescued".to_owned());
         let mut number = 1;
-        while folder.join(&name).exists() {
+        while path.exists() {
             number += 1;
-            name = format!("{stem}.rescued-{number}.{ending}");
+            path = named(format!("rescued-{number}"));
         }
-        let path = folder.join(name);
         let mut file = File::create_new(&path)?;
         let done = file.write_all(&self.held).and_then(|()| file.sync_data());
         if done.is_err() {

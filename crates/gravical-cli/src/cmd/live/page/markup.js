@@ -11,8 +11,9 @@ function inMarkup(value) {
 }
 const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inMarkup)));
 
-const DIGITS = { minimumSignificantDigits: 2, maximumSignificantDigits: 2, useGrouping: false };
-const inMg = v => v > 0 ? `${v.toLocaleString("en", DIGITS)} mg` : "–";
+// Decimals that show a value with two digits, as the sentences of the program have them.
+const decimalsOf = v => Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(v))));
+const inMg = v => v > 0 ? `${v.toFixed(decimalsOf(v))} mg` : "–";
 
 const tileMarkup = (face, i) => html`<li>
   <button type="button" data-face="${face}" aria-keyshortcuts="${i + 1}" disabled>
@@ -82,7 +83,7 @@ function errorsMarkup(fits) {
 
 function truthRow({ name, unit, truth, found, plus_minus }) {
   // As many decimals as the uncertainty has with two digits.
-  const decimals = plus_minus > 0 ? Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(plus_minus)))) : 2;
+  const decimals = plus_minus > 0 ? decimalsOf(plus_minus) : 2;
   const text = v => v.toFixed(decimals).replace(/^-(?=[0.]*$)/, "").replace("-", "−");
   const [mark, word] = Math.abs(found - truth) <= plus_minus ? ["done", "inside"] : ["warning", "outside"];
   return html`<tr><th scope="row">${name}, ${unit}</th><td>${text(truth)}</td>
@@ -95,8 +96,8 @@ const truthMarkup = ({ before_mg, norm_error_mg, rows }) => html`<section class=
   <p>Error of ‖a‖, rms over all directions: <b>${inMg(before_mg)}</b> before,
     <b>${inMg(norm_error_mg)}</b> with this calibration.</p>
   <div class="scroll"><table>
-    <caption>The errors that this virtual sensor was built with, and what was found (± 2σ: 19 of 20 lie inside)</caption>
-    <thead><tr><th>error</th><th>truth</th><th>found</th><th>± 2σ</th></tr></thead>
+    <caption>The errors that this virtual sensor was built with, and what was found (95 %: 19 of 20 lie inside)</caption>
+    <thead><tr><th>error</th><th>truth</th><th>found</th><th>95 %</th></tr></thead>
     <tbody>${rows.map(truthRow)}</tbody>
   </table></div></section>`;
 
@@ -109,7 +110,7 @@ function gradeMarkup({ grade, text }, fit) {
   return html`
     <div class="grade mark ${grade}" data-mark="${GRADES[grade]}"><p><b>${title}</b><span>${rest}</span></p></div>
     <div class="numbers">
-      <p><b>${inMg(fit?.worst_mg)}</b><span>error of ‖a‖ that remains at most (2σ, worst direction)</span></p>
+      <p><b>${inMg(fit?.worst_mg)}</b><span>error of ‖a‖ that remains at most (95 %, worst direction)</span></p>
       <p><b>${inMg(fit?.leave_one_out_mg)}</b><span>leave-one-out error: ${tested}</span></p>
       <p><b>${inMg(Math.hypot(...fit?.bias_mg ?? []))}</b><span>length of the bias that was found</span></p>
     </div>`;
