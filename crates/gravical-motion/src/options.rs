@@ -76,7 +76,11 @@ impl ElementErrors {
         let matrix = |k: usize| {
             let mut matrix = [[0.0; 3]; 3];
             // Every fourth one is on the diagonal.
-            matrix[k / 3][k % 3] = if k.is_multiple_of(4) { self.scale } else { self.cross };
+            matrix[k / 3][k % 3] = if k.is_multiple_of(4) {
+                self.scale
+            } else {
+                self.cross
+            };
             matrix
         };
         (0..9).map(matrix).collect()

@@ -114,9 +114,14 @@ impl Samples {
     ) -> Samples {
         // Without a gap, until the period is known.
         let mut samples = Samples::empty(f64::INFINITY, resolution);
-        samples.time_s.reserve(rows.size_hint().0);
-        samples.force.reserve(rows.size_hint().0);
+        let count = rows.size_hint().0;
+        samples.time_s.reserve_exact(count);
+        samples.force.reserve_exact(count);
+        samples.rows.reserve_exact(count);
         for (i, (time_s, force, rate)) in rows.enumerate() {
+            if i == 0 && rate.is_some() {
+                samples.rate.reserve_exact(count);
+            }
             if samples.push(time_s, force, rate, false) {
                 samples.rows.push(i);
             }
