@@ -126,14 +126,15 @@ pub fn motions(recording: &Recording, rests: &[Range<usize>]) -> Vec<Motion> {
 /// none without a gyroscope or a rate.
 fn steps(recording: &Recording, rows: Range<usize>, bias: [f64; 3]) -> Option<Vec<[f64; 3]>> {
     let gyro = recording.gyro.as_ref()?;
-    let step = |row: usize| {
+    let mut steps = Vec::with_capacity(rows.len());
+    for row in rows {
         let period = sample_period_s(recording, row)?;
-        Some(std::array::from_fn(|i| {
+        steps.push(std::array::from_fn(|i| {
             let step = (gyro[i][row] - bias[i]) * period;
             if step.is_finite() { step } else { 0.0 }
-        }))
-    };
-    rows.map(step).collect()
+        }));
+    }
+    Some(steps)
 }
 
 fn sum(steps: &[[f64; 3]]) -> [f64; 3] {
