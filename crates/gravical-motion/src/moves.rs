@@ -16,9 +16,11 @@ const LEADING_S: f64 = 20.0;
 const MIN_LEADING: usize = 5;
 /// Factor by which a rest may shake more than the others and still have that speed more.
 const MAX_SHAKEN: f64 = 5.0;
-/// Nodes are at most so far apart, s, and a move has at least so many where its samples allow.
+/// Nodes are at most so far apart, s, and a move has at least so many where its samples allow; of a move
+/// above an hour there are as many as of an hour, whose records take 250 MB.
 const NODE_S: f64 = 0.1;
 const MIN_NODES: usize = 50;
+const MAX_NODES: usize = 36_000;
 /// Times that a move whose closure fails is enlarged: by the tilt and by the velocity.
 const MAX_ENLARGED: usize = 2;
 /// What of the rate of turns to and fro, times the error of the scale, stays as a constant rate. Simulated
@@ -95,6 +97,7 @@ impl Leg<'_> {
         let seconds = samples.time_s[end] - samples.time_s[from];
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
+        let node = node.max((end - from) / MAX_NODES);
         let mean_square = filter.mean_square_rate(model, from..end);
         let inflation = rectified(mean_square, model.options.calibration.rate_sd());
         filter.start_move(recorder);
