@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn opposite_faces_leave_half_of_their_tilt_to_misalignment() {
         let mut one = sensor();
-        let off_diagonal = |i: usize| i < BIAS && i % 4 != 0;
+        let off_diagonal = |i: usize| i < BIAS && !i.is_multiple_of(4);
         let variances = Parameters::from_fn(|i, _| if off_diagonal(i) { 0.5e-4 } else { 0.0 });
         one.covariance = Covariance::from_diagonal(&variances);
         let open = one.misalignment(&Matrix3::identity(), 1);
