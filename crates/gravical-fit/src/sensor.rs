@@ -138,44 +138,6 @@ impl Sensor {
         self
     }
 
-    /// The same with what slopes do not know: misalignment changes lengths by its square, as far as it is open.
-    /// Faces `alone` do not distinguish it from their tilt, rad.
-    #[must_use]
-    pub fn with_tilt_of_faces(mut self, tilt: f64, alone: bool) -> Sensor {
-        let Some(inverse) = matrix(&self.parameters).try_inverse() else {
-            return self;
-        };
-        let (limit, parameters) = (tilt * tilt, self.parameters);
-        let open = [0, 1, 2].map(|axis| 2.0 * self.misalignment(&inverse, axis));
-        for (axis, open) in open.into_iter().enumerate() {
-            let share = if alone { limit } else { limit.min(open) };
-            let longer = Parameters::from_fn(|i, _| {
-                if i < BIAS && i % 3 == axis {
-                    parameters[i] * share
-                } else {
-                    0.0
-                }
-            });
-            self.covariance += longer * longer.transpose();
-        }
-        self
-    }
-
-    /// Variance, rad², of the angles between an axis of the case and the two others; of tilts σ of opposite faces
-    /// alone it is σ²/2.
-    fn misalignment(&self, inverse: &Matrix3<f64>, axis: usize) -> f64 {
-        let variance = |other: usize| {
-            let h = Parameters::from_fn(|i, _| match i {
-                0..BIAS if i % 3 == axis => 0.5 * inverse[(other, i / 3)],
-                0..BIAS if i % 3 == other => 0.5 * inverse[(axis, i / 3)],
-                _ => 0.0,
-            });
-            (self.covariance * h).dot(&h)
-        };
-        let others = (0..3).filter(|other| *other != axis);
-        others.map(variance).sum()
-    }
-
     /// The covariance with the error of gravity.
     pub fn covariance_with_gravity(&self) -> Covariance {
         self.covariance + covariance_by_gravity(&self.parameters, self.gravity.relative_sd())
@@ -311,16 +273,6 @@ mod tests {
     }
 
     /// ‖a‖ along n errs by 0.3 n_x, whose root mean square is 0.3/√3.
-    #[test]
-    fn opposite_faces_leave_half_of_their_tilt_to_misalignment() {
-        let mut one = sensor();
-        let off_diagonal = |i: usize| i < BIAS && !i.is_multiple_of(4);
-        let variances = Parameters::from_fn(|i, _| if off_diagonal(i) { 0.5e-4 } else { 0.0 });
-        one.covariance = Covariance::from_diagonal(&variances);
-        let open = one.misalignment(&Matrix3::identity(), 1);
-        assert!((open - 0.5e-4).abs() < 1e-12);
-    }
-
     #[test]
     fn a_bias_alone_shows_in_full_along_its_axis() {
         let mut one = sensor();

@@ -105,9 +105,7 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
 /// The fit of a recording in nominal m/s², with what a sensor changes by from one recording to the next
 /// added to its covariance.
 fn sensor(fit: &Fit, unit: f64) -> Sensor {
-    let poses = fit.poses();
-    let are_faces = poses.iter().all(|p| p.face.is_some() || p.bad.is_some());
-    let mut sensor = fit.sensor(unit).with_tilt_of_faces(fit.tilt(), are_faces);
+    let mut sensor = fit.sensor(unit);
     for i in 0..DRIFT {
         let change = CHANGES[usize::from(i >= BIAS)];
         sensor.covariance[(i, i)] += 0.5 * change * change;

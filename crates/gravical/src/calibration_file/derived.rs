@@ -119,10 +119,7 @@ impl CalibrationFile {
         let mut sensor = section.sensor(self.gravity_mps2, all, section.model_error_mps2())?;
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
-        let mut fitted = section.poses.iter().filter(|p| p.fitted);
-        let tilt = section.pose_tilt_deg.map_or(0.0, |t| t.value.to_radians());
-        let are_faces = fitted.all(|p| p.kind == PoseKind::Face);
-        Some(sensor.with_tilt_of_faces(tilt, are_faces))
+        Some(sensor)
     }
 }
 

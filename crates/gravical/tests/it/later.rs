@@ -220,7 +220,6 @@ fn file(sigma: f64) -> CalibrationFile {
     let mut file = calibrate(&session, &options).unwrap().file;
     file.accelerometer.covariance = Some(diagonal(sigma, 1.0));
     file.accelerometer.gravity_sd_mps2 = 0.0;
-    file.accelerometer.pose_tilt_deg = None;
     file
 }
 
