@@ -174,12 +174,13 @@ const fn layout(below: bool, gap: usize, head: usize) -> Layout {
 }
 
 /// Layouts of a table, from wide to narrow; the first that fits is used.
-const LAYOUTS: [Layout; 5] = [
+const LAYOUTS: [Layout; 6] = [
     layout(false, 2, 16),
     layout(false, 2, 8),
     layout(false, 1, 5),
     layout(true, 2, 8),
     layout(true, 2, 5),
+    layout(true, 1, 5),
 ];
 
 /// A column in print.
@@ -205,7 +206,7 @@ fn table_text(table: &Table, detail: Detail) -> String {
         columns.map(print).collect()
     };
     let fits = |layout: &&Layout| total(&print(layout, usize::MAX), layout.gap) <= WIDTH;
-    let layout = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[4]);
+    let layout = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[5]);
     let mut columns = print(layout, usize::MAX);
     // Sentences share what the numbers leave.
     let over = total(&columns, layout.gap).saturating_sub(WIDTH);
