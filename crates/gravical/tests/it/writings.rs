@@ -13,6 +13,7 @@ mod judge;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use form::cover::pairs;
 use form::session::Session;
 use form::{Decimals, Scene, Sensors, Values, Writing};
 use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
@@ -41,6 +42,13 @@ fn report(wrong: &[String], of: usize) {
         wrong.len(),
         wrong.join("\n")
     );
+}
+
+#[test]
+fn every_two_choices_about_a_writing_meet_and_change_nothing() {
+    let mut noise = Noise::new(1);
+    let chosen = pairs(30, |n| (noise.uniform() * n as f64) as usize);
+    report(&wrong(&chosen), chosen.len());
 }
 
 /// As many as `GRAVICAL_WRITINGS` says, from the seed `GRAVICAL_WRITINGS_SEED`.
