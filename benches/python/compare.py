@@ -109,7 +109,7 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[[], Any]
     path = os.path.join(folder, "rows.csv")
     table = np.column_stack([t, accel, gyro])
     np.savetxt(path, table, delimiter=",", header="t,ax,ay,az,gx,gy,gz", comments="", fmt="%.5f")
-    own = gravical.Recording.from_arrays(**data, unit="m/s^2", gyro_unit="rad/s")
+    own = gravical.Recording.from_arrays(**data, accel_unit="m/s^2", gyro_unit="rad/s")
 
     poses = session(20.0)
     pose_size = sum(values.nbytes for values in poses.values())
@@ -117,7 +117,7 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[[], Any]
     stacked = np.concatenate([poses[name] for name in order])
     faces = gravical.Recording.from_arrays(
         t=np.arange(len(stacked)) / RATE, accel=stacked[:, :3], gyro=stacked[:, 3:],
-        labels=np.repeat(order, [len(poses[name]) for name in order]), unit="m/s^2", gyro_unit="deg/s",
+        labels=np.repeat(order, [len(poses[name]) for name in order]), accel_unit="m/s^2", gyro_unit="deg/s",
     )  # fmt: skip
     ferraris, regions = imucal.FerrarisCalibration(), imucal_regions(poses)
     units = {"from_acc_unit": "m/s^2", "from_gyr_unit": "deg/s"}
@@ -127,7 +127,7 @@ def cases(rows: int, folder: str) -> list[tuple[str, str, int, Callable[[], Any]
     half = rows // 2
     g = np.random.default_rng(3)
     still = {"t": t[:half], "accel": g.normal(0, 0.03, (half, 3)) + [0, 0, 9.81], "gyro": g.normal(0, 1e-3, (half, 3))}
-    lying = gravical.Recording.from_arrays(**still, unit="m/s^2", gyro_unit="rad/s")
+    lying = gravical.Recording.from_arrays(**still, accel_unit="m/s^2", gyro_unit="rad/s")
     channels = [np.ascontiguousarray(c) for c in (*still["accel"].T, *still["gyro"].T)]
     sos = butter(4, 5.0, fs=RATE, output="sos")
     names = ["acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"]

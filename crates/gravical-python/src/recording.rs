@@ -9,7 +9,6 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
 
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
@@ -195,21 +194,6 @@ impl Reading {
 
 #[pymethods]
 impl Recording {
-    #[staticmethod]
-    fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
-        let rows = rmp_serde::from_slice::<recording::Recording>(bytes).map_err(|e| {
-            PyRuntimeError::new_err(format!("not a recording pickled by this version: {e}"))
-        })?;
-        let shared = Arc::new(rows);
-        Ok(Recording { shared })
-    }
-
-    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| rmp_serde::to_vec_named(&*self.shared));
-        let bytes = bytes.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-        Ok(PyBytes::new(py, &bytes))
-    }
-
     /// What is known of it, as JSON.
     fn facts(&self) -> PyResult<String> {
         let r = &*self.shared;

@@ -132,7 +132,7 @@ def drawn(
         scenarios: list[Any] = ["line", "poses", "x", 3]
         return lambda: gravical.simulate(r.choice(scenarios), **some)
     if verb == "arrays":
-        fields = r.sample(["t", "gyro", "temperature", "labels", "unit", "name"], r.randrange(0, 4))
+        fields = r.sample(["t", "gyro", "temperature", "labels", "accel_unit", "name"], r.randrange(0, 4))
         kept = {n: value(r) if r.random() < 0.3 else array(r) for n in fields}
         return lambda: gravical.Recording.from_arrays(accel=raw, **kept)
     if verb == "use":

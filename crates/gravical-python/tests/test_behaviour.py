@@ -54,7 +54,7 @@ t = np.arange(n) / 100
 accel = g.normal(0, 0.03, (n, 3)) + [0, 0, 9.81]
 phase = t % 20
 accel[:, 1] += np.where((phase > 10) & (phase < 12), np.sin(np.pi * (phase - 10)), 0)
-rows = gravical.Recording.from_arrays(t=t, accel=accel, gyro=g.normal(0, 1e-3, (n, 3)), unit="m/s^2", gyro_unit="rad/s")
+rows = gravical.Recording.from_arrays(t=t, accel=accel, gyro=g.normal(0, 1e-3, (n, 3)), accel_unit="m/s^2", gyro_unit="rad/s")
 path = {str(tmp_path / "long.csv")!r}
 with open(path, "w") as file:
     file.write("t,ax,ay,az\\n")

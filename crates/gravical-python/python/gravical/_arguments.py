@@ -88,10 +88,8 @@ def _of_length(array: Floats, name: str, rows: int) -> Floats:
 
 
 def is_table(value: Any) -> bool:
-    """True for a data frame, a mapping of columns, or what Arrow can read."""
-    if isinstance(value, Mapping) or hasattr(value, "__arrow_c_stream__"):
-        return True
-    return hasattr(value, "columns") and hasattr(value, "to_numpy")
+    """True for a data frame of pandas or polars, or a mapping of columns."""
+    return isinstance(value, Mapping) or hasattr(value, "columns") and hasattr(value, "to_numpy")
 
 
 def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
@@ -100,20 +98,11 @@ def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
     named: list[tuple[Any, Any]]
     if isinstance(table, Mapping):
         named = list(table.items())
-    elif hasattr(table, "columns") and hasattr(table, "to_numpy"):
+    else:
         # Of a data frame of pandas by position: names may repeat.
         named = list(table.items() if hasattr(table, "items") else ((n, table[n]) for n in table.columns))
         if "datetime" in str(getattr(getattr(table, "index", None), "dtype", "")):
             named.insert(0, (table.index.name or "time", table.index))
-    else:
-        try:
-            import pyarrow
-        except ImportError:
-            what = f"a {type(table).__name__} is read through Arrow, and pyarrow is not installed"
-            hint = "pip install pyarrow, or give a mapping from names to arrays"
-            raise UsageError(what, hint=hint) from None
-        table = pyarrow.table(table)
-        named = [(name, table.column(name)) for name in table.column_names]
     if not named:
         hint = "give columns for x, y and z of the accelerometer"
         raise UsageError("the table has no columns", hint=hint)

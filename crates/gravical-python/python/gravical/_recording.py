@@ -71,7 +71,6 @@ class Recording:
         gyro: Any = None,
         temperature: Any = None,
         labels: Any = None,
-        unit: str | None = None,
         name: str = "recording",
         **reading: Any,
     ) -> Recording:
@@ -86,16 +85,14 @@ class Recording:
             ``datetime64``; without them give ``rate``. Temperature of the sensor, °C.
         labels : sequence of str, optional
             Pose of each sample: ``+x``, ``-x`` …, or any name.
-        unit, name : str, optional
-            The same as ``accel_unit``, and the name in messages.
-        **reading
+        name, **reading
             As of :func:`gravical.read`.
 
         Examples
         --------
         >>> import numpy as np
         >>> z_up = np.tile([0.0, 0.0, 9.81], (200, 1))
-        >>> recording = Recording.from_arrays(t=np.arange(200) / 100, accel=z_up, unit="m/s^2")
+        >>> recording = Recording.from_arrays(t=np.arange(200) / 100, accel=z_up)
         >>> recording.rows, recording.rate_hz
         (200, 100.0)
         """
@@ -111,10 +108,6 @@ class Recording:
                 message = f"labels=: {len(xyz)} texts are needed, one for every sample"
                 raise UsageError(message, "samples-length")
             columns["label"] = [str(label) for label in labels]
-        if unit is not None:
-            if reading.get("accel_unit") not in (None, unit):
-                raise UsageError("unit= and accel_unit= differ", hint="give one of the two")
-            reading["accel_unit"] = unit
         if t is not None and np.asarray(t).dtype.kind in "Mm":
             reading.setdefault("time_unit", "s")
         return read(columns, name=name, **reading)
@@ -148,39 +141,16 @@ class Recording:
 
         return pandas.DataFrame(self.columns)
 
-    def to_polars(self) -> Any:
-        """All channels as a data frame of polars."""
-        import polars
-
-        return polars.DataFrame(self.columns)
-
-    def to_arrow(self) -> Any:
-        """All channels as a table of Arrow, without copies; needs pyarrow."""
-        import pyarrow
-
-        return pyarrow.table({name: pyarrow.array(c) for name, c in self.columns.items()})
-
-    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        """The Arrow PyCapsule interface; needs pyarrow."""
-        return self.to_arrow().__arrow_c_stream__(requested_schema)
-
     def __getitem__(self, channel: str) -> Floats:
         return self.columns[channel]
 
     def __len__(self) -> int:
         return self.rows
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (self._native.to_bytes(),)
-
     def __repr__(self) -> str:
         rate = f", {self.rate_hz:.6g} Hz" if self.rate_hz else ""
         gyro = f", gyroscope in {self.gyro_unit}" if self.gyro_unit else ""
         return f"<Recording {self.name!r}: {self.rows} rows{rate}, {self.accel_unit}{gyro}>"
-
-
-def _unpickled(data: bytes) -> Recording:
-    return Recording(_gravical.Recording.from_bytes(data))
 
 
 def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
@@ -190,9 +160,9 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     ----------
     source : path, bytes, binary file, or table
         Text or CSV in any of the formats that the program reads, plain or ``.gz``, or ``.cwa``; the
-        content of such a file; or a table in memory: a data frame of pandas or polars, an Arrow
-        table, or a mapping from names to arrays. Its columns are recognised as those of a file;
-        dates, integers and columns of texts with the labels of poses are understood.
+        content of such a file; or a table in memory: a data frame of pandas or polars, or a
+        mapping from names to arrays. Its columns are recognised as those of a file; dates, integers
+        and columns of texts with the labels of poses are understood.
     name : str, optional
         Name in messages.
     **reading

@@ -83,7 +83,7 @@ class Result(Record):
     ``still``; of ``apply`` ``t``, ``accel`` and ``gyro``. ``denoise`` has ``recording``;
     ``simulate`` has ``recordings`` (by the names of their files) and ``paths``.
 
-    Pickles keep document, arrays and summary; reports and figures are left behind.
+    Pickles keep document, arrays and summary; reports, figures and recordings are left behind.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Result(Record):
     ) -> None:
         super().__init__(document)
         arrays = {} if table is None else split(table[1], table[2])
-        own = {"_native": native, "_table": table, "_others": others}
+        own = {"_native": native, "_table": table}
         vars(self).update({"_summary": "", **others, **arrays, **own})
 
     @classmethod
@@ -195,8 +195,7 @@ class Result(Record):
         return f"<div><table>{rows}</table>{image}</div>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        others = {**vars(self)["_others"], "_summary": str(self)}
-        return partial(type(self), table=vars(self)["_table"], **others), (dict(self),)
+        return partial(type(self), table=vars(self)["_table"], _summary=str(self)), (dict(self),)
 
 
 #: Arrays of a table, each with the number of its columns, in their order.
