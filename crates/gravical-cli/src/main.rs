@@ -52,7 +52,6 @@ enum Verb {
     Ports(cmd::ports::Args),
     Simulate(Box<cmd::simulate::Args>),
     Completions(cmd::completions::Args),
-    Man(cmd::man::Args),
 }
 
 /// The verbs by what one wants to do.
@@ -63,7 +62,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         "Use",
         &["apply", "export", "motion", "noise", "denoise", "convert"],
     ),
-    ("More", &["demo", "simulate", "completions", "man", "help"]),
+    ("More", &["demo", "simulate", "completions", "help"]),
 ];
 
 /// The program with its verbs in groups.

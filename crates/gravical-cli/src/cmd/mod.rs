@@ -12,7 +12,6 @@ pub mod export;
 pub mod inspect;
 pub mod live;
 pub mod log;
-pub mod man;
 pub mod motion;
 pub mod noise;
 pub mod ports;
@@ -46,7 +45,6 @@ impl Verb {
             Verb::Ports(args) => ports::run(args),
             Verb::Simulate(args) => simulate::run(args),
             Verb::Completions(args) => completions::run(args, program()),
-            Verb::Man(args) => man::run(args, program()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The program in a shell: help, completions, manual, pipes.
+//! The program in a shell: help, completions, pipes.
 
 use std::process::{Command, Stdio};
 
@@ -7,7 +7,7 @@ use crate::support::*;
 #[test]
 fn help_of_the_program_and_of_every_verb() {
     let all = run(["--help"]).out;
-    let verbs = "inspect calibrate apply denoise convert motion check compare export simulate completions man";
+    let verbs = "inspect calibrate apply denoise convert motion check compare export simulate completions";
     for verb in verbs.split(' ') {
         assert!(all.contains(verb), "{verb} in\n{all}");
         let help = run([verb, "--help"]).out;
@@ -34,19 +34,6 @@ fn completions_for_every_shell() {
         }
     }
     assert_eq!(run(["completions", "tcsh"]).code, 2);
-}
-
-#[test]
-fn the_manual_as_pages() {
-    let folder = tempfile::tempdir().unwrap();
-    let main = ends(folder.path(), "man", 0).out;
-    assert!(main.contains(".TH gravical 1"), "{}", &main[..200]);
-    ends(folder.path(), "man -o pages", 0);
-    for page in ["gravical.1", "gravical-calibrate.1", "gravical-inspect.1"] {
-        let text = read(&folder.path().join("pages"), page);
-        assert!(text.contains(".SH"), "{page}");
-    }
-    ends(folder.path(), "man -o pages", 2);
 }
 
 #[test]
