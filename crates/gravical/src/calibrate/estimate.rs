@@ -149,7 +149,7 @@ impl Estimate {
 ///
 /// # Errors
 ///
-/// `missing-face`, `same-face-twice`, `singular` (Ferraris); `underdetermined`; `left-handed` where
+/// `missing-face`, `singular` (Ferraris); `underdetermined`; `left-handed` where
 /// names contradict each other; `sensors-differ` where recordings that can be fitted alone contradict
 /// each other; `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
 pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estimate> {
