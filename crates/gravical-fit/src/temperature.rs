@@ -32,7 +32,7 @@ pub enum Direction {
     Warming,
 }
 
-/// Mean reading of one channel over some seconds at rest.
+/// Mean readings over some seconds at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Number of the rest; each has its own offset.
@@ -41,8 +41,8 @@ pub struct Block {
     pub direction: Direction,
     /// Temperature, °C.
     pub t_c: f64,
-    /// Reading, in any unit.
-    pub reading: f64,
+    /// Readings of the channels, in any unit.
+    pub readings: [f64; 6],
 }
 
 /// A polynomial of the temperature without a constant, and how well it predicts.
@@ -98,12 +98,12 @@ pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
     directions
 }
 
-/// Fits the drift of one channel at rest: the order of 1 to 3 that predicts best from one direction
+/// Fits the drift of one channel (0 to 5) at rest: the order of 1 to 3 that predicts best from one direction
 /// of the temperature to the other. Random folds, or folds within one direction, would not test it:
 /// neighbours in time agree whatever the cause of their drift. `None` where the blocks determine
 /// nothing.
-pub fn fit_drift(blocks: &[Block], reference_c: f64) -> Option<Drift> {
-    let bins = mean_by_degree(blocks);
+pub fn fit_drift(blocks: &[Block], channel: usize, reference_c: f64) -> Option<Drift> {
+    let bins = mean_by_degree(blocks, channel);
     let of_direction = |direction| -> Vec<Bin> {
         let bins = bins.iter().filter(|b| b.direction == direction);
         bins.copied().collect()
@@ -161,24 +161,25 @@ struct Bin {
     squares: f64,
 }
 
-fn mean_by_degree(blocks: &[Block]) -> Vec<Bin> {
+fn mean_by_degree(blocks: &[Block], channel: usize) -> Vec<Bin> {
     let mut bins: BTreeMap<_, Vec<&Block>> = BTreeMap::new();
+    let reading = |block: &Block| block.readings[channel];
     for block in blocks {
-        if block.reading.is_finite() && block.t_c.is_finite() {
+        if reading(block).is_finite() && block.t_c.is_finite() {
             let key = (block.rest, block.direction, block.t_c.floor() as i64);
             bins.entry(key).or_default().push(block);
         }
     }
     let bin = |((rest, direction, _), blocks): (_, Vec<&Block>)| {
         let count = blocks.len() as f64;
-        let mean = blocks.iter().map(|b| b.reading).sum::<f64>() / count;
+        let mean = blocks.iter().map(|b| reading(b)).sum::<f64>() / count;
         Bin {
             rest,
             direction,
             t_c: blocks.iter().map(|b| b.t_c).sum::<f64>() / count,
             mean,
             count,
-            squares: blocks.iter().map(|b| (b.reading - mean).powi(2)).sum(),
+            squares: blocks.iter().map(|b| (reading(b) - mean).powi(2)).sum(),
         }
     };
     bins.into_iter().map(bin).collect()
@@ -272,7 +273,8 @@ mod tests {
                 rest: i / 600,
                 direction: directions[i],
                 t_c: t_c[i],
-                reading: reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 },
+                readings: [reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 };
+                    6],
             }
         };
         (0..800).map(&mut block).collect()
@@ -283,13 +285,13 @@ mod tests {
         let (mut sum, mut lines) = (0.0, 0);
         for seed in 0..200 {
             let blocks = soak(seed, |_, t_c| 2.0 * t_c);
-            let drift = fit_drift(&blocks, 20.0).unwrap();
+            let drift = fit_drift(&blocks, 0, 20.0).unwrap();
             assert!(drift.is_predictable() && drift.significant);
             if drift.coefficients.len() > 1 {
                 continue;
             }
             lines += 1;
-            let bins = mean_by_degree(&blocks);
+            let bins = mean_by_degree(&blocks, 0);
             let t_c: Vec<f64> = bins.iter().map(|b| b.t_c).collect();
             let x = subtract_offsets(&bins, &t_c);
             let scatter = x.iter().zip(&bins).map(|(x, b)| x * x / b.count);
@@ -306,7 +308,7 @@ mod tests {
     fn a_curved_drift_has_a_higher_order() {
         let put = [1.0, -0.1, 0.02];
         let blocks = soak(1, |_, t_c| evaluate(&put, t_c - 20.0));
-        let found = fit_drift(&blocks, 20.0).unwrap().coefficients;
+        let found = fit_drift(&blocks, 0, 20.0).unwrap().coefficients;
         assert_eq!(found.len(), 3);
         for (x, off) in [(-20.0, 1.0), (7.0, 0.3), (20.0, 1.0)] {
             assert!((evaluate(&found, x) - evaluate(&put, x)).abs() < off);
@@ -315,11 +317,11 @@ mod tests {
 
     #[test]
     fn drift_with_time_and_noise_are_not_predictable() {
-        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 20.0).unwrap();
+        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 0, 20.0).unwrap();
         assert!(!time.is_predictable() && time.significant);
         assert!(time.r2_cooling_to_warming < 0.0);
         for seed in 0..20 {
-            let noise = fit_drift(&soak(seed, |_, _| 0.0), 20.0).unwrap();
+            let noise = fit_drift(&soak(seed, |_, _| 0.0), 0, 20.0).unwrap();
             assert!(!noise.is_predictable() && !noise.significant);
         }
     }
@@ -328,11 +330,14 @@ mod tests {
     fn one_direction_and_no_change_determine_nothing() {
         let mut blocks = soak(3, |_, t_c| t_c);
         blocks.truncate(400);
-        assert_eq!(fit_drift(&blocks, 20.0), None);
-        assert_eq!(fit_drift(&[], 20.0), None);
+        assert_eq!(fit_drift(&blocks, 0, 20.0), None);
+        assert_eq!(fit_drift(&[], 0, 20.0), None);
         assert_eq!(detect_directions(&[20.0, 20.5, 20.0], 1.0), []);
-        let constant = |b: Block| Block { reading: 1.0, ..b };
+        let constant = |b: Block| Block {
+            readings: [1.0; 6],
+            ..b
+        };
         let blocks: Vec<Block> = soak(3, |_, _| 0.0).into_iter().map(constant).collect();
-        assert_eq!(fit_drift(&blocks, 20.0), None);
+        assert_eq!(fit_drift(&blocks, 0, 20.0), None);
     }
 }

@@ -54,8 +54,6 @@ use crate::poses::{Pose, Segmentation, check_units};
 use crate::recording::{Finding, GyroUnit, Recording};
 use crate::{Error, Result};
 
-pub use gravical_fit::polynomial::evaluate;
-
 /// The temperature must span more than this at rest, °C, for a meaningful result.
 pub const MIN_SPAN_C: f64 = 5.0;
 
@@ -130,15 +128,9 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     }
 }
 
-/// A block of the rest with this number.
-struct DirectedBlock<'a> {
-    rest: usize,
-    direction: Direction,
-    block: &'a RestBlock,
-}
-
-/// The blocks with the direction of their temperature; none where it never turns by `turn_c`.
-fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<DirectedBlock<'_>> {
+/// The blocks of all rests with the direction of their temperature; none of a recording where it never
+/// turns by `turn_c`.
+fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Block> {
     let mut out = Vec::new();
     let mut number = 0..;
     for rests in recordings {
@@ -147,10 +139,11 @@ fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Directe
         let mut directions = detect_directions(&t_c, turn_c).into_iter();
         for (blocks, rest) in rests.iter().zip(&mut number) {
             let directed = blocks.iter().zip(&mut directions);
-            out.extend(directed.map(|(block, direction)| DirectedBlock {
+            out.extend(directed.map(|(block, direction)| Block {
                 rest,
                 direction,
-                block,
+                t_c: block.t_c,
+                readings: block.readings,
             }));
         }
     }
@@ -158,10 +151,10 @@ fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Directe
 }
 
 /// The temperatures that both directions reached, or why they cannot test each other.
-fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], String> {
+fn shared_range(blocks: &[Block]) -> std::result::Result<[f64; 2], String> {
     let range = |direction| {
         let of_direction = blocks.iter().filter(|b| b.direction == direction);
-        TemperatureRange::of(of_direction.map(|b| b.block.t_c))
+        TemperatureRange::of(of_direction.map(|b| b.t_c))
     };
     let only = |verb: &str| {
         format!(
@@ -192,23 +185,23 @@ fn fit_model(
     let range_c = shared.clone().unwrap_or(range_c);
     let reference_c = 0.5 * (range_c[0] + range_c[1]);
     // Temperatures that only one direction reached were not tested and are left out.
-    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.block.t_c));
+    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
     let first = recordings.first();
     let gyro_scale = first.and_then(|r| r.gyro_scale);
     let units = [
         first.map_or("unknown", |r| r.accel_scale.unit.name()),
         gyro_scale.map_or("unknown", |g| g.unit.name()),
     ];
-    let channel = |channel: usize| {
-        let reading = |b: &RestBlock| [b.accel, b.gyro][channel / 3][channel % 3];
-        ChannelDrift {
-            channel: CHANNELS[channel].to_owned(),
-            input_unit: units[channel / 3].to_owned(),
-            ..test_channel(&blocks, reading, reference_c, &shared)
+    let channel = |channel: usize| ChannelDrift {
+        channel: CHANNELS[channel].to_owned(),
+        input_unit: units[channel / 3].to_owned(),
+        ..match &shared {
+            Ok(_) => test_channel(&blocks, channel, reference_c),
+            Err(reason) => refuse(reason),
         }
     };
-    let mut means = blocks.iter().flat_map(|b| b.block.gyro);
-    let count = if means.any(f64::is_finite) { 6 } else { 3 };
+    let mut rates = blocks.iter().flat_map(|b| &b.readings[3..]);
+    let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
     TemperatureModel {
         reference_c,
         range_c,
@@ -217,28 +210,16 @@ fn fit_model(
     }
 }
 
-/// Coefficients and verdict of a channel, without its name and unit.
-fn test_channel(
-    blocks: &[DirectedBlock<'_>],
-    reading: impl Fn(&RestBlock) -> f64,
-    reference_c: f64,
-    shared: &std::result::Result<[f64; 2], String>,
-) -> ChannelDrift {
-    let refuse = |reason: &str| ChannelDrift {
+fn refuse(reason: &str) -> ChannelDrift {
+    ChannelDrift {
         reason: reason.to_owned(),
         ..ChannelDrift::default()
-    };
-    if let Err(reason) = shared {
-        return refuse(reason);
     }
-    let block = |b: &DirectedBlock<'_>| Block {
-        rest: b.rest,
-        direction: b.direction,
-        t_c: b.block.t_c,
-        reading: reading(b.block),
-    };
-    let blocks: Vec<Block> = blocks.iter().map(block).collect();
-    let Some(fit) = fit_drift(&blocks, reference_c) else {
+}
+
+/// Coefficients and verdict of a channel, without its name and unit.
+fn test_channel(blocks: &[Block], channel: usize, reference_c: f64) -> ChannelDrift {
+    let Some(fit) = fit_drift(blocks, channel, reference_c) else {
         return refuse("its means do not determine a polynomial, or do not vary");
     };
     let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
