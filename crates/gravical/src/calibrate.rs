@@ -161,26 +161,16 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // M and b of u = M a + b, and their covariance.
-    let estimated = |segmentation: &Segmentation, drift: bool| {
-        let session = Session {
-            recordings,
-            segmentation,
-            options,
-        };
-        accelerometer(&session, drift)
-            .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
-            .map_err(lost)
+    let session = Session {
+        recordings,
+        segmentation: &segmentation,
+        options,
     };
-    let mut estimate = estimated(&segmentation, drift)?;
-    if drift {
-        if let Basis::Fit(_, Some(test)) = estimate.basis {
-            temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
-        }
-        if temperature_model.is_none() {
-            // The poses of one part of the session are all there are of some direction.
-            temperature_model = for_calibration(recordings, &[], &mut segmentation)?;
-            estimate = estimated(&segmentation, false)?;
-        }
+    let estimate = accelerometer(&session, drift)
+        .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
+        .map_err(lost)?;
+    if let Basis::Fit(_, Some(test)) = estimate.basis {
+        temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
     }
     let session = Session {
         recordings,
