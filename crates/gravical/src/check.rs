@@ -9,7 +9,7 @@
 
 mod intervals;
 
-use gravical_core::matrix3::norm;
+use gravical_core::matrix3::{norm, unit};
 use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
@@ -24,7 +24,7 @@ use crate::finding::{after_losses, finding};
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
-use crate::poses::face::{AxisMap, Face};
+use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Selection};
 use crate::recording::{Finding, Recording, why_calibrated};
 
@@ -97,9 +97,9 @@ pub struct CheckReport {
     /// Single changes that explain the errors; empty when they need no explanation.
     pub explanations: Vec<Explanation>,
     /// Axes of the case that no interval has within 60°: `x` ….
-    pub untested_axes: Vec<&'static str>,
+    pub untested_axes: Vec<String>,
     /// Axes that pointed up or down only: bias and scale are not distinguished there.
-    pub one_way_axes: Vec<&'static str>,
+    pub one_way_axes: Vec<String>,
     /// The calibration was fitted to all intervals that count.
     pub only_fitted: bool,
     /// What is odd.
@@ -203,22 +203,21 @@ pub fn check(
         .iter()
         .map(|interval| is_fitted(calibration, &recordings[interval.recording], interval))
         .collect();
-    let counted = counted(&intervals, &fitted);
-    let result = later::check(&sensor, here, &means, |i| counted.contains(&i))
-        .ok_or_else(|| singular(name))?;
-    let used: Vec<&Length> = counted.iter().map(|i| &result.lengths[*i]).collect();
+    let counts = counts(&intervals, &fitted);
+    let result =
+        later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(|| singular(name))?;
     let describe = |(i, length): (usize, &Length)| {
         let recording = &recordings[intervals[i].recording];
-        let counts = counted.contains(&i);
-        describe(recording, &intervals[i], length, &options.axes, counts)
+        describe(recording, &intervals[i], length, &options.axes, counts[i])
     };
-    let checks: Vec<StillCheck> = result.lengths.iter().enumerate().map(describe).collect();
+    let static_intervals: Vec<StillCheck> =
+        result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
     if let Some(here) = options.gravity {
         findings.extend(gravity_differs(calibration, &here));
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    let only_fitted = counted.iter().all(|i| fitted[*i]);
+    let only_fitted = !fitted.contains(&false);
     let judgement = if result.p < SIGNIFICANCE {
         Judgement::DoesNotFit
     } else if only_fitted || !has_covariance {
@@ -227,19 +226,28 @@ pub fn check(
     } else {
         Judgement::Fits
     };
-    let size = |i: &&usize| checks[**i].z.abs();
-    let worst = counted.iter().max_by(|i, j| size(i).total_cmp(&size(j)));
-    let [untested_axes, one_way_axes] = coverage(&used, &options.axes);
+    let used = || static_intervals.iter().filter(|s| s.counts);
+    let rms = |value: fn(&StillCheck) -> f64| {
+        let squares: f64 = used().map(|s| value(s).powi(2)).sum();
+        (squares / used().count() as f64).sqrt()
+    };
+    let size = |i: &usize| static_intervals[*i].z.abs();
+    let counted = (0..counts.len()).filter(|i| counts[*i]);
+    let worst = counted.max_by(|i, j| size(i).total_cmp(&size(j)));
+    // Axes of the case that intervals have up, down, both or none of it.
+    let ways = |axis: usize| {
+        let along = |sign: f64| used().any(|s| sign * unit(&s.calibrated)[axis] >= TESTED_COSINE);
+        usize::from(along(1.0)) + usize::from(along(-1.0))
+    };
     let mut report = CheckReport {
         calibration: name.to_owned(),
         recordings: recordings.iter().map(|r| r.name.clone()).collect(),
         gravity_mps2: gravity.value_mps2,
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
-        worst: worst.copied().unwrap_or(0),
-        static_intervals: checks,
-        rms_mps2: root_mean_square(&used, |l| l.error_mps2),
-        predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
+        worst: worst.unwrap_or(0),
+        rms_mps2: rms(|s| s.error_mps2),
+        predicted_rms_mps2: rms(|s| s.sigma_mps2),
         test: result.test,
         p_value: result.p,
         explanations: if judgement.is_change() {
@@ -247,8 +255,9 @@ pub fn check(
         } else {
             Vec::new()
         },
-        untested_axes,
-        one_way_axes,
+        untested_axes: axes_where(|axis| ways(axis) == 0),
+        one_way_axes: axes_where(|axis| ways(axis) == 1),
+        static_intervals,
         only_fitted,
         findings,
         verdict: Verdict {
@@ -324,7 +333,7 @@ pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
     format!("{text}; so would a local gravity of {there:.4} m/s²")
 }
 
-fn untested(none: &[&str], one_way: &[&str]) -> String {
+fn untested(none: &[String], one_way: &[String]) -> String {
     let mut parts = Vec::new();
     if !none.is_empty() {
         let axes = if none.len() == 1 { "axis" } else { "axes" };
@@ -437,15 +446,12 @@ fn inputs_of<'a>(
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
 /// those without clipped samples; in both cases all where none is left.
-fn counted(intervals: &[Pose], fitted: &[bool]) -> Vec<usize> {
-    let mut counted: Vec<usize> = (0..intervals.len()).collect();
-    if fitted.contains(&false) {
-        counted.retain(|i| !fitted[*i]);
-    }
-    if counted.iter().any(|i| intervals[*i].clipped == 0) {
-        counted.retain(|i| intervals[*i].clipped == 0);
-    }
-    counted
+fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
+    let is_new = fitted.contains(&false);
+    let new: Vec<bool> = fitted.iter().map(|fitted| !(is_new && *fitted)).collect();
+    let each = new.iter().zip(intervals);
+    let whole: Vec<bool> = each.map(|(new, p)| *new && p.clipped == 0).collect();
+    if whole.contains(&true) { whole } else { new }
 }
 
 fn describe(
@@ -480,25 +486,6 @@ fn describe(
         clipped: interval.clipped as u64,
         counts,
     }
-}
-
-fn root_mean_square(lengths: &[&Length], value: fn(&Length) -> f64) -> f64 {
-    let squares: f64 = lengths.iter().map(|l| value(l).powi(2)).sum();
-    (squares / lengths.len() as f64).sqrt()
-}
-
-/// Axes of the case that are not tested, and those that are in one direction only.
-fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
-    let direction = |l: &&Length| axes.to_case(l.force.normalize().into());
-    let directions: Vec<[f64; 3]> = lengths.iter().map(direction).collect();
-    let ways = |k: usize| {
-        let points = |sign: f64| directions.iter().any(|n| sign * n[k] >= TESTED_COSINE);
-        usize::from(points(1.0)) + usize::from(points(-1.0))
-    };
-    [0, 1].map(|count| {
-        let axes = (0..3).filter(|k| ways(*k) == count);
-        axes.map(|k| ["x", "y", "z"][k]).collect()
-    })
 }
 
 /// Quality, inputs, clipping, temperature.
