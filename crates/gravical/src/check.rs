@@ -23,14 +23,14 @@ use crate::calibration_file::{
 use crate::finding::{after_losses, finding};
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
-use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
+use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Selection};
 use crate::recording::{Finding, Recording, why_calibrated};
 
 use intervals::static_intervals;
 
-pub use crate::later::{Cause, Explanation, Judgement, Verdict};
+pub use crate::later::{Judgement, Verdict};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.
@@ -91,11 +91,6 @@ pub struct CheckReport {
     pub predicted_rms_mps2: f64,
     /// All errors together.
     pub test: Test,
-    /// Probability of such errors if the calibration fits, by all together or by a single fault:
-    /// the verdict rests on it.
-    pub p_value: f64,
-    /// Single changes that explain the errors; empty when they need no explanation.
-    pub explanations: Vec<Explanation>,
     /// Axes of the case that no interval has within 60°: `x` ….
     pub untested_axes: Vec<String>,
     /// Axes that pointed up or down only: bias and scale are not distinguished there.
@@ -218,7 +213,7 @@ pub fn check(
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
-    let judgement = if result.p < SIGNIFICANCE {
+    let judgement = if result.test.p_value < SIGNIFICANCE {
         Judgement::DoesNotFit
     } else if only_fitted || !has_covariance {
         // What it was fitted to agrees with it; what is assumed is no proof.
@@ -249,12 +244,6 @@ pub fn check(
         rms_mps2: rms(|s| s.error_mps2),
         predicted_rms_mps2: rms(|s| s.sigma_mps2),
         test: result.test,
-        p_value: result.p,
-        explanations: if judgement.is_change() {
-            result.explanations
-        } else {
-            Vec::new()
-        },
         untested_axes: axes_where(|axis| ways(axis) == 0),
         one_way_axes: axes_where(|axis| ways(axis) == 1),
         static_intervals,
@@ -269,7 +258,7 @@ pub fn check(
     Ok(report)
 }
 
-/// Is it still good? Where not, what explains it? What was not tested?
+/// Is it still good? What was not tested?
 fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec<String> {
     let expected = if has_covariance {
         let predicted = mg(report.predicted_rms_mps2);
@@ -280,9 +269,8 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
     };
     let off = mg(report.rms_mps2);
     let mut reasons = vec![format!("‖a‖ is off by {off} mg rms; {expected}")];
-    let is_change = report.verdict.judgement.is_change();
     // Agreement with what it was fitted to has no probability, and tests no axis.
-    let is_tested = !report.only_fitted || is_change;
+    let is_tested = !report.only_fitted || report.verdict.judgement.is_change();
     if report.only_fitted {
         reasons.push(
             "the calibration was fitted to these static intervals, which therefore cannot test it"
@@ -291,18 +279,10 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
     }
     if is_tested {
         reasons.push(format!(
-            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} (all errors together: {})",
-            probability(report.p_value),
+            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} ({})",
+            probability(report.test.p_value),
             chi_square(&report.test)
         ));
-    }
-    let causes = report.explanations.iter();
-    reasons.extend(causes.map(|e| explain(e, gravity.value_mps2)));
-    if is_change && report.explanations.is_empty() {
-        reasons
-            .push("neither a changed scale nor a changed bias of one axis explains it".to_owned());
-    }
-    if is_tested {
         reasons.push(untested(&report.untested_axes, &report.one_way_axes));
     }
     if gravity.source == GravitySource::Standard {
@@ -312,25 +292,6 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
         ));
     }
     reasons
-}
-
-/// A single change that explains the errors, in words.
-pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
-    let (what, factor, unit) = match explanation.cause {
-        Cause::Share => ("common scale error", 100.0, "%"),
-        Cause::BiasX => ("changed bias of x", 1.0, "m/s²"),
-        Cause::BiasY => ("changed bias of y", 1.0, "m/s²"),
-        Cause::BiasZ => ("changed bias of z", 1.0, "m/s²"),
-    };
-    let sd = factor * explanation.sd;
-    let n = decimals_for(sd);
-    let (change, sd) = (signed(factor * explanation.change, n), fixed(sd, n));
-    let text = format!("a {what} explains it: {change} ± {sd} {unit}");
-    if explanation.cause != Cause::Share {
-        return text;
-    }
-    let there = gravity_mps2 * (1.0 + explanation.change);
-    format!("{text}; so would a local gravity of {there:.4} m/s²")
 }
 
 fn untested(none: &[String], one_way: &[String]) -> String {
