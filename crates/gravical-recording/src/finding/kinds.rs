@@ -122,7 +122,7 @@ kinds! {
     NoFace "no-face" Warning "a pose is named after a face but tilted so far that an intended free pose is more likely";
     MissingFace "missing-face" Gate "only face poses, and one of the six faces is missing";
     FewOrientations "few-orientations" Gate "many poses without a face, as in days of wear, and none beyond ±0.3 g on some side of an axis";
-    SameFaceTwice "same-face-twice" Gate "one face is recorded twice, once under the name of the missing face (or as two of six poses)";
+    SameFaceTwice "same-face-twice" Gate "one face is recorded twice, once under the name of the missing face";
     OrientationOpen "orientation-open" Note "face poses on fewer than two axes, or a method without faces";
     ModelError "model-error" Warning "the model misfit of the poses beyond their noise exceeds 20 mm/s²";
     NoiseAssumed "noise-assumed" Note "the rows are means of unknown standard error";
