@@ -3,9 +3,9 @@
 //! # Overview
 //!
 //! A sensor at rest whose temperature falls and rises shows its drift. [`study`] computes means
-//! of short static blocks (`rests`) and tests every channel: does a polynomial of the temperature
-//! that is fitted to one direction predict the other, in both cases
-//! ([`gravical_fit::temperature`])? Only such a drift is subtracted.
+//! of short static blocks (`rests`) and tests every channel: does a slope that is fitted to one
+//! direction predict the other, in both cases ([`gravical_fit::temperature`])? Only such a drift
+//! is subtracted.
 //!
 //! Where hundreds of poses lie at many temperatures, as in days of wear, no pose has to last: the
 //! joint fit tests and fits the drift of the bias with its other parameters.
@@ -196,7 +196,7 @@ fn fit_model(
         channel: CHANNELS[channel].to_owned(),
         input_unit: units[channel / 3].to_owned(),
         ..match &shared {
-            Ok(_) => test_channel(&blocks, channel, reference_c),
+            Ok(_) => test_channel(&blocks, channel),
             Err(reason) => refuse(reason),
         }
     };
@@ -218,9 +218,9 @@ fn refuse(reason: &str) -> ChannelDrift {
 }
 
 /// Coefficients and verdict of a channel, without its name and unit.
-fn test_channel(blocks: &[Block], channel: usize, reference_c: f64) -> ChannelDrift {
-    let Some(fit) = fit_drift(blocks, channel, reference_c) else {
-        return refuse("its means do not determine a polynomial, or do not vary");
+fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
+    let Some(fit) = fit_drift(blocks, channel) else {
+        return refuse("its means determine no slope, or do not vary");
     };
     let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
     let (verdict, reason) = if fit.is_predictable() {
@@ -236,11 +236,11 @@ fn test_channel(blocks: &[Block], channel: usize, reference_c: f64) -> ChannelDr
     };
     ChannelDrift {
         verdict,
-        order: fit.coefficients.len() as u32,
+        order: 1,
         r2_cooling_to_warming: Some(to_warming),
         r2_warming_to_cooling: Some(to_cooling),
         coefficients: match verdict {
-            DriftVerdict::Corrected => fit.coefficients,
+            DriftVerdict::Corrected => vec![fit.per_c],
             DriftVerdict::NotCorrected => Vec::new(),
         },
         ..refuse(reason)
