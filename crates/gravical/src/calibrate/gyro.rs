@@ -140,33 +140,18 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 /// What has to be turned more.
 fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
     let motions = open.motions;
-    let names = |weak: bool| axes_where(|axis| open.axes[axis] == weak).join(" and ");
-    let (strong, weak) = (names(false), names(true));
-    let how_well = match open.sd {
-        sd if sd < 10.0 => format!("known to {:.0} %", 100.0 * sd),
-        _ => "not known at all".to_owned(),
+    let weak = axes_where(|axis| open.axes[axis]).join(", ");
+    let known = match open.sd {
+        sd if sd < 10.0 => format!("known to {:.0} % only", 100.0 * sd),
+        _ => "not known".to_owned(),
     };
     let then = match nominal {
         Some(_) => "it gets its bias only, with the nominal scale",
         None => "it is not calibrated",
     };
-    let why = if motions < MIN_MOTIONS {
-        format!(
-            "are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
-        )
-    } else if strong.is_empty() {
-        format!(
-            "do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
-        )
-    } else {
-        let count = open.axes.iter().filter(|weak| !**weak).count();
-        format!(
-            "turn about {count} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level"
-        )
-    };
     finding!(
         GyroUndetermined,
-        "{motions} usable motions between static intervals {why}"
+        "{motions} usable motions between static intervals leave the gyroscope's matrix {known}; {then}. Turn it about {weak} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often"
     )
 }
 
