@@ -151,7 +151,7 @@ pub struct OrientationDifference {
 ///
 /// # Errors
 ///
-/// `units-differ` (input) where their units cannot be brought together, `calibration-values` where
+/// `units-differ` (input) where their units or ranges are not the same, `calibration-values` where
 /// a matrix is singular.
 ///
 /// # Example
@@ -374,54 +374,40 @@ fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut
     }
 }
 
-/// Both as numbers in nominal m/s², so that counts and g compare.
+/// Both as numbers, with readings divided by their nominal scale.
 ///
 /// # Errors
 ///
-/// `units-differ` (input) where a nominal scale is not known and the units or ranges are not the
-/// same; `calibration-values` for a singular matrix.
+/// `units-differ` (input) where units or ranges are not the same; `calibration-values` for a singular
+/// matrix.
 fn sensors(
     pair: [&CalibrationFile; 2],
     names: [&str; 2],
     findings: &mut Vec<Finding>,
 ) -> Result<[Sensor; 2]> {
     let [x, y] = pair.map(|f| &f.accelerometer);
-    let per = match (x.nominal_per_mps2(), y.nominal_per_mps2()) {
-        (Some(x), Some(y)) => [x, y],
-        (known, other) => {
-            let [of_x, of_y] = [x, y].map(AccelerometerSection::mean_scale);
-            let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
-            if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE
-            {
-                return Err(units_differ([x, y], names));
-            }
-            if unknown {
-                findings.push(finding!(
-                    UnitUnverified,
-                    "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same"
-                ));
-            }
-            [known.or(other).unwrap_or(of_x); 2]
-        }
-    };
+    let [of_x, of_y] = [x, y].map(AccelerometerSection::mean_scale);
+    let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
+    if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE {
+        let [a, b] = [(x, of_x), (y, of_y)]
+            .map(|(s, scale)| format!("{} ({scale:.5} per m/s²)", s.input_unit.name()));
+        let [name_a, name_b] = names;
+        let text =
+            format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
+        return Err(Error::input("units-differ", text)
+            .with_hint("calibrate both from recordings in one unit and range"));
+    }
+    if unknown {
+        findings.push(finding!(
+            UnitUnverified,
+            "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same"
+        ));
+    }
+    let nominal = x.nominal_per_mps2().or(y.nominal_per_mps2());
+    let per = nominal.unwrap_or(of_x);
     let one = |i: usize| {
         let offset = pair[i].accelerometer.zero_offset();
-        sensor(pair[i], names[i], per[i], offset)
+        sensor(pair[i], names[i], per, offset)
     };
     Ok([one(0)?, one(1)?])
-}
-
-fn units_differ(pair: [&AccelerometerSection; 2], [name_a, name_b]: [&str; 2]) -> Error {
-    let [a, b] = pair.map(|s| {
-        let known = s.nominal_per_mps2().is_some();
-        let note = if known { "" } else { ", nominal scale unknown" };
-        let unit = s.input_unit.name();
-        format!("{unit} ({:.5} per m/s²{note})", s.mean_scale())
-    });
-    let text =
-        format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
-    Error::input("units-differ", text)
-        .with_hint("calibrate again with the range given, so that counts can be converted")
-        .advise("accel_unit", "counts")
-        .advise("accel_range", "2")
 }
