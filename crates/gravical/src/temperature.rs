@@ -41,7 +41,7 @@ mod tests;
 
 use std::path::Path;
 
-use gravical_fit::temperature::{Block, Direction, MIN_R2, detect_directions, fit_drift};
+use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
@@ -222,23 +222,19 @@ fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     let Some(fit) = fit_drift(blocks, channel) else {
         return refuse("its means determine no slope, or do not vary");
     };
-    let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
     let (verdict, reason) = if fit.is_predictable() {
         (DriftVerdict::Corrected, "each direction predicts the other")
     } else if !fit.significant {
         (DriftVerdict::NotCorrected, "no drift beyond the noise")
-    } else if to_warming.max(to_cooling) >= MIN_R2 {
-        let why = "it predicts in one direction only: hysteresis or drift with time";
-        (DriftVerdict::NotCorrected, why)
     } else {
-        let why = "neither direction predicts the other: hysteresis or drift with time";
+        let why = "one direction does not predict the other: hysteresis or drift with time";
         (DriftVerdict::NotCorrected, why)
     };
     ChannelDrift {
         verdict,
         order: 1,
-        r2_cooling_to_warming: Some(to_warming),
-        r2_warming_to_cooling: Some(to_cooling),
+        r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
+        r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
         coefficients: match verdict {
             DriftVerdict::Corrected => vec![fit.per_c],
             DriftVerdict::NotCorrected => Vec::new(),
@@ -391,15 +387,12 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
     })
 }
 
-/// Text: largest error of a reading without the model, over its range.
+/// Text: error of a reading without the model at the ends of its range.
 pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     let [low, high] = model.range_c;
     let part = |c: &ChannelDrift| {
-        let drift = |i: i32| {
-            let t_c = low + (high - low) * f64::from(i) / 50.0;
-            model.drift_at(&c.channel, t_c).abs()
-        };
-        let most = small((0..=50).map(drift).fold(0.0, f64::max), 3);
+        let most = [low, high].map(|t_c| model.drift_at(&c.channel, t_c).abs());
+        let most = small(most[0].max(most[1]), 3);
         let unit = match c.input_unit.as_str() {
             "unknown" => "of an unknown unit",
             unit => unit,
