@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// The drift of a channel is predictable if each direction explains this share of the variance of
 /// the other.
-pub const MIN_R2: f64 = 0.7;
+const MIN_R2: f64 = 0.7;
 
 /// A drift below this multiple of the standard errors of the means is not significant.
 const NOISE_OF_DRIFT: f64 = 2.0;
