@@ -63,7 +63,7 @@ pub(super) fn gyroscope(
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
-            odd.extend(open.map(|open| undetermined(open, nominal)));
+            odd.extend(open.map(|open| undetermined(open, motions.len(), nominal)));
             if nominal.is_none() {
                 let unknown = finding!(
                     GyroScaleUnknown,
@@ -138,8 +138,7 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 }
 
 /// What has to be turned more.
-fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
-    let motions = open.motions;
+fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -> Finding {
     let weak = axes_where(|axis| open.axes[axis]).join(", ");
     let known = match open.sd {
         sd if sd < 10.0 => format!("known to {:.0} % only", 100.0 * sd),
