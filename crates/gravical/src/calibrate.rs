@@ -202,7 +202,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         // The motions have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
-    let verdict = verdict::verdict(&accelerometer, &estimate, options.gravity.source, &findings);
+    let verdict = verdict::verdict(&accelerometer, &estimate, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
     let mut inputs = InputFile::of(recordings);
