@@ -310,11 +310,6 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
         for (mean, name) in pose.mean.iter_mut().zip(CHANNELS) {
             *mean -= model.drift_at(name, t_c);
         }
-        if let Some((sum, rows)) = &mut pose.gyro_sum {
-            for (sum, name) in sum.iter_mut().zip(&CHANNELS[3..]) {
-                *sum -= model.drift_at(name, t_c) * *rows as f64;
-            }
-        }
     }
 }
 
