@@ -282,9 +282,6 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         let mut errors = placement.standard_error.iter().flatten();
         let is_error = |e: &f64| *e >= 0.0 && e.is_finite();
         assert!(errors.all(is_error), "{placement:?}");
-        if let Some((_, rows)) = placement.gyro_sum {
-            assert!(rows > 0, "{placement:?}");
-        }
     }
     for turn in turns {
         assert!(turn.axis < 3, "{turn:?}");

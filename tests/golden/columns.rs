@@ -53,7 +53,7 @@ pub const COLUMNS: &[Column] = &[
     Column("check", "judgement", "/verdict/judgement", Equal),
     Column("check", "poses", "/static_intervals/#", Equal),
     Column("check", "rms_mps2", "/rms_mps2", Share(0.05)),
-    Column("check", "p_value", "/p_value", Share(0.1)),
+    Column("check", "p_value", "/test/p_value", Share(0.1)),
     Column("compare", "judgement", "/verdict/judgement", Equal),
     Column("compare", "norm_mps2", "/magnitude/norm_rms_mps2", Share(0.05)),
     Column("compare", "p_value", "/magnitude/test/p_value", Share(0.1)),

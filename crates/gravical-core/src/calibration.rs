@@ -82,19 +82,8 @@ impl<T: Real> GyroscopeCalibration<T> {
     /// Nothing is checked: where an argument is not finite, neither is the result.
     #[must_use]
     pub fn apply(&self, raw: [T; 3], accel_mps2: [T; 3]) -> [T; 3] {
-        let rate = rate_left(&self.bias, &self.g_sensitivity, &raw, &accel_mps2);
+        let reaction = matrix3::mul_vec(&self.g_sensitivity, &accel_mps2);
+        let rate = matrix3::sub(&matrix3::sub(&raw, &self.bias), &reaction);
         matrix3::mul_vec(&self.matrix, &rate)
     }
-}
-
-/// What is left of a gyroscope's reading, in its own unit, without its bias and
-/// its reaction to acceleration.
-pub(crate) fn rate_left<T: Real>(
-    bias: &[T; 3],
-    g_sensitivity: &[[T; 3]; 3],
-    raw: &[T; 3],
-    accel_mps2: &[T; 3],
-) -> [T; 3] {
-    let reaction = matrix3::mul_vec(g_sensitivity, accel_mps2);
-    matrix3::sub(&matrix3::sub(raw, bias), &reaction)
 }

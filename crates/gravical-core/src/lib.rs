@@ -1,11 +1,10 @@
 //! The part of gravical that a microcontroller runs.
 //!
-//! Calibrating an accelerometer and a gyroscope in closed form, applying the
-//! calibration to one sample and filtering it: no `std`, no allocation, no
-//! `unsafe`, in `f32` or `f64`.
+//! Calibrating an accelerometer in closed form, applying a calibration to one sample and
+//! filtering it: no `std`, no allocation, no `unsafe`, in `f32` or `f64`.
 //!
 //! - [`calibration`]: what a calibration is, and how it is applied.
-//! - [`six_position`]: estimate one from six placements and three turns.
+//! - [`six_position`]: estimate that of an accelerometer from six placements.
 //! - [`filter`]: Butterworth, sample by sample.
 //! - [`mod@unit`]: units, the MPU6050's nominal sensitivities, local gravity.
 //! - [`matrix3`]: the 3 × 3 operations behind them.

@@ -10,10 +10,6 @@
 //! and Materials 7(5), 1995. The true inverse R⁻¹ is taken throughout; the rows
 //! of R are unit vectors but not orthogonal, so Rᵀ is not it.
 
-mod gyroscope;
-
-pub use gyroscope::{GyroscopeParameters, TurnIntegral, ferraris_gyroscope, g_sensitivity};
-
 use core::array::from_fn;
 use core::fmt;
 
@@ -23,8 +19,7 @@ use crate::matrix3;
 
 /// The mean readings of the six placements, three channels each, in the raw unit.
 ///
-/// An accelerometer at rest reads +g on the axis that points up. The same shape
-/// holds the gyroscope's means and the standard errors of either.
+/// An accelerometer at rest reads +g on the axis that points up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SixPositionMeans<T> {
     /// `plus[i]`: channels x, y, z while axis i points up.
@@ -64,8 +59,6 @@ pub enum SixPositionError {
     },
     /// Gravity is zero or negative.
     GravityNotPositive,
-    /// The angle of the turns is zero.
-    AngleZero,
     /// A channel reacts to nothing: it is frozen, or all files are the same.
     VanishedRow {
         /// The channel: 0, 1 or 2 for x, y or z.
@@ -80,7 +73,6 @@ impl fmt::Display for SixPositionError {
         match self {
             Self::NotFinite { input } => write!(f, "{input}: a value is not finite"),
             Self::GravityNotPositive => write!(f, "gravity has to be above zero"),
-            Self::AngleZero => write!(f, "the angle of the turns is zero"),
             Self::VanishedRow { channel } => {
                 let name = ["x", "y", "z"].get(*channel).unwrap_or(&"?");
                 write!(f, "channel {name} reads the same in opposite positions")
@@ -173,8 +165,16 @@ pub fn ferraris_accelerometer<T: Real>(
     means: &SixPositionMeans<T>,
     gravity_mps2: T,
 ) -> Result<AccelerometerParameters<T>, SixPositionError> {
-    check_means(means, "mean readings of the accelerometer")?;
-    check_gravity(gravity_mps2)?;
+    if !means.is_finite() {
+        let input = "mean readings of the accelerometer";
+        return Err(SixPositionError::NotFinite { input });
+    }
+    if !gravity_mps2.is_finite() {
+        return Err(SixPositionError::NotFinite { input: "gravity" });
+    }
+    if gravity_mps2 <= T::zero() {
+        return Err(SixPositionError::GravityNotPositive);
+    }
     let model = means.half_difference(gravity_mps2);
     // What rounding leaves of the difference of two readings that are equal on
     // paper: their means are sums, so a few times the epsilon of their size.
@@ -223,27 +223,6 @@ fn split<T: Real>(
         return Err(SixPositionError::Singular);
     }
     Ok((scale, orientation))
-}
-
-fn check_means<T: Real>(
-    means: &SixPositionMeans<T>,
-    input: &'static str,
-) -> Result<(), SixPositionError> {
-    if means.is_finite() {
-        Ok(())
-    } else {
-        Err(SixPositionError::NotFinite { input })
-    }
-}
-
-fn check_gravity<T: Real>(gravity_mps2: T) -> Result<(), SixPositionError> {
-    if !gravity_mps2.is_finite() {
-        Err(SixPositionError::NotFinite { input: "gravity" })
-    } else if gravity_mps2 <= T::zero() {
-        Err(SixPositionError::GravityNotPositive)
-    } else {
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -91,8 +91,6 @@ pub struct GyroRest {
 /// What the motions leave open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GyroUndetermined {
-    /// Motions that could be used.
-    pub motions: usize,
     /// Axes about which they turn too little.
     pub axes: [bool; 3],
     /// Relative standard deviation of the matrix in its worst direction.
@@ -167,8 +165,12 @@ pub fn gyro(
     let unit = nominal.or_else(|| scale_by_motions(&paths));
     let unit = unit.filter(|unit| unit.is_normal() && !paths.is_empty());
     let by_motions = unit.map(|unit| {
-        let fitted = solve(problem(paths, &rest, options, unit))?;
-        fitted.result(&usable, &rest, unit)
+        if paths.len() < MIN_MOTIONS {
+            return Err(GyroUndetermined::NOTHING);
+        }
+        let fitted = solve(&problem(paths, &rest, options, unit))?;
+        let fitted = fitted.result(&usable, &rest, unit);
+        fitted.ok_or(GyroUndetermined::NOTHING)
     });
     Some(GyroFit { rest, by_motions })
 }
@@ -235,10 +237,9 @@ fn problem(mut motions: Vec<Path>, rest: &GyroRest, options: &GyroOptions, unit:
     }
 }
 
-fn solve(problem: Problem) -> Result<Fitted, GyroUndetermined> {
-    let count = problem.motions.len();
+fn solve(problem: &Problem) -> Result<Fitted, GyroUndetermined> {
     let start = problem.start(&Matrix3::identity());
-    check(problem.expected_covariance(&start), count)?;
+    check(problem.expected_covariance(&start))?;
     let mut robust = problem.robust(start);
     if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
         // Perhaps the axes are not the accelerometer's.
@@ -249,25 +250,22 @@ fn solve(problem: Problem) -> Result<Fitted, GyroUndetermined> {
         robust = both.min_by(|a, b| a.typical.total_cmp(&b.typical));
     }
     let fitted = robust.and_then(|robust| problem.settle(robust));
-    check(fitted.as_ref().map(|f| f.covariance), count)?;
-    fitted.ok_or(nothing(count))
+    check(fitted.as_ref().map(|f| f.covariance))?;
+    fitted.ok_or(GyroUndetermined::NOTHING)
 }
 
-/// As if there were no motion.
-fn nothing(motions: usize) -> GyroUndetermined {
-    GyroUndetermined {
-        motions,
+impl GyroUndetermined {
+    /// As if there were no motion.
+    const NOTHING: GyroUndetermined = GyroUndetermined {
         axes: [true; 3],
         sd: f64::INFINITY,
-    }
+    };
 }
 
 /// Whether all nine elements are known to [`MAX_SD`] in every direction, and which axes lack a turn if not.
-fn check(covariance: Option<Square>, motions: usize) -> Result<(), GyroUndetermined> {
+fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
     let covariance = covariance.filter(|c| c.iter().all(|v| v.is_finite()));
-    let Some(covariance) = covariance.filter(|_| motions >= MIN_MOTIONS) else {
-        return Err(nothing(motions));
-    };
+    let covariance = covariance.ok_or(GyroUndetermined::NOTHING)?;
     let eigen = SymmetricEigen::new(covariance.fixed_view::<9, 9>(0, 0).into_owned());
     let mut load = [0.0; 3];
     let directions = eigen.eigenvectors.column_iter();
@@ -279,7 +277,6 @@ fn check(covariance: Option<Square>, motions: usize) -> Result<(), GyroUndetermi
     let total: f64 = load.iter().sum();
     if total > 0.0 {
         return Err(GyroUndetermined {
-            motions,
             axes: load.map(|l| l > 0.1 * total),
             sd: eigen.eigenvalues.max().sqrt(),
         });
@@ -289,14 +286,10 @@ fn check(covariance: Option<Square>, motions: usize) -> Result<(), GyroUndetermi
 
 impl Fitted {
     /// In input units: δM = −E⁻¹ δE E⁻¹ / unit, δb = δβ / unit.
-    fn result(
-        &self,
-        usable: &[bool],
-        rest: &GyroRest,
-        unit: f64,
-    ) -> Result<MotionFit, GyroUndetermined> {
+    /// None where a number is none.
+    fn result(&self, usable: &[bool], rest: &GyroRest, unit: f64) -> Option<MotionFit> {
         let e = Matrix3::from_row_slice(&self.x.as_slice()[..9]);
-        let inverse = e.try_inverse().ok_or(nothing(self.motions.len()))?;
+        let inverse = e.try_inverse()?;
         let to_model = Square::from_fn(|to, from| match (to, from) {
             (0..9, 0..9) => -inverse[(to / 3, from / 3)] * inverse[(from % 3, to % 3)] / unit,
             _ => f64::from(to == from) / unit,
@@ -308,12 +301,10 @@ impl Fitted {
         }
         let covariance = 0.5 * (covariance + covariance.transpose());
         let numbers = covariance.iter().chain(&self.x);
-        if !numbers.chain(&inverse).all(|v| v.is_finite()) {
-            return Err(nothing(self.motions.len()));
-        }
+        let is_finite = numbers.chain(&inverse).all(|v| v.is_finite());
         let mut fitted = self.motions.iter().copied();
         let motions = usable.iter().map(|u| if *u { fitted.next() } else { None });
-        Ok(MotionFit {
+        is_finite.then(|| MotionFit {
             matrix: (e * unit).transpose().into(),
             bias: std::array::from_fn(|i| rest.bias[i] + self.x[9 + i] / unit),
             covariance: covariance.into(),

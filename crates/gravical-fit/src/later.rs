@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::consistent::MAX_STEPS;
 use crate::model::{Covariance, Parameters};
 
-pub use check::{Cause, Check, Explanation, Length, StaticMean, check};
+pub use check::{Check, Length, StaticMean, check};
 pub use compare::{Compare, Difference, NormDifference, compare};
 
 /// Covariance of `f` by the errors of the parameters, from steps of one standard deviation along the axes of

@@ -2,26 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
-
-use crate::polynomial::evaluate;
-
 /// The drift of a channel is predictable if each direction explains this share of the variance of
 /// the other.
-pub const MIN_R2: f64 = 0.7;
+const MIN_R2: f64 = 0.7;
 
-/// Highest order: more than two bends in a range of some tens of °C have another cause.
-const MAX_ORDER: usize = 3;
-/// A higher order must reduce the unexplained share of the variance to this …
-const MAX_SHARE_LEFT: f64 = 0.9;
-/// … unless the residuals are within this multiple of the standard errors of the means.
-const NOISE_OF_RESIDUALS: f64 = 1.5;
 /// A drift below this multiple of the standard errors of the means is not significant.
 const NOISE_OF_DRIFT: f64 = 2.0;
 /// Smallest number of bins in each direction.
 const MIN_BINS: usize = 6;
-/// Smallest singular value, relative to columns of ones.
-const MIN_SINGULAR: f64 = 1e-9;
 
 /// Direction of a temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +20,7 @@ pub enum Direction {
     Warming,
 }
 
-/// Mean reading of one channel over some seconds at rest.
+/// Mean readings over some seconds at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Number of the rest; each has its own offset.
@@ -41,16 +29,16 @@ pub struct Block {
     pub direction: Direction,
     /// Temperature, °C.
     pub t_c: f64,
-    /// Reading, in any unit.
-    pub reading: f64,
+    /// Readings of the channels, in any unit.
+    pub readings: [f64; 6],
 }
 
-/// A polynomial of the temperature without a constant, and how well it predicts.
-#[derive(Debug, Clone, PartialEq)]
+/// A drift in proportion to temperature, and how well it predicts.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
-    /// Unit of the readings per °C, °C² …, of T − `reference_c`.
-    pub coefficients: Vec<f64>,
-    /// R² on the means while warming of the polynomial fitted to those while cooling.
+    /// Unit of the readings per °C.
+    pub per_c: f64,
+    /// R² on the means while warming of the slope fitted to those while cooling.
     pub r2_cooling_to_warming: f64,
     /// R² the other way round.
     pub r2_warming_to_cooling: f64,
@@ -98,12 +86,12 @@ pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
     directions
 }
 
-/// Fits the drift of one channel at rest: the order of 1 to 3 that predicts best from one direction
-/// of the temperature to the other. Random folds, or folds within one direction, would not test it:
+/// Fits the drift of one channel (0 to 5) at rest, and tests it by predicting one direction of the
+/// temperature from the other. Random folds, or folds within one direction, would not test it:
 /// neighbours in time agree whatever the cause of their drift. `None` where the blocks determine
 /// nothing.
-pub fn fit_drift(blocks: &[Block], reference_c: f64) -> Option<Drift> {
-    let bins = mean_by_degree(blocks);
+pub fn fit_drift(blocks: &[Block], channel: usize) -> Option<Drift> {
+    let bins = mean_by_degree(blocks, channel);
     let of_direction = |direction| -> Vec<Bin> {
         let bins = bins.iter().filter(|b| b.direction == direction);
         bins.copied().collect()
@@ -118,38 +106,16 @@ pub fn fit_drift(blocks: &[Block], reference_c: f64) -> Option<Drift> {
     let means: Vec<f64> = bins.iter().map(|b| b.mean).collect();
     let variance = squares(&subtract_offsets(&bins, &means)) / bins.len() as f64;
     let noise = variance_of_means(&bins);
-    let noise_share = NOISE_OF_RESIDUALS.powi(2) * noise / variance;
-    let mut best: Option<Drift> = None;
-    for order in 1..=MAX_ORDER {
-        let fit = |bins: &[Bin]| fit_polynomial(bins, order, reference_c);
-        let predict = |from: &[Bin], to: &[Bin]| predict_r2(&fit(from)?, from, to, reference_c);
-        let (Some(coefficients), Some(to_warming), Some(to_cooling)) = (
-            fit(&bins),
-            predict(&cooling, &warming),
-            predict(&warming, &cooling),
-        ) else {
-            continue;
-        };
-        let drift = Drift {
-            coefficients,
-            r2_cooling_to_warming: to_warming,
-            r2_warming_to_cooling: to_cooling,
-            significant: variance > NOISE_OF_DRIFT.powi(2) * noise,
-        };
-        let left = |d: &Drift| 1.0 - d.r2_cooling_to_warming.min(d.r2_warming_to_cooling);
-        let is_better = best.as_ref().is_none_or(|best| {
-            (left(best) > noise_share && left(&drift) < MAX_SHARE_LEFT * left(best))
-                || (drift.is_predictable() && !best.is_predictable())
-        });
-        if is_better {
-            best = Some(drift);
-        }
-    }
-    best
+    Some(Drift {
+        per_c: fit_slope(&bins)?,
+        r2_cooling_to_warming: predict_r2(&cooling, &warming)?,
+        r2_warming_to_cooling: predict_r2(&warming, &cooling)?,
+        significant: variance > NOISE_OF_DRIFT.powi(2) * noise,
+    })
 }
 
 /// Mean over a degree of one direction of a rest. Bins have equal weight: a chamber stays long at
-/// its ends, and the polynomial has to hold between them too.
+/// its ends, and the slope has to hold between them too.
 #[derive(Debug, Clone, Copy)]
 struct Bin {
     rest: usize,
@@ -161,24 +127,25 @@ struct Bin {
     squares: f64,
 }
 
-fn mean_by_degree(blocks: &[Block]) -> Vec<Bin> {
+fn mean_by_degree(blocks: &[Block], channel: usize) -> Vec<Bin> {
     let mut bins: BTreeMap<_, Vec<&Block>> = BTreeMap::new();
+    let reading = |block: &Block| block.readings[channel];
     for block in blocks {
-        if block.reading.is_finite() && block.t_c.is_finite() {
+        if reading(block).is_finite() && block.t_c.is_finite() {
             let key = (block.rest, block.direction, block.t_c.floor() as i64);
             bins.entry(key).or_default().push(block);
         }
     }
     let bin = |((rest, direction, _), blocks): (_, Vec<&Block>)| {
         let count = blocks.len() as f64;
-        let mean = blocks.iter().map(|b| b.reading).sum::<f64>() / count;
+        let mean = blocks.iter().map(|b| reading(b)).sum::<f64>() / count;
         Bin {
             rest,
             direction,
             t_c: blocks.iter().map(|b| b.t_c).sum::<f64>() / count,
             mean,
             count,
-            squares: blocks.iter().map(|b| (b.reading - mean).powi(2)).sum(),
+            squares: blocks.iter().map(|b| (reading(b) - mean).powi(2)).sum(),
         }
     };
     bins.into_iter().map(bin).collect()
@@ -194,34 +161,20 @@ fn variance_of_means(bins: &[Bin]) -> f64 {
 
 /// Least squares with an offset for each rest. The offsets are eliminated by subtracting means from
 /// both sides (Frisch and Waugh, Econometrica 1 (1933) 387).
-fn fit_polynomial(bins: &[Bin], order: usize, reference_c: f64) -> Option<Vec<f64>> {
-    let x: Vec<f64> = bins.iter().map(|b| b.t_c - reference_c).collect();
-    let half_c = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    if half_c == 0.0 {
-        return None;
-    }
-    let column = |k: usize| {
-        let powers: Vec<f64> = x.iter().map(|x| (x / half_c).powi(k as i32)).collect();
-        subtract_offsets(bins, &powers)
-    };
-    let columns = DMatrix::from_iterator(bins.len(), order, (1..=order).flat_map(column));
+fn fit_slope(bins: &[Bin]) -> Option<f64> {
+    let t_c: Vec<f64> = bins.iter().map(|b| b.t_c).collect();
     let means: Vec<f64> = bins.iter().map(|b| b.mean).collect();
-    let means = DVector::from_vec(subtract_offsets(bins, &means));
-    let svd = columns.svd(true, true);
-    let tolerance = MIN_SINGULAR * (bins.len() as f64).sqrt();
-    if svd.rank(tolerance) < order {
-        return None;
-    }
-    let solved = svd.solve(&means, tolerance).ok()?;
-    let per_c = solved.iter().zip(1..).map(|(c, k)| c / half_c.powi(k));
-    Some(per_c.collect())
+    let (x, y) = (subtract_offsets(bins, &t_c), subtract_offsets(bins, &means));
+    let products: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+    (squares(&x) > 0.0).then(|| products / squares(&x))
 }
 
-/// 1 − Σ residuals² / Σ (mean − mean of its rest)² at the bins `to` of the polynomial fitted to the
+/// 1 − Σ residuals² / Σ (mean − mean of its rest)² at the bins `to` of the slope fitted to the
 /// bins `from`; `None` if nothing varies. A rest that is not in `from` has its own offset.
-fn predict_r2(coefficients: &[f64], from: &[Bin], to: &[Bin], reference_c: f64) -> Option<f64> {
+fn predict_r2(from: &[Bin], to: &[Bin]) -> Option<f64> {
+    let per_c = fit_slope(from)?;
     let remainders = |bins: &[Bin]| -> Vec<f64> {
-        let remainder = |b: &Bin| b.mean - evaluate(coefficients, b.t_c - reference_c);
+        let remainder = |b: &Bin| b.mean - per_c * b.t_c;
         bins.iter().map(remainder).collect()
     };
     let left = remainders(to);
@@ -272,7 +225,8 @@ mod tests {
                 rest: i / 600,
                 direction: directions[i],
                 t_c: t_c[i],
-                reading: reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 },
+                readings: [reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 };
+                    6],
             }
         };
         (0..800).map(&mut block).collect()
@@ -280,46 +234,30 @@ mod tests {
 
     #[test]
     fn the_scatter_of_a_slope_is_the_expected_one() {
-        let (mut sum, mut lines) = (0.0, 0);
+        let mut sum = 0.0;
         for seed in 0..200 {
             let blocks = soak(seed, |_, t_c| 2.0 * t_c);
-            let drift = fit_drift(&blocks, 20.0).unwrap();
+            let drift = fit_drift(&blocks, 0).unwrap();
             assert!(drift.is_predictable() && drift.significant);
-            if drift.coefficients.len() > 1 {
-                continue;
-            }
-            lines += 1;
-            let bins = mean_by_degree(&blocks);
+            let bins = mean_by_degree(&blocks, 0);
             let t_c: Vec<f64> = bins.iter().map(|b| b.t_c).collect();
             let x = subtract_offsets(&bins, &t_c);
             let scatter = x.iter().zip(&bins).map(|(x, b)| x * x / b.count);
             let variance = scatter.sum::<f64>() / squares(&x).powi(2);
-            sum += (drift.coefficients[0] - 2.0).powi(2) / variance;
+            sum += (drift.per_c - 2.0).powi(2) / variance;
         }
-        assert!(lines >= 190, "{lines}");
         // The mean of 200 χ² of one degree scatters by 0.1.
-        let mean = sum / f64::from(lines);
+        let mean = sum / 200.0;
         assert!((mean - 1.0).abs() < 0.4, "{mean}");
     }
 
     #[test]
-    fn a_curved_drift_has_a_higher_order() {
-        let put = [1.0, -0.1, 0.02];
-        let blocks = soak(1, |_, t_c| evaluate(&put, t_c - 20.0));
-        let found = fit_drift(&blocks, 20.0).unwrap().coefficients;
-        assert_eq!(found.len(), 3);
-        for (x, off) in [(-20.0, 1.0), (7.0, 0.3), (20.0, 1.0)] {
-            assert!((evaluate(&found, x) - evaluate(&put, x)).abs() < off);
-        }
-    }
-
-    #[test]
     fn drift_with_time_and_noise_are_not_predictable() {
-        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 20.0).unwrap();
+        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 0).unwrap();
         assert!(!time.is_predictable() && time.significant);
         assert!(time.r2_cooling_to_warming < 0.0);
         for seed in 0..20 {
-            let noise = fit_drift(&soak(seed, |_, _| 0.0), 20.0).unwrap();
+            let noise = fit_drift(&soak(seed, |_, _| 0.0), 0).unwrap();
             assert!(!noise.is_predictable() && !noise.significant);
         }
     }
@@ -328,11 +266,14 @@ mod tests {
     fn one_direction_and_no_change_determine_nothing() {
         let mut blocks = soak(3, |_, t_c| t_c);
         blocks.truncate(400);
-        assert_eq!(fit_drift(&blocks, 20.0), None);
-        assert_eq!(fit_drift(&[], 20.0), None);
+        assert_eq!(fit_drift(&blocks, 0), None);
+        assert_eq!(fit_drift(&[], 0), None);
         assert_eq!(detect_directions(&[20.0, 20.5, 20.0], 1.0), []);
-        let constant = |b: Block| Block { reading: 1.0, ..b };
+        let constant = |b: Block| Block {
+            readings: [1.0; 6],
+            ..b
+        };
         let blocks: Vec<Block> = soak(3, |_, _| 0.0).into_iter().map(constant).collect();
-        assert_eq!(fit_drift(&blocks, 20.0), None);
+        assert_eq!(fit_drift(&blocks, 0), None);
     }
 }

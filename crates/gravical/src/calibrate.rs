@@ -139,8 +139,7 @@ pub struct Calibrated {
 ///
 /// Input errors with the next thing to do: those of [`segment`];
 /// `underdetermined`, `missing-face`, `left-handed`, `sensors-differ`, `no-such-pose` of the
-/// accelerometer; `missing-gyro`, `rate-unknown`. A result
-/// that fails a quality gate is no error: its verdict is `poor`.
+/// accelerometer. A result that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
     let sensor_id = match &options.record.sensor_id {
@@ -162,33 +161,23 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // M and b of u = M a + b, and their covariance.
-    let estimated = |segmentation: &Segmentation, drift: bool| {
-        let session = Session {
-            recordings,
-            segmentation,
-            options,
-        };
-        accelerometer(&session, drift)
-            .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
-            .map_err(lost)
+    let session = Session {
+        recordings,
+        segmentation: &segmentation,
+        options,
     };
-    let mut estimate = estimated(&segmentation, drift)?;
-    if drift {
-        if let Basis::Fit(_, Some(test)) = estimate.basis {
-            temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
-        }
-        if temperature_model.is_none() {
-            // The poses of one part of the session are all there are of some direction.
-            temperature_model = for_calibration(recordings, &[], &mut segmentation)?;
-            estimate = estimated(&segmentation, false)?;
-        }
+    let estimate = accelerometer(&session, drift)
+        .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
+        .map_err(lost)?;
+    if let Basis::Fit(_, Some(test)) = estimate.basis {
+        temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
     }
     let session = Session {
         recordings,
         segmentation: &segmentation,
         options,
     };
-    let gyroscope = gyro::gyroscope(&session, &estimate)?;
+    let gyroscope = gyro::gyroscope(recordings, &segmentation, &estimate.calibration);
 
     // What do the placements say of the result, and what can they not say?
     let accelerometer = section::accelerometer(&session, &estimate);
@@ -213,7 +202,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         // The motions have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
-    let verdict = verdict::verdict(&accelerometer, &estimate, options.gravity.source, &findings);
+    let verdict = verdict::verdict(&accelerometer, &estimate, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
     let mut inputs = InputFile::of(recordings);

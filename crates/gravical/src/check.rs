@@ -7,10 +7,9 @@
 //! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
-mod gyroscope;
 mod intervals;
 
-use gravical_core::matrix3::norm;
+use gravical_core::matrix3::{norm, unit};
 use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
@@ -21,18 +20,17 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
-use crate::finding::after_losses;
-use crate::finding::finding;
+use crate::finding::{after_losses, finding};
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
-use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
-use crate::poses::face::{AxisMap, Face};
+use crate::numfmt::{mg, milli_g};
+use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Selection};
-use crate::recording::{Finding, GyroUnit, Recording, why_calibrated};
+use crate::recording::{Finding, Recording, why_calibrated};
 
 use intervals::static_intervals;
 
-pub use crate::later::{Cause, Explanation, Judgement, Verdict};
+pub use crate::later::{Judgement, Verdict};
 
 /// No mean of a cheap accelerometer is better than this, m/s² (0.1 mg): its bias wanders by as
 /// much from one minute to the next.
@@ -93,19 +91,12 @@ pub struct CheckReport {
     pub predicted_rms_mps2: f64,
     /// All errors together.
     pub test: Test,
-    /// Probability of such errors if the calibration fits, by all together or by a single fault:
-    /// the verdict rests on it.
-    pub p_value: f64,
-    /// Single changes that explain the errors; empty when they need no explanation.
-    pub explanations: Vec<Explanation>,
     /// Axes of the case that no interval has within 60°: `x` ….
-    pub untested_axes: Vec<&'static str>,
+    pub untested_axes: Vec<String>,
     /// Axes that pointed up or down only: bias and scale are not distinguished there.
-    pub one_way_axes: Vec<&'static str>,
+    pub one_way_axes: Vec<String>,
     /// The calibration was fitted to all intervals that count.
     pub only_fitted: bool,
-    /// The gyroscope at rest; null where file or recording has none.
-    pub gyroscope: Option<GyroscopeCheck>,
     /// What is odd.
     pub findings: Vec<Finding>,
     /// The judgement.
@@ -144,23 +135,6 @@ pub struct StillCheck {
     /// Whether it counts: not with clipped samples, nor where the calibration was fitted to it,
     /// unless no other is left.
     pub counts: bool,
-}
-
-/// The gyroscope at rest, where it has to read zero.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GyroscopeCheck {
-    /// Unit of the calibration's bias.
-    pub input_unit: GyroUnit,
-    /// Calibrated rate at rest, °/s.
-    pub rate_deg_s: [f64; 3],
-    /// Its standard error, °/s.
-    pub standard_error_deg_s: Option<[f64; 3]>,
-    /// The bias that would make it zero, input unit.
-    pub bias_now: [f64; 3],
-    /// What it is judged against, °/s.
-    pub limit_deg_s: f64,
-    /// The judgement; that of the accelerometer does not depend on it.
-    pub judgement: Judgement,
 }
 
 /// Holds `calibration` (its file is called `name`) against the static intervals of `recordings`.
@@ -224,26 +198,22 @@ pub fn check(
         .iter()
         .map(|interval| is_fitted(calibration, &recordings[interval.recording], interval))
         .collect();
-    let counted = counted(&intervals, &fitted);
-    let result = later::check(&sensor, here, &means, |i| counted.contains(&i))
-        .ok_or_else(|| singular(name))?;
-    let used: Vec<&Length> = counted.iter().map(|i| &result.lengths[*i]).collect();
+    let counts = counts(&intervals, &fitted);
+    let result =
+        later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(|| singular(name))?;
     let describe = |(i, length): (usize, &Length)| {
         let recording = &recordings[intervals[i].recording];
-        let counts = counted.contains(&i);
-        describe(recording, &intervals[i], length, &options.axes, counts)
+        describe(recording, &intervals[i], length, &options.axes, counts[i])
     };
-    let checks: Vec<StillCheck> = result.lengths.iter().enumerate().map(describe).collect();
+    let static_intervals: Vec<StillCheck> =
+        result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
     if let Some(here) = options.gravity {
         findings.extend(gravity_differs(calibration, &here));
     }
-    let forces: Vec<[f64; 3]> = result.lengths.iter().map(|l| l.force.into()).collect();
-    let gyroscope =
-        gyroscope::gyroscope(calibration, recordings, &intervals, &forces, &mut findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    let only_fitted = counted.iter().all(|i| fitted[*i]);
-    let judgement = if result.p < SIGNIFICANCE {
+    let only_fitted = !fitted.contains(&false);
+    let judgement = if result.test.p_value < SIGNIFICANCE {
         Judgement::DoesNotFit
     } else if only_fitted || !has_covariance {
         // What it was fitted to agrees with it; what is assumed is no proof.
@@ -251,30 +221,33 @@ pub fn check(
     } else {
         Judgement::Fits
     };
-    let size = |i: &&usize| checks[**i].z.abs();
-    let worst = counted.iter().max_by(|i, j| size(i).total_cmp(&size(j)));
-    let [untested_axes, one_way_axes] = coverage(&used, &options.axes);
+    let used = || static_intervals.iter().filter(|s| s.counts);
+    let rms = |value: fn(&StillCheck) -> f64| {
+        let squares: f64 = used().map(|s| value(s).powi(2)).sum();
+        (squares / used().count() as f64).sqrt()
+    };
+    let size = |i: &usize| static_intervals[*i].z.abs();
+    let counted = (0..counts.len()).filter(|i| counts[*i]);
+    let worst = counted.max_by(|i, j| size(i).total_cmp(&size(j)));
+    // Axes of the case that intervals have up, down, both or none of it.
+    let ways = |axis: usize| {
+        let along = |sign: f64| used().any(|s| sign * unit(&s.calibrated)[axis] >= TESTED_COSINE);
+        usize::from(along(1.0)) + usize::from(along(-1.0))
+    };
     let mut report = CheckReport {
         calibration: name.to_owned(),
         recordings: recordings.iter().map(|r| r.name.clone()).collect(),
         gravity_mps2: gravity.value_mps2,
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
-        worst: worst.copied().unwrap_or(0),
-        static_intervals: checks,
-        rms_mps2: root_mean_square(&used, |l| l.error_mps2),
-        predicted_rms_mps2: root_mean_square(&used, |l| l.sd_mps2),
+        worst: worst.unwrap_or(0),
+        rms_mps2: rms(|s| s.error_mps2),
+        predicted_rms_mps2: rms(|s| s.sigma_mps2),
         test: result.test,
-        p_value: result.p,
-        explanations: if judgement.is_change() {
-            result.explanations
-        } else {
-            Vec::new()
-        },
-        untested_axes,
-        one_way_axes,
+        untested_axes: axes_where(|axis| ways(axis) == 0),
+        one_way_axes: axes_where(|axis| ways(axis) == 1),
+        static_intervals,
         only_fitted,
-        gyroscope,
         findings,
         verdict: Verdict {
             judgement,
@@ -285,7 +258,7 @@ pub fn check(
     Ok(report)
 }
 
-/// Is it still good? Where not, what explains it? What was not tested?
+/// Is it still good? What was not tested?
 fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec<String> {
     let expected = if has_covariance {
         let predicted = mg(report.predicted_rms_mps2);
@@ -296,9 +269,8 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
     };
     let off = mg(report.rms_mps2);
     let mut reasons = vec![format!("‖a‖ is off by {off} mg rms; {expected}")];
-    let is_change = report.verdict.judgement.is_change();
     // Agreement with what it was fitted to has no probability, and tests no axis.
-    let is_tested = !report.only_fitted || is_change;
+    let is_tested = !report.only_fitted || report.verdict.judgement.is_change();
     if report.only_fitted {
         reasons.push(
             "the calibration was fitted to these static intervals, which therefore cannot test it"
@@ -307,18 +279,10 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
     }
     if is_tested {
         reasons.push(format!(
-            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} (all errors together: {})",
-            probability(report.p_value),
+            "probability of such errors if the calibration fits: {}, the limit is {SIGNIFICANCE} ({})",
+            probability(report.test.p_value),
             chi_square(&report.test)
         ));
-    }
-    let causes = report.explanations.iter();
-    reasons.extend(causes.map(|e| explain(e, gravity.value_mps2)));
-    if is_change && report.explanations.is_empty() {
-        reasons
-            .push("neither a changed scale nor a changed bias of one axis explains it".to_owned());
-    }
-    if is_tested {
         reasons.push(untested(&report.untested_axes, &report.one_way_axes));
     }
     if gravity.source == GravitySource::Standard {
@@ -327,30 +291,10 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
             milli_g(2.0 * gravity.uncertainty_mps2())
         ));
     }
-    reasons.extend(report.gyroscope.as_ref().map(GyroscopeCheck::reason));
     reasons
 }
 
-/// A single change that explains the errors, in words.
-pub fn explain(explanation: &Explanation, gravity_mps2: f64) -> String {
-    let (what, factor, unit) = match explanation.cause {
-        Cause::Share => ("common scale error", 100.0, "%"),
-        Cause::BiasX => ("changed bias of x", 1.0, "m/s²"),
-        Cause::BiasY => ("changed bias of y", 1.0, "m/s²"),
-        Cause::BiasZ => ("changed bias of z", 1.0, "m/s²"),
-    };
-    let sd = factor * explanation.sd;
-    let n = decimals_for(sd);
-    let (change, sd) = (signed(factor * explanation.change, n), fixed(sd, n));
-    let text = format!("a {what} explains it: {change} ± {sd} {unit}");
-    if explanation.cause != Cause::Share {
-        return text;
-    }
-    let there = gravity_mps2 * (1.0 + explanation.change);
-    format!("{text}; so would a local gravity of {there:.4} m/s²")
-}
-
-fn untested(none: &[&str], one_way: &[&str]) -> String {
+fn untested(none: &[String], one_way: &[String]) -> String {
     let mut parts = Vec::new();
     if !none.is_empty() {
         let axes = if none.len() == 1 { "axis" } else { "axes" };
@@ -463,15 +407,12 @@ fn inputs_of<'a>(
 
 /// The intervals that the judgement uses: those that the calibration was not fitted to, among them
 /// those without clipped samples; in both cases all where none is left.
-fn counted(intervals: &[Pose], fitted: &[bool]) -> Vec<usize> {
-    let mut counted: Vec<usize> = (0..intervals.len()).collect();
-    if fitted.contains(&false) {
-        counted.retain(|i| !fitted[*i]);
-    }
-    if counted.iter().any(|i| intervals[*i].clipped == 0) {
-        counted.retain(|i| intervals[*i].clipped == 0);
-    }
-    counted
+fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
+    let is_new = fitted.contains(&false);
+    let new: Vec<bool> = fitted.iter().map(|fitted| !(is_new && *fitted)).collect();
+    let each = new.iter().zip(intervals);
+    let whole: Vec<bool> = each.map(|(new, p)| *new && p.clipped == 0).collect();
+    if whole.contains(&true) { whole } else { new }
 }
 
 fn describe(
@@ -506,25 +447,6 @@ fn describe(
         clipped: interval.clipped as u64,
         counts,
     }
-}
-
-fn root_mean_square(lengths: &[&Length], value: fn(&Length) -> f64) -> f64 {
-    let squares: f64 = lengths.iter().map(|l| value(l).powi(2)).sum();
-    (squares / lengths.len() as f64).sqrt()
-}
-
-/// Axes of the case that are not tested, and those that are in one direction only.
-fn coverage(lengths: &[&Length], axes: &AxisMap) -> [Vec<&'static str>; 2] {
-    let direction = |l: &&Length| axes.to_case(l.force.normalize().into());
-    let directions: Vec<[f64; 3]> = lengths.iter().map(direction).collect();
-    let ways = |k: usize| {
-        let points = |sign: f64| directions.iter().any(|n| sign * n[k] >= TESTED_COSINE);
-        usize::from(points(1.0)) + usize::from(points(-1.0))
-    };
-    [0, 1].map(|count| {
-        let axes = (0..3).filter(|k| ways(*k) == count);
-        axes.map(|k| ["x", "y", "z"][k]).collect()
-    })
 }
 
 /// Quality, inputs, clipping, temperature.

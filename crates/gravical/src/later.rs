@@ -5,8 +5,6 @@ use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
-pub use gravical_fit::later::{Cause, Explanation};
-
 use crate::calibration_file::CalibrationFile;
 use crate::numfmt::count;
 use crate::{Error, Result};
@@ -63,7 +61,7 @@ impl Judgement {
 pub struct Verdict {
     /// In a word.
     pub judgement: Judgement,
-    /// Why: what was found, what explains it, what was not tested.
+    /// Why: what was found, what was not tested.
     pub reasons: Vec<String>,
 }
 

@@ -144,8 +144,6 @@ pub struct Pose {
     pub standard_error: Option<[f64; 3]>,
     /// Rows that the mean is over.
     pub count: usize,
-    /// Mean of the gyroscope, and the sum behind it with its number of rows.
-    pub gyro_sum: Option<([f64; 3], usize)>,
     /// Mean temperature, °C.
     pub temperature_c: Option<f64>,
     /// The face that is up, in axes of the case; none when it lies oblique.
@@ -475,7 +473,6 @@ fn pose(
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
         .sum();
     let rows = interval.rows;
-    let gyro = recording.gyro.as_ref();
     let temperatures = recording.temperature_c.as_ref();
     let temperature_c = temperatures.map(|t| mean_of_finite(&t[rows.clone()]));
     let (nearest, angle_deg) = Face::nearest(axes.to_case(mean.mean));
@@ -489,7 +486,6 @@ fn pose(
         mean: mean.mean,
         standard_error: mean.standard_error,
         count: mean.rows,
-        gyro_sum: gyro.and_then(|gyro| sum_of_rows(gyro, rows.clone())),
         temperature_c: temperature_c.filter(|t| t.is_finite()),
         face: (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest),
         angle_deg,

@@ -3,9 +3,9 @@
 //! # Overview
 //!
 //! A sensor at rest whose temperature falls and rises shows its drift. [`study`] computes means
-//! of short static blocks (`rests`) and tests every channel: does a polynomial of the temperature
-//! that is fitted to one direction predict the other, in both cases
-//! ([`gravical_fit::temperature`])? Only such a drift is subtracted.
+//! of short static blocks (`rests`) and tests every channel: does a slope that is fitted to one
+//! direction predict the other, in both cases ([`gravical_fit::temperature`])? Only such a drift
+//! is subtracted.
 //!
 //! Where hundreds of poses lie at many temperatures, as in days of wear, no pose has to last: the
 //! joint fit tests and fits the drift of the bias with its other parameters.
@@ -41,7 +41,7 @@ mod tests;
 
 use std::path::Path;
 
-use gravical_fit::temperature::{Block, Direction, MIN_R2, detect_directions, fit_drift};
+use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
@@ -53,8 +53,6 @@ use crate::poses::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
 use crate::recording::{Finding, GyroUnit, Recording};
 use crate::{Error, Result};
-
-pub use gravical_fit::polynomial::evaluate;
 
 /// The temperature must span more than this at rest, °C, for a meaningful result.
 pub const MIN_SPAN_C: f64 = 5.0;
@@ -130,15 +128,9 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     }
 }
 
-/// A block of the rest with this number.
-struct DirectedBlock<'a> {
-    rest: usize,
-    direction: Direction,
-    block: &'a RestBlock,
-}
-
-/// The blocks with the direction of their temperature; none where it never turns by `turn_c`.
-fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<DirectedBlock<'_>> {
+/// The blocks of all rests with the direction of their temperature; none of a recording where it never
+/// turns by `turn_c`.
+fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Block> {
     let mut out = Vec::new();
     let mut number = 0..;
     for rests in recordings {
@@ -147,10 +139,11 @@ fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Directe
         let mut directions = detect_directions(&t_c, turn_c).into_iter();
         for (blocks, rest) in rests.iter().zip(&mut number) {
             let directed = blocks.iter().zip(&mut directions);
-            out.extend(directed.map(|(block, direction)| DirectedBlock {
+            out.extend(directed.map(|(block, direction)| Block {
                 rest,
                 direction,
-                block,
+                t_c: block.t_c,
+                readings: block.readings,
             }));
         }
     }
@@ -158,10 +151,10 @@ fn direct_blocks(recordings: &[Vec<Vec<RestBlock>>], turn_c: f64) -> Vec<Directe
 }
 
 /// The temperatures that both directions reached, or why they cannot test each other.
-fn shared_range(blocks: &[DirectedBlock<'_>]) -> std::result::Result<[f64; 2], String> {
+fn shared_range(blocks: &[Block]) -> std::result::Result<[f64; 2], String> {
     let range = |direction| {
         let of_direction = blocks.iter().filter(|b| b.direction == direction);
-        TemperatureRange::of(of_direction.map(|b| b.block.t_c))
+        TemperatureRange::of(of_direction.map(|b| b.t_c))
     };
     let only = |verb: &str| {
         format!(
@@ -192,23 +185,23 @@ fn fit_model(
     let range_c = shared.clone().unwrap_or(range_c);
     let reference_c = 0.5 * (range_c[0] + range_c[1]);
     // Temperatures that only one direction reached were not tested and are left out.
-    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.block.t_c));
+    blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
     let first = recordings.first();
     let gyro_scale = first.and_then(|r| r.gyro_scale);
     let units = [
         first.map_or("unknown", |r| r.accel_scale.unit.name()),
         gyro_scale.map_or("unknown", |g| g.unit.name()),
     ];
-    let channel = |channel: usize| {
-        let reading = |b: &RestBlock| [b.accel, b.gyro][channel / 3][channel % 3];
-        ChannelDrift {
-            channel: CHANNELS[channel].to_owned(),
-            input_unit: units[channel / 3].to_owned(),
-            ..test_channel(&blocks, reading, reference_c, &shared)
+    let channel = |channel: usize| ChannelDrift {
+        channel: CHANNELS[channel].to_owned(),
+        input_unit: units[channel / 3].to_owned(),
+        ..match &shared {
+            Ok(_) => test_channel(&blocks, channel),
+            Err(reason) => refuse(reason),
         }
     };
-    let mut means = blocks.iter().flat_map(|b| b.block.gyro);
-    let count = if means.any(f64::is_finite) { 6 } else { 3 };
+    let mut rates = blocks.iter().flat_map(|b| &b.readings[3..]);
+    let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
     TemperatureModel {
         reference_c,
         range_c,
@@ -217,49 +210,33 @@ fn fit_model(
     }
 }
 
-/// Coefficients and verdict of a channel, without its name and unit.
-fn test_channel(
-    blocks: &[DirectedBlock<'_>],
-    reading: impl Fn(&RestBlock) -> f64,
-    reference_c: f64,
-    shared: &std::result::Result<[f64; 2], String>,
-) -> ChannelDrift {
-    let refuse = |reason: &str| ChannelDrift {
+fn refuse(reason: &str) -> ChannelDrift {
+    ChannelDrift {
         reason: reason.to_owned(),
         ..ChannelDrift::default()
-    };
-    if let Err(reason) = shared {
-        return refuse(reason);
     }
-    let block = |b: &DirectedBlock<'_>| Block {
-        rest: b.rest,
-        direction: b.direction,
-        t_c: b.block.t_c,
-        reading: reading(b.block),
+}
+
+/// Coefficients and verdict of a channel, without its name and unit.
+fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
+    let Some(fit) = fit_drift(blocks, channel) else {
+        return refuse("its means determine no slope, or do not vary");
     };
-    let blocks: Vec<Block> = blocks.iter().map(block).collect();
-    let Some(fit) = fit_drift(&blocks, reference_c) else {
-        return refuse("its means do not determine a polynomial, or do not vary");
-    };
-    let (to_warming, to_cooling) = (fit.r2_cooling_to_warming, fit.r2_warming_to_cooling);
     let (verdict, reason) = if fit.is_predictable() {
         (DriftVerdict::Corrected, "each direction predicts the other")
     } else if !fit.significant {
         (DriftVerdict::NotCorrected, "no drift beyond the noise")
-    } else if to_warming.max(to_cooling) >= MIN_R2 {
-        let why = "it predicts in one direction only: hysteresis or drift with time";
-        (DriftVerdict::NotCorrected, why)
     } else {
-        let why = "neither direction predicts the other: hysteresis or drift with time";
+        let why = "one direction does not predict the other: hysteresis or drift with time";
         (DriftVerdict::NotCorrected, why)
     };
     ChannelDrift {
         verdict,
-        order: fit.coefficients.len() as u32,
-        r2_cooling_to_warming: Some(to_warming),
-        r2_warming_to_cooling: Some(to_cooling),
+        order: 1,
+        r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
+        r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
         coefficients: match verdict {
-            DriftVerdict::Corrected => fit.coefficients,
+            DriftVerdict::Corrected => vec![fit.per_c],
             DriftVerdict::NotCorrected => Vec::new(),
         },
         ..refuse(reason)
@@ -333,11 +310,6 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
         for (mean, name) in pose.mean.iter_mut().zip(CHANNELS) {
             *mean -= model.drift_at(name, t_c);
         }
-        if let Some((sum, rows)) = &mut pose.gyro_sum {
-            for (sum, name) in sum.iter_mut().zip(&CHANNELS[3..]) {
-                *sum -= model.drift_at(name, t_c) * *rows as f64;
-            }
-        }
     }
 }
 
@@ -410,15 +382,12 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
     })
 }
 
-/// Text: largest error of a reading without the model, over its range.
+/// Text: error of a reading without the model at the ends of its range.
 pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     let [low, high] = model.range_c;
     let part = |c: &ChannelDrift| {
-        let drift = |i: i32| {
-            let t_c = low + (high - low) * f64::from(i) / 50.0;
-            model.drift_at(&c.channel, t_c).abs()
-        };
-        let most = small((0..=50).map(drift).fold(0.0, f64::max), 3);
+        let most = [low, high].map(|t_c| model.drift_at(&c.channel, t_c).abs());
+        let most = small(most[0].max(most[1]), 3);
         let unit = match c.input_unit.as_str() {
             "unknown" => "of an unknown unit",
             unit => unit,

@@ -1,15 +1,11 @@
 //! What a microcontroller would call of `gravical-core`, in single precision:
-//! Ferraris for both sensors, the calibration of a sample, and filters.
+//! Ferraris, the calibration of a sample of both sensors, and filters.
 #![no_std]
-
-use core::f32::consts::TAU;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::{Biquad, settle, update};
 use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
-use gravical_core::six_position::{
-    SixPositionMeans, TurnIntegral, ferraris_accelerometer, ferraris_gyroscope,
-};
+use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 use gravical_core::unit::local_gravity_mps2;
 
 #[panic_handler]
@@ -44,32 +40,6 @@ pub extern "C" fn probe_accelerometer(
     };
     *out = calibration;
     0
-}
-
-/// Calibrates the gyroscope from three recorded turns; 0 when it worked.
-#[unsafe(no_mangle)]
-pub extern "C" fn probe_gyroscope(
-    readings: &Means,
-    bias: &[f32; 3],
-    turns: &[[[f32; 3]; 64]; 3],
-    out: &mut GyroscopeCalibration<f32>,
-) -> i32 {
-    let gravity = 9.81;
-    let integrals = core::array::from_fn(|axis| {
-        let mut turn = TurnIntegral::new(*bias, [[0.0; 3]; 3]);
-        for rate in &turns[axis] {
-            turn.add(*rate, [0.0, 0.0, gravity], 0.01);
-        }
-        turn.finish()
-    });
-    let fitted = ferraris_gyroscope(*bias, &means(readings), gravity, &integrals, -TAU);
-    match fitted.ok().and_then(|p| p.calibration()) {
-        Some(calibration) => {
-            *out = calibration;
-            0
-        }
-        None => 1,
-    }
 }
 
 /// Calibrates one sample of each sensor in place.

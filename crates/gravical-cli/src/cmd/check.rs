@@ -145,7 +145,7 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
                 report.static_intervals.len().to_string(),
                 report.rms_mps2.to_string(),
                 report.predicted_rms_mps2.to_string(),
-                report.p_value.to_string(),
+                report.test.p_value.to_string(),
             ],
             ..Outcome::default()
         })

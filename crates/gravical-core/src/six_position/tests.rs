@@ -17,18 +17,14 @@ const REPORT: SixPositionMeans<f64> = SixPositionMeans {
 };
 
 /// A sensor of a few per cent of scale error and up to 3° of misalignment.
-pub(super) const MODEL: [[f64; 3]; 3] = [
+const MODEL: [[f64; 3]; 3] = [
     [1.02, 0.013, -0.021],
     [-0.008, 0.97, 0.034],
     [-0.052, 0.005, 1.01],
 ];
 
 /// What a sensor with u = M a + b reads in six perfect placements.
-pub(super) fn placements(
-    model: [[f64; 3]; 3],
-    bias: [f64; 3],
-    gravity: f64,
-) -> SixPositionMeans<f64> {
+fn placements(model: [[f64; 3]; 3], bias: [f64; 3], gravity: f64) -> SixPositionMeans<f64> {
     let hold = |axis: usize, g: f64| from_fn(|r| bias[r] + model[r][axis] * g);
     SixPositionMeans {
         plus: from_fn(|axis| hold(axis, gravity)),
@@ -36,7 +32,7 @@ pub(super) fn placements(
     }
 }
 
-pub(super) fn assert_close(got: &[[f64; 3]; 3], expected: &[[f64; 3]; 3], tolerance: f64) {
+fn assert_close(got: &[[f64; 3]; 3], expected: &[[f64; 3]; 3], tolerance: f64) {
     for (g, e) in got.iter().flatten().zip(expected.iter().flatten()) {
         assert!((g - e).abs() <= tolerance, "{got:?} for {expected:?}");
     }

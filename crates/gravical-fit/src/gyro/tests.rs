@@ -236,24 +236,6 @@ fn model(fit: &MotionFit) -> Matrix3<f64> {
 }
 
 #[test]
-fn counts_of_unknown_scale() {
-    let session = CHEAP.session(1);
-    let counts = read_as(&session, |u| u.map(|v| (32768.0 - 4778.0 * v).round()));
-    let options = GyroOptions {
-        nominal: None,
-        noise: [4778.0 * CHEAP.noise; 3],
-        rounding: [0.01; 3],
-    };
-    let found = fit(&counts, &options).by_motions.unwrap().unwrap();
-    let off = model(&found) / -4778.0 - session.model;
-    assert!(off.amax() < 1e-3, "{off}");
-    for i in 0..3 {
-        let bias = (32768.0 - found.bias[i]) / 4778.0;
-        assert!((bias - session.bias[i]).abs() < 3e-4, "{bias}");
-    }
-}
-
-#[test]
 fn axes_that_are_not_the_accelerometers() {
     let session = CHEAP.session(2);
     for read in [
@@ -291,13 +273,6 @@ fn a_reaction_to_gravity_is_found_where_there_is_one() {
 
 #[test]
 fn what_the_motions_leave_open() {
-    let mut session = CHEAP.session(5);
-    session.motions.truncate(5);
-    let found = fit(&session, &CHEAP.options())
-        .by_motions
-        .unwrap()
-        .unwrap_err();
-    assert_eq!(found.motions, 5);
     // Turns that the x axis takes no part in, as far as the rates say.
     let still = read_as(&CHEAP.session(5), |[_, y, z]| [0.0, y, z]);
     let found = fit(&still, &CHEAP.options())

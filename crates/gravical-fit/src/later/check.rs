@@ -1,18 +1,14 @@
 //! Do later readings at rest fit a calibration?
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use serde::Serialize;
 
 use super::propagated;
-use crate::consistent::{SIGNIFICANCE, Test, consistent};
+use crate::consistent::{Test, consistent};
 use crate::model::{Parameters, bend, bias, matrix};
 use crate::sensor::{Gravity, Sensor};
 
 /// Directions this near to each other (chord of the unit sphere, 25°) share the model error.
 const MODEL_ERROR_CHORD: f64 = 0.43;
-
-/// A bias is tested by readings within 60° of its axis: across them it would have to be enormous.
-const MIN_COSINE: f64 = 0.5;
 
 /// A mean reading at rest, in working units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,31 +32,6 @@ pub struct Length {
     pub sd_mps2: f64,
 }
 
-/// Causes of errors.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Cause {
-    /// A common scale error, or another local gravity.
-    Share,
-    /// Bias of x.
-    BiasX,
-    /// Bias of y.
-    BiasY,
-    /// Bias of z.
-    BiasZ,
-}
-
-/// One change that explains errors: it is more than chance, and what is left is not.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Explanation {
-    /// What it is.
-    pub cause: Cause,
-    /// The change: a fraction of gravity, or m/s² in calibrated axes of the board.
-    pub change: f64,
-    /// Its standard deviation.
-    pub sd: f64,
-}
-
 /// A calibration held against later readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
@@ -68,11 +39,6 @@ pub struct Check {
     pub lengths: Vec<Length>,
     /// All errors that count together.
     pub test: Test,
-    /// Probability that chance makes as much: the test of all errors dilutes a single fault among many
-    /// intervals, so half of the level is for that, half for the likeliest fault (Bonferroni).
-    pub p: f64,
-    /// Single changes that explain the errors.
-    pub explanations: Vec<Explanation>,
 }
 
 /// Holds the lengths of static intervals against gravity: that of the calibration, or of another
@@ -109,45 +75,9 @@ pub fn check(
     let lengths = (0..means.len()).map(length).collect();
     let errors = errors.select_rows(&counted);
     let covariance = covariance.select_rows(&counted).select_columns(&counted);
-    let whole = consistent(&errors, &covariance);
-    let root = covariance.cholesky();
-    // A cause, the chance of its change, and the chance of what is left.
-    let candidate = |cause: Cause| {
-        let effect = |k: &usize| match cause {
-            Cause::Share => gravity,
-            Cause::BiasX => directions[*k].x,
-            Cause::BiasY => directions[*k].y,
-            Cause::BiasZ => directions[*k].z,
-        };
-        let effect = DVector::from_iterator(counted.len(), counted.iter().map(effect));
-        let is_seen = cause == Cause::Share || effect.amax() >= MIN_COSINE;
-        // Generalised least squares of one change.
-        let weighted = root.as_ref().filter(|_| is_seen)?.solve(&effect);
-        let information = weighted.dot(&effect);
-        let change = weighted.dot(&errors) / information;
-        let explained = change * change * information;
-        let sd = information.sqrt().recip();
-        let freedom = whole.degrees_of_freedom.saturating_sub(1);
-        (information > 0.0 && change.is_finite()).then(|| {
-            let left = Test::new(whole.chi2 - explained, freedom);
-            let explanation = Explanation { cause, change, sd };
-            (explanation, Test::new(explained, 1).p_value, left.p_value)
-        })
-    };
-    let causes = [Cause::Share, Cause::BiasX, Cause::BiasY, Cause::BiasZ];
-    let candidates: Vec<_> = causes.into_iter().filter_map(candidate).collect();
-    let likeliest = candidates.iter().map(|c| c.1).reduce(f64::min);
-    let p = match likeliest.filter(|_| counted.len() > 1) {
-        Some(fault) => (2.0 * whole.p_value.min(fault * candidates.len() as f64)).min(1.0),
-        // One length has one test.
-        None => whole.p_value,
-    };
-    let explains = |c: &&(Explanation, f64, f64)| c.1 < SIGNIFICANCE && c.2 >= SIGNIFICANCE;
     Some(Check {
         lengths,
-        test: whole,
-        p,
-        explanations: candidates.iter().filter(explains).map(|c| c.0).collect(),
+        test: consistent(&errors, &covariance),
     })
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use crate::consistent::{SIGNIFICANCE, Test, consistent};
 use crate::model::{BENDS, BIAS, DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
 use crate::sensor::{Gravity, Sensor};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -187,7 +187,7 @@ fn readings_that_only_repeat_are_tested_together() {
     let mut one = stills(&mut rng, 1, &truth())[0];
     (one.sd, one.sd_of_length_mps2) = (Vector3::zeros(), 0.0);
     let found = check(&a, None, &[one, one], |_| true).unwrap();
-    assert!(found.p > SIGNIFICANCE && found.p == found.test.p_value);
+    assert!(found.test.p_value > SIGNIFICANCE);
 }
 
 /// Assumed gravity hides a scale of the same size, and is shared by two calibrations.
@@ -205,24 +205,4 @@ fn gravity_is_counted_once() {
     let later = stills(&mut rng, 8, &truth());
     assert!(check(&a, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
     assert!(check(&b, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
-}
-
-#[test]
-fn a_turn_changes_no_length_and_a_mirror_is_seen() {
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
-    let by = Vector3::new(0.3, -0.9, 0.4);
-    let with = |q: Matrix3<f64>| {
-        let (mut b, m) = (a.clone(), matrix(&a.parameters) * q);
-        (0..BIAS).for_each(|i| b.parameters[i] = m[(i / 3, i % 3)]);
-        b
-    };
-    let turned = compare(&a, &with(Rotation3::new(by).into_inner())).unwrap();
-    assert!(turned.magnitude.test.chi2 < 1e-12 && turned.norm.rms_mps2 < 1e-10);
-    let Difference { value, test, .. } = turned.turn.unwrap();
-    let vector = Vector3::new(value[0], value[1], value[2]);
-    assert!((vector - by).amax() < 1e-9);
-    assert!(test.degrees_of_freedom == 3 && test.p_value < 1e-6);
-    let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
-    assert!(compare(&a, &with(mirror)).unwrap().turn.is_none());
 }

@@ -63,19 +63,6 @@ pub enum Plan {
     Again(usize),
 }
 
-impl Plan {
-    pub fn name(self) -> String {
-        match self {
-            Plan::Proposed(0) => "6 faces".into(),
-            Plan::Proposed(n) => format!("6 faces + {n} proposed"),
-            Plan::Spread(n) => format!("6 faces + {n} spread"),
-            Plan::Free(n) => format!("{n} free"),
-            Plan::Edges(n) => format!("{n} edges and corners"),
-            Plan::Again(n) => format!("each face {n} times"),
-        }
-    }
-}
-
 pub const PLANS: [Plan; 12] = [
     Plan::Proposed(0),
     Plan::Proposed(3),
@@ -98,18 +85,6 @@ pub enum Disturbance {
     Drift,
     Cubic(f64),
     Quadratic(f64),
-}
-
-impl Disturbance {
-    pub fn name(self) -> String {
-        match self {
-            Disturbance::Nothing => "nothing".into(),
-            Disturbance::OnePose => "20 mg in one pose".into(),
-            Disturbance::Drift => "drift of 20 mg".into(),
-            Disturbance::Cubic(c) => format!("cubic {:.1} %", 100.0 * c),
-            Disturbance::Quadratic(c) => format!("quadratic {:.1} %", 100.0 * c),
-        }
-    }
 }
 
 pub const DISTURBANCES: [Disturbance; 9] = [

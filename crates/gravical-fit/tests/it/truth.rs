@@ -109,6 +109,29 @@ fn a_nonlinear_response_is_claimed() {
     }
 }
 
+/// Six faces and six poses beside them leave three readings over: enough to show what would do harm.
+/// Three leave nothing, and ten free poses one.
+#[test]
+fn good_needs_readings_that_could_have_contradicted() {
+    for (plan, good) in [
+        (Plan::Proposed(3), false),
+        (Plan::Proposed(6), true),
+        (Plan::Spread(12), true),
+        (Plan::Free(10), false),
+        (Plan::Free(18), true),
+    ] {
+        let is_good = |seed: &u64| {
+            let (found, _) = Session::new(*seed).run(plan, Disturbance::Nothing).unwrap();
+            found.trust().grade() == Grade::Good
+        };
+        let found = (0..10).filter(is_good).count();
+        assert!(
+            if good { found >= 9 } else { found == 0 },
+            "{plan:?}: {found}"
+        );
+    }
+}
+
 #[test]
 fn a_pose_that_was_lengthened_is_left_out_and_no_good_one() {
     let mut found_bad = 0;

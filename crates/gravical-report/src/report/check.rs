@@ -1,7 +1,7 @@
 //! Report of a check of a calibration.
 
 use crate::document::{Cell, Document, Grade, Row, Section, Table, Verdict};
-use gravical::check::{Cause, CheckReport, Judgement, StillCheck};
+use gravical::check::{CheckReport, Judgement, StillCheck};
 use gravical::numfmt::{fixed, milli_g, signed, words};
 
 use super::{gravity_source, short_name};
@@ -50,7 +50,6 @@ pub(super) fn judged(verdict: &gravical::check::Verdict) -> Verdict {
 
 /// What to do about it.
 fn next(report: &CheckReport) -> Vec<String> {
-    let causes: Vec<Cause> = report.explanations.iter().map(|e| e.cause).collect();
     let step = match report.verdict.judgement {
         Judgement::Undecided if report.only_fitted => {
             "Record the sensor at rest again, and check with that recording"
@@ -58,8 +57,8 @@ fn next(report: &CheckReport) -> Vec<String> {
         Judgement::Undecided => {
             "Calibrate from recordings, not from means, so that the calibration has a covariance"
         }
-        judgement if judgement.is_change() && causes == [Cause::Share] => {
-            "Give the gravity of this place; if it does not fit then, either, calibrate again"
+        judgement if judgement.is_change() && report.gravity_of_calibration => {
+            "Give the gravity of this place if it is another; if it does not fit then, either, calibrate again"
         }
         judgement if judgement.is_change() => "Calibrate again",
         _ if !report.untested_axes.is_empty() => {

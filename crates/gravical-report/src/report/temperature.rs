@@ -18,9 +18,9 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Secti
 fn channel(c: &ChannelDrift) -> Row {
     let corrected = c.is_corrected();
     let verdict = if corrected {
-        format!("corrected, order {}", c.order)
+        "corrected"
     } else {
-        "not corrected".to_owned()
+        "not corrected"
     };
     let input_unit = match c.input_unit.as_str() {
         "unknown" => "?".to_owned(),

@@ -211,36 +211,26 @@ fn missing(up: impl Iterator<Item = Option<Face>> + Clone) -> Vec<Face> {
     Face::all().into_iter().filter(is_missing).collect()
 }
 
-/// A face that was recorded twice in place of another one, which is missing: by
-/// its name, or because there are six placements.
+/// A face that was recorded twice, once under the name of one that is missing.
 fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
+    let all = 0..placements.len();
     let up = |k: usize| estimate.uses[k].face;
-    let all = || 0..placements.len();
-    let missing = missing(all().map(up));
-    let named = |k: usize| match placements[k].claim {
-        Some(Claim::Face(face)) => Some(face).filter(|f| missing.contains(f)),
-        _ => None,
-    };
-    let are_six = placements.len() == 6 && !missing.is_empty() && all().all(|k| up(k).is_some());
-    let twin = |k: usize| all().find(|&j| j != k && up(k).is_some() && up(j) == up(k));
-    let pair = |is_meant: &dyn Fn(usize) -> bool| {
-        let mut later = all().rev().filter(|&k| is_meant(k));
-        later.find_map(|k| Some((twin(k)?, k)))
-    };
-    let (one, other) = pair(&|k| named(k).is_some()).or_else(|| pair(&|_| are_six))?;
-    let (first, again) = (&placements[one].label, &placements[other].label);
-    let absent: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let record = match named(other) {
-        Some(face) => format!("\"{again}\" with {} up", face.name()),
-        None => format!("one of them with {} up", absent.join(" and ")),
-    };
+    let missing = missing(all.clone().map(up));
+    let (first, again, face, meant) = all.clone().rev().find_map(|again| {
+        let Some(Claim::Face(meant)) = placements[again].claim else {
+            return None;
+        };
+        let face = up(again).filter(|_| missing.contains(&meant))?;
+        let first = all.clone().find(|k| *k != again && up(*k) == Some(face))?;
+        Some((&placements[first], &placements[again], face, meant.name()))
+    })?;
+    let (one, other) = (&first.label, &again.label);
     let twice = finding!(
         SameFaceTwice,
-        "{} points up in \"{first}\" and in \"{again}\", and no pose has {} up: record {record}",
-        up(other)?.name(),
-        absent.join(" or ")
+        "{} points up in \"{one}\" and in \"{other}\", and no pose has {meant} up: record \"{other}\" with {meant} up",
+        face.name()
     );
-    Some(twice.in_file(&placements[other].source))
+    Some(twice.in_file(&again.source))
 }
 
 /// Faces only, and one of them missing: what that costs.

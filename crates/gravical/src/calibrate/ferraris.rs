@@ -24,13 +24,14 @@ const REPEAT_WITHIN_DEG: f64 = 5.0;
 #[derive(Debug, Clone)]
 pub struct Faces {
     /// Placements, by index.
-    pub(super) of_face: [Vec<usize>; 6],
+    of_face: [Vec<usize>; 6],
     means: [[f64; 3]; 6],
-    standard_errors: Option<[[f64; 3]; 6]>,
+    /// Of these means; none if one is not known.
+    standard_errors: Option<Vec<[f64; 3]>>,
 }
 
 /// Means in the order of [`Face::all`] as the closed form takes them.
-pub(super) fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
+fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
     SixPositionMeans {
         plus: std::array::from_fn(|axis| means[2 * axis]),
         minus: std::array::from_fn(|axis| means[2 * axis + 1]),
@@ -51,95 +52,67 @@ impl Faces {
 ///
 /// # Errors
 ///
-/// `missing-face` with the faces that are there, or `same-face-twice` when there
-/// are six placements and one face takes two of them.
+/// `missing-face` with the faces that are there.
 pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<Faces> {
-    let mut of_face: [Vec<usize>; 6] = Default::default();
-    for face in Face::all() {
-        let mut there: Vec<usize> = (0..placements.len())
-            .filter(|&i| {
-                placements[i].face == Some(face) && placements[i].mean.iter().all(|v| v.is_finite())
-            })
-            .collect();
-        let best = there
-            .iter()
-            .copied()
-            .min_by(|&a, &b| placements[a].angle_deg.total_cmp(&placements[b].angle_deg));
-        if let Some(best) = best {
-            let mean = placements[best].mean;
-            there.retain(|&i| angle_deg(placements[i].mean, mean) <= REPEAT_WITHIN_DEG);
-        }
-        of_face[face.index()] = there;
-    }
+    let of_face = Face::all().map(|face| {
+        let is_there = |p: &Pose| p.face == Some(face) && p.mean.iter().all(|v| v.is_finite());
+        let there = placements.iter().filter(|p| is_there(p));
+        let best = there.min_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
+        let is_near =
+            |p: &Pose| best.is_some_and(|best| angle_deg(p.mean, best.mean) <= REPEAT_WITHIN_DEG);
+        let each = placements.iter().enumerate();
+        let repeats = each.filter(|(_, p)| is_there(p) && is_near(p));
+        repeats.map(|(i, _)| i).collect::<Vec<usize>>()
+    });
     if of_face.iter().any(Vec::is_empty) {
         return Err(incomplete(placements, &of_face, recordings));
     }
-    let mut means = [[0.0; 3]; 6];
-    let mut variances = Some([[0.0; 3]; 6]);
-    for (face, indices) in of_face.iter().enumerate() {
-        let rows: f64 = indices.iter().map(|&i| placements[i].count as f64).sum();
-        for placement in indices.iter().map(|&i| &placements[i]) {
-            let weight = placement.count as f64 / rows;
-            variances = variances.filter(|_| placement.standard_error.is_some());
-            for axis in 0..3 {
-                means[face][axis] += weight * placement.mean[axis];
-                if let (Some(variances), Some(error)) = (&mut variances, placement.standard_error) {
-                    variances[face][axis] += (weight * error[axis]).powi(2);
-                }
-            }
+    let pooled = of_face.each_ref().map(|indices| {
+        let poses = || indices.iter().map(move |&i| &placements[i]);
+        let rows: f64 = poses().map(|p| p.count as f64).sum();
+        let (mut mean, mut variance) = ([0.0; 3], Some([0.0; 3]));
+        for pose in poses() {
+            let weight = pose.count as f64 / rows;
+            mean = std::array::from_fn(|i| mean[i] + weight * pose.mean[i]);
+            let known = variance.zip(pose.standard_error);
+            variance = known.map(|(sum, error): ([f64; 3], [f64; 3])| {
+                std::array::from_fn(|i| sum[i] + (weight * error[i]).powi(2))
+            });
         }
-    }
+        (mean, variance)
+    });
+    let errors = pooled.iter().map(|(_, v)| v.map(|v| v.map(f64::sqrt)));
     Ok(Faces {
-        means,
-        standard_errors: variances.map(|faces| faces.map(|face| face.map(f64::sqrt))),
+        means: pooled.map(|(mean, _)| mean),
+        standard_errors: errors.collect(),
         of_face,
     })
 }
 
 fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
-    let faces = Face::all().into_iter();
-    let missing: Vec<Face> = faces
-        .clone()
+    let missing: Vec<Face> = Face::all()
+        .into_iter()
         .filter(|f| of_face[f.index()].is_empty())
         .collect();
     let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let oblique: Vec<&Pose> = placements.iter().filter(|p| p.face.is_none()).collect();
-    let twice = faces
-        .filter(|_| placements.len() == 6 && oblique.is_empty())
-        .find(|f| of_face[f.index()].len() > 1);
-    let error = if let Some(face) = twice {
-        let source = |&i: &usize| match recordings {
-            [_] => placements[i].label.as_str(),
-            _ => placements[i].source.as_str(),
-        };
-        let there: Vec<&str> = of_face[face.index()].iter().map(source).collect();
-        let what = format!(
-            "{} points up in {} poses ({}), and no pose has {} up",
-            face.name(),
-            there.len(),
-            there.join(" and "),
-            names.join(", ")
+    let (found, names) = (6 - missing.len(), names.join(" "));
+    let mut what = format!("{found} of six faces found; missing: {names}");
+    let oblique = placements.iter().filter(|p| p.face.is_none());
+    let oblique: Vec<String> = oblique
+        .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
+        .collect();
+    if !oblique.is_empty() {
+        what += &format!(
+            "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
+            oblique.len(),
+            placements.len(),
+            oblique[..oblique.len().min(6)].join(", ")
         );
-        Error::input("same-face-twice", what)
-    } else {
-        let (found, names) = (6 - missing.len(), names.join(" "));
-        let mut what = format!("{found} of six faces found; missing: {names}");
-        if !oblique.is_empty() {
-            let list = oblique.iter().take(6);
-            let list = list.map(|p| format!("{} {:.0}°", p.label, p.angle_deg));
-            what += &format!(
-                "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
-                oblique.len(),
-                placements.len(),
-                list.collect::<Vec<_>>().join(", ")
-            );
-        }
-        Error::input("missing-face", what)
-    };
-    let next = missing.iter().map(|f| in_words(f.direction()));
-    at_only(recordings, error).with_hint(format!(
+    }
+    let next: Vec<String> = missing.iter().map(|f| in_words(f.direction())).collect();
+    at_only(recordings, Error::input("missing-face", what)).with_hint(format!(
         "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
-        next.collect::<Vec<_>>().join(", ")
+        next.join(", ")
     ))
 }
 
@@ -245,10 +218,6 @@ pub fn accelerometer(
         parameters,
         calibration,
     })
-}
-
-pub(super) fn turns_are_singular(e: SixPositionError) -> Error {
-    Error::input("singular", format!("the turns determine no gyroscope: {e}"))
 }
 
 /// Faces that were taken from names make a mirror image.

@@ -1,10 +1,8 @@
-//! The gyroscope of a session: by three known turns, by the motions between its static intervals, or
-//! the bias alone.
+//! The gyroscope of a session: by the motions between its static intervals, or the bias alone.
 
 mod readings;
 #[cfg(test)]
 mod tests;
-mod turns;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
@@ -17,9 +15,6 @@ use crate::poses::face::axes_where;
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
-use super::estimate::Estimate;
-use super::session::Session;
-use crate::Result;
 use readings::Readings;
 
 /// A scale that is further from nominal is not the one of the data sheet.
@@ -36,36 +31,13 @@ pub(super) struct Gyroscope {
     pub findings: Vec<Finding>,
 }
 
-/// The gyroscope from the pauses and the known turns, else from the motions between the static intervals.
-///
-/// # Errors
-///
-/// Those of the known turns.
-pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gyroscope> {
-    let turns = turns::gyroscope(session, estimate)?;
-    if turns.section.is_some() {
-        return Ok(turns);
-    }
-    let mut gyroscope = of_session(
-        session.recordings,
-        session.segmentation,
-        &estimate.calibration,
-    );
-    let method = gyroscope.section.as_ref().map(|s| s.method);
-    // Missing turns are reported only if the motions did not calibrate the gyroscope.
-    if method != Some(GyroMethod::Motion) {
-        gyroscope.findings.splice(0..0, turns.findings);
-    }
-    Ok(gyroscope)
-}
-
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone
 /// where they do not determine more: that is a finding. Neither section nor finding where there is no
 /// gyroscope.
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-fn of_session(
+pub(super) fn gyroscope(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,
@@ -91,7 +63,7 @@ fn of_session(
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
-            odd.extend(open.map(|open| undetermined(open, nominal)));
+            odd.extend(open.map(|open| undetermined(open, motions.len(), nominal)));
             if nominal.is_none() {
                 let unknown = finding!(
                     GyroScaleUnknown,
@@ -166,35 +138,19 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
 }
 
 /// What has to be turned more.
-fn undetermined(open: &GyroUndetermined, nominal: Option<f64>) -> Finding {
-    let motions = open.motions;
-    let names = |weak: bool| axes_where(|axis| open.axes[axis] == weak).join(" and ");
-    let (strong, weak) = (names(false), names(true));
-    let how_well = match open.sd {
-        sd if sd < 10.0 => format!("known to {:.0} %", 100.0 * sd),
-        _ => "not known at all".to_owned(),
+fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -> Finding {
+    let weak = axes_where(|axis| open.axes[axis]).join(", ");
+    let known = match open.sd {
+        sd if sd < 10.0 => format!("known to {:.0} % only", 100.0 * sd),
+        _ => "not known".to_owned(),
     };
     let then = match nominal {
         Some(_) => "it gets its bias only, with the nominal scale",
         None => "it is not calibrated",
     };
-    let why = if motions < MIN_MOTIONS {
-        format!(
-            "are too few for the gyroscope: {MIN_MOTIONS} are needed, and twice as many are good; {then}"
-        )
-    } else if strong.is_empty() {
-        format!(
-            "do not determine the gyroscope: its matrix is {how_well}, no better than the data sheet says; {then}. Turn it more often, by 90° and more about each axis while that axis is level"
-        )
-    } else {
-        let count = open.axes.iter().filter(|weak| !**weak).count();
-        format!(
-            "turn about {count} of 3 axes enough ({strong}), but too little about {weak} ({how_well}); {then}. Turn it about {weak} too, by 90° and more, with that axis level"
-        )
-    };
     finding!(
         GyroUndetermined,
-        "{motions} usable motions between static intervals {why}"
+        "{motions} usable motions between static intervals leave the gyroscope's matrix {known}; {then}. Turn it about {weak} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often"
     )
 }
 

@@ -2,9 +2,9 @@
 //! sensors, and poses that leave parameters open.
 
 use gravical_core::matrix3;
-use gravical_fit::later::{Difference, compare};
+use gravical_fit::later::compare;
 use gravical_fit::model::{BIAS, DRIFT};
-use gravical_fit::{Fit, Options, Pose, Sensor, Undetermined, fit};
+use gravical_fit::{Options, Pose, Sensor, Undetermined, fit};
 
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
@@ -70,53 +70,39 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 /// `sensors-differ`, at the first recording that contradicts one before it.
 pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
     let placements = &session.segmentation.poses;
-    let fit_alone = |index: usize| {
-        let of_recording = poses
-            .iter()
-            .zip(placements)
-            .filter(|(_, p)| p.recording == index);
-        let poses: Vec<Pose> = of_recording.map(|(pose, _)| pose.clone()).collect();
-        (poses.len() >= MIN_POSES).then(|| fit(&poses, options).ok())?
-    };
     let mut alone: Vec<(&str, Sensor)> = Vec::new();
     for (index, recording) in session.recordings.iter().enumerate() {
-        let Some(fit) = fit_alone(index) else {
+        let each = poses.iter().zip(placements);
+        let own = each.filter(|(_, placement)| placement.recording == index);
+        let own: Vec<Pose> = own.map(|(pose, _)| pose.clone()).collect();
+        let Some(fit) = Some(own)
+            .filter(|own| own.len() >= MIN_POSES)
+            .and_then(|own| fit(&own, options).ok())
+        else {
             continue;
         };
-        let sensor = sensor(&fit, session.scale());
-        for (other, before) in &alone {
-            let differ = compare(before, &sensor).map(|c| c.magnitude);
-            let differ = differ.filter(|d| d.test.p_value < CHANCE);
-            let Some([scale, bias]) = differ.map(|d| apart(&d)) else {
-                continue;
-            };
-            let name = &recording.name;
+        let mut sensor = fit.sensor(session.scale());
+        for i in 0..DRIFT {
+            let change = CHANGES[usize::from(i >= BIAS)];
+            sensor.covariance[(i, i)] += 0.5 * change * change;
+        }
+        let name = &recording.name;
+        let differs = alone.iter().find_map(|(other, before)| {
+            let apart = compare(before, &sensor)?.magnitude;
+            (apart.test.p_value < CHANCE).then_some((*other, apart.value))
+        });
+        if let Some((other, apart)) = differs {
+            let largest = |first: usize| apart.rows(first, 3).amax();
+            let (scale, bias) = (100.0 * largest(3), milli_g(largest(0)));
             return Err(Error::input("sensors-differ", format!(
                 "{other} and {name} are of different sensors: fitted alone, their scales are {scale:.1} % and their biases {bias:.0} mg apart, more than one sensor changes"
             ))
             .at(name.as_ref(), None)
             .with_hint("calibrate the recordings of each sensor alone"));
         }
-        alone.push((&recording.name, sensor));
+        alone.push((name, sensor));
     }
     Ok(())
-}
-
-/// The fit of a recording in nominal m/s², with what a sensor changes by from one recording to the next
-/// added to its covariance.
-fn sensor(fit: &Fit, unit: f64) -> Sensor {
-    let mut sensor = fit.sensor(unit);
-    for i in 0..DRIFT {
-        let change = CHANGES[usize::from(i >= BIAS)];
-        sensor.covariance[(i, i)] += 0.5 * change * change;
-    }
-    sensor
-}
-
-/// Largest differences of scales in % and of biases in mg.
-fn apart(magnitude: &Difference) -> [f64; 2] {
-    let largest = |first: usize| magnitude.value.rows(first, 3).amax();
-    [100.0 * largest(3), milli_g(largest(0))]
 }
 
 /// The error for poses that leave the parameters open.

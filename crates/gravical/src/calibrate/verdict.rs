@@ -1,8 +1,6 @@
 //! The grade of a calibration and its reasons.
 
-use crate::calibration_file::{
-    AccelerometerSection, Grade, GravitySource, Method, PoseKind, Verdict,
-};
+use crate::calibration_file::{AccelerometerSection, Grade, Method, PoseKind, Verdict};
 use crate::numfmt::{count, mg, words};
 use crate::poses::face::in_words;
 use crate::recording::Finding;
@@ -17,7 +15,6 @@ const OPEN_ANGLE_DEG: f64 = 0.3;
 pub(super) fn verdict(
     section: &AccelerometerSection,
     estimate: &Estimate,
-    source: GravitySource,
     findings: &[Finding],
 ) -> Verdict {
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
@@ -67,10 +64,6 @@ pub(super) fn verdict(
         ));
     }
     reasons.extend(open_angles(section));
-    reasons.extend(section.error_with_known_gravity(source).map(|known| {
-        let known = mg(known);
-        format!("most of the predicted error is that of gravity, which was assumed: {known} mg remain where it is known")
-    }));
     if section.next_poses.is_empty() && grade == Grade::NotVerifiable {
         let verify =
             "to verify it, calibrate a recording at rest in any free pose: ‖a‖ must equal gravity";

@@ -7,8 +7,8 @@ use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT,
 use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
-    AccelerometerSection, CalibrationFile, Covariance, GravitySource, GyroscopeSection, NextPose,
-    PoseKind, PoseResult, TiltSource,
+    AccelerometerSection, CalibrationFile, Covariance, GyroscopeSection, NextPose, PoseKind,
+    PoseResult, TiltSource,
 };
 use crate::recording::units::{AccelUnit, GyroUnit};
 
@@ -194,13 +194,6 @@ impl GyroscopeSection {
             GyroUnit::Counts | GyroUnit::Unknown => None,
         }
     }
-
-    /// The bias as an angular rate about the axes of the case, °/s, without the offset of
-    /// unsigned counts.
-    pub(crate) fn bias_deg_s(&self) -> [f64; 3] {
-        let offset = self.zero_offset();
-        matrix3::mul_vec(&self.matrix, &self.bias.map(|b| b - offset)).map(f64::to_degrees)
-    }
 }
 
 /// Poses are proposed if all of them together bring an error below this share.
@@ -226,14 +219,6 @@ impl AccelerometerSection {
         } else {
             &[]
         }
-    }
-
-    /// Predicted error of ‖a‖ without that of gravity, m/s², if gravity was assumed and is most of it.
-    pub fn error_with_known_gravity(&self, source: GravitySource) -> Option<f64> {
-        let squared = self.predicted_norm_error_mps2?.powi(2);
-        let without = (squared - self.gravity_sd_mps2.powi(2)).max(0.0);
-        let matters = source == GravitySource::Standard && 2.0 * without < squared;
-        matters.then(|| without.sqrt())
     }
 
     /// The number of the pose with the largest leave-one-out error, in its own standard deviations, and

@@ -133,19 +133,6 @@ impl AxisMap {
             .unwrap_or(board)
     }
 
-    /// Rows of a matrix, one a channel of the board, in the order and with the
-    /// signs of the case's axes.
-    #[must_use]
-    pub fn rows_to_case(&self, rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-        self.rows.map(|(axis, same)| {
-            if same {
-                rows[axis]
-            } else {
-                rows[axis].map(|v| -v)
-            }
-        })
-    }
-
     /// A face of the case as a face of the board.
     #[must_use]
     pub fn face_to_board(&self, face: Face) -> Face {

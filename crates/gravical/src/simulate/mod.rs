@@ -45,8 +45,6 @@ pub use options::{
     FileOptions, LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions,
     SixPositionOptions, SoakOptions, StaticOptions,
 };
-#[doc(hidden)]
-pub use poses::spread_directions;
 pub use record::Row;
 pub use sensor::Reading;
 pub use truth::{

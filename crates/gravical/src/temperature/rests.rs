@@ -28,10 +28,14 @@ pub(super) struct RestBlock {
     row: usize,
     /// Temperature, °C
     pub t_c: f64,
-    /// Specific force, in the unit of the recording
-    pub accel: [f64; 3],
-    /// Angular rate, in the unit of the recording; NaN without a gyroscope
-    pub gyro: [f64; 3],
+    /// Specific force and angular rate, in the units of the recording; NaN without a gyroscope
+    pub readings: [f64; 6],
+}
+
+impl RestBlock {
+    fn accel(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.readings[i])
+    }
 }
 
 /// Rests of a recording, each as its blocks. They are those in which the sensor is quiet: the means of
@@ -45,13 +49,14 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
     let block = |row: usize| {
         let rows = row..row + size;
         let mean = |sensor: &[Vec<f64>; 3]| moments(sensor, rows.clone()).0;
+        let [ax, ay, az] = mean(&recording.accel);
+        let [gx, gy, gz] = recording.gyro.as_ref().map_or([f64::NAN; 3], mean);
         let block = RestBlock {
             row,
             t_c: mean_of_finite(&temperature_c[rows.clone()]),
-            accel: mean(&recording.accel),
-            gyro: recording.gyro.as_ref().map_or([f64::NAN; 3], mean),
+            readings: [ax, ay, az, gx, gy, gz],
         };
-        let is_whole = block.t_c.is_finite() && block.accel.iter().all(|v| v.is_finite());
+        let is_whole = block.t_c.is_finite() && block.accel().iter().all(|v| v.is_finite());
         is_whole.then_some(block)
     };
     let starts = |rest: Range<usize>| (0..rest.len() / size).map(move |k| rest.start + k * size);
@@ -60,12 +65,12 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
         .flat_map(starts)
         .filter_map(block)
         .collect();
-    let step = |a: &RestBlock, b: &RestBlock| norm(&sub(&a.accel, &b.accel));
+    let step = |a: &RestBlock, b: &RestBlock| norm(&sub(&a.accel(), &b.accel()));
     let mut steps: Vec<f64> = blocks.windows(2).map(|b| step(&b[0], &b[1])).collect();
     let usual = 1.4826 * median(&mut steps).unwrap_or(0.0);
     let continues = |a: &RestBlock, b: &RestBlock| {
         let missing = ((b.row - a.row) / size - 1).min(MAX_MISSING);
-        let max_step = (JUMP_FACTOR * usual).max(JUMP_SHARE * norm(&a.accel));
+        let max_step = (JUMP_FACTOR * usual).max(JUMP_SHARE * norm(&a.accel()));
         step(a, b) <= max_step * (1 + missing) as f64 && !recording.is_broken(&(a.row..b.row + 1))
     };
     blocks.chunk_by(continues).map(<[_]>::to_vec).collect()

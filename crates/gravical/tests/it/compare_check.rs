@@ -3,7 +3,7 @@
 
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
-use gravical::check::{Cause, CheckOptions, CheckReport, Judgement, check};
+use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Comparison, compare};
 use gravical::gravity::Gravity;
 use gravical::recording::Recording;
@@ -158,8 +158,8 @@ fn new_stills_seldom_contradict_a_good_calibration() {
 /// that are reckoned with: six faces leave nothing to tell the model error, which is
 /// 2 mm/s² then.
 #[test]
-fn a_bias_off_by_five_sigma_is_found_and_named() {
-    let (mut found, mut named, mut differ) = (0, 0, 0);
+fn a_bias_off_by_five_sigma_is_found() {
+    let (mut found, mut differ) = (0, 0);
     for seed in 1..=24 {
         let axis = seed as usize % 3;
         let first = session(six(1.0), seed, 0.3, None);
@@ -171,12 +171,10 @@ fn a_bias_off_by_five_sigma_is_found_and_named() {
         let new = recordings(&second);
         let report = check(&altered, "cal.json", &new, &CheckOptions::default()).unwrap();
         found += usize::from(report.verdict.judgement == Judgement::DoesNotFit);
-        let wanted = [Cause::BiasX, Cause::BiasY, Cause::BiasZ][axis];
-        named += usize::from(report.explanations.iter().any(|e| e.cause == wanted));
         let other = calibration(&new, 0.3, Method::Joint);
         let result = compare(&altered, &other, ["a.json", "b.json"]).unwrap();
         differ += usize::from(result.verdict.judgement == Judgement::Differ);
     }
-    println!("of 24: {found} found, {named} named, {differ} differ from a new calibration");
-    assert!(found >= 20 && named >= 16 && differ >= 12);
+    println!("of 24: {found} found, {differ} differ from a new calibration");
+    assert!(found >= 20 && differ >= 12);
 }

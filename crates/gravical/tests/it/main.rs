@@ -27,7 +27,6 @@ mod reader;
 mod session;
 mod support;
 mod truth;
-mod verdicts;
 #[path = "../../../../tests/support/wear.rs"]
 mod wear;
 mod wearables;

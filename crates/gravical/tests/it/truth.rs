@@ -6,8 +6,10 @@ use gravical::gravity::Gravity;
 use gravical::poses::SegmentOptions;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 use gravical::simulate::{
-    Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions, simulate,
+    PosesOptions, Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions,
+    simulate,
 };
+use gravical_core::matrix3;
 
 use crate::support::*;
 
@@ -159,34 +161,33 @@ fn found_holds_are_not_surer_than_they_may_be() {
     assert!((0.5..=1.25).contains(&bias) && covered > 0.92);
 }
 
+/// Six faces and twelve free poses at the equator, calibrated without a word about
+/// where that was: the scale is off by 0.27 %, 1.8 standard deviations of what is
+/// known of gravity.
 #[test]
-fn a_session_with_turns_gives_the_gyroscope_back() {
-    for seed in 1..=8 {
-        let mut simulated = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
-            continuous: true,
-            hold_s: 4.0,
-            rest_s: 1.5,
-            ..Default::default()
-        }));
-        simulated.seed = seed;
-        // A turn's axis is the vertical of its placement: tilt is misalignment.
-        simulated.tilt_sd_deg = 0.0;
-        let simulation = simulate(&simulated).unwrap();
-        let result = calibrated(&recordings(&simulation), &options(0.0, None));
-        assert_eq!(result.segmentation.turns.len(), 3, "seed {seed}");
-        let truth = &simulation.truth.gyroscope;
-        let gyro = result.file.gyroscope.unwrap();
-        for i in 0..3 {
-            close(gyro.bias[i], truth.bias_rad_s[i], 1e-3);
-            for j in 0..3 {
-                // The low-pass and rounding to milliseconds leave a little.
-                let model = gyro.scale[i] * gyro.orientation[i][j];
-                close(model, truth.matrix[i][j], 2e-3);
-                let reaction = truth.g_sensitivity_rad_s_per_mps2[i][j];
-                close(gyro.g_sensitivity[i][j], reaction, 1e-4);
-            }
-        }
-        let kinds: Vec<_> = result.file.findings.iter().map(|f| f.kind.name()).collect();
-        assert!(!kinds.contains(&"turned-other-way"), "{kinds:?}");
+fn assumed_gravity_is_in_the_interval_of_the_scale_and_in_the_predicted_error() {
+    let mut simulated = SimulateOptions::new(Scenario::Poses(PosesOptions {
+        hold_s: 4.0,
+        free: 12,
+    }));
+    simulated.gravity_mps2 = 9.780;
+    let simulation = simulate(&simulated).unwrap();
+    let session = recordings(&simulation);
+    let assumed = calibrated(&session, &CalibrateOptions::default())
+        .file
+        .accelerometer;
+    let given = CalibrateOptions {
+        gravity: Gravity::given(9.780).unwrap(),
+        ..CalibrateOptions::default()
+    };
+    let given = calibrated(&session, &given).file.accelerometer;
+    let truth = matrix3::row_norms(&simulation.truth.accelerometer.matrix);
+    let sd = assumed.deviations.unwrap().scale;
+    for i in 0..3 {
+        let z = (assumed.scale[i] - truth[i]) / sd[i];
+        assert!((-1.96..-1.5).contains(&z), "{i}: {z}");
     }
+    // Whatever the sensor, gravity adds its own 15 mm/s² in every direction.
+    let [with, without] = [assumed, given].map(|a| a.predicted_norm_error_mps2.unwrap());
+    close((with * with - without * without).sqrt(), 0.015, 2e-4);
 }

@@ -44,14 +44,6 @@ struct Hold<'a> {
     period_s: f64,
 }
 
-/// Why a motion cannot be used.
-enum Lost {
-    /// A gap, or too long.
-    Gap,
-    /// So many rows at the end of the range.
-    Clipped(u64),
-}
-
 impl Readings {
     pub fn new(recordings: &[Recording], session: &Segmentation) -> Readings {
         let mut readings = Readings::default();
@@ -158,13 +150,11 @@ impl Readings {
                     });
                     self.places.push((index, [from, to]));
                 }
-                Err(Lost::Gap) => {
-                    gaps.0 += 1;
-                    gaps.1.push_range(from, to, to - from + 1);
-                }
-                Err(Lost::Clipped(count)) => {
-                    clips.0 += 1;
-                    clips.1.push_range(from, to, count);
+                Err(clipped) => {
+                    let is_gap = clipped == 0;
+                    let (count, lines) = if is_gap { &mut gaps } else { &mut clips };
+                    *count += 1;
+                    lines.push_range(from, to, if is_gap { to - from + 1 } else { clipped });
                 }
             }
         }
@@ -213,20 +203,21 @@ fn between(
     Some(from..to + 1)
 }
 
-/// The readings in `rows`; `ends` are the ends of the range of each axis.
+/// The readings in `rows`; `ends` are the ends of the range of each axis. A motion that cannot be used
+/// is the number of its rows at such an end, or 0 where it has a gap or is too long.
 fn samples(
     recording: &Recording,
     gyro: &[Vec<f64>; 3],
     rows: Range<usize>,
     ends: &[Option<[f64; 2]>; 3],
     rate_hz: f64,
-) -> Result<Vec<Sample>, Lost> {
+) -> Result<Vec<Sample>, u64> {
     let seconds = |from: usize, to: usize| match &recording.time_s {
         Some(t) => t[to] - t[from],
         None => (to - from) as f64 / rate_hz,
     };
     if recording.is_broken(&rows) || seconds(rows.start, rows.end - 1) > MAX_MOTION_S {
-        return Err(Lost::Gap);
+        return Err(0);
     }
     let at_end = |rate: [f64; 3]| {
         (0..3).any(|i| ends[i].is_some_and(|[low, high]| rate[i] <= low || rate[i] >= high))
@@ -241,7 +232,7 @@ fn samples(
             continue;
         }
         if step_s.abs() >= GAP_PERIODS / rate_hz {
-            return Err(Lost::Gap);
+            return Err(0);
         }
         if let Some(last) = samples.last_mut() {
             last.step_s = step_s;
@@ -254,9 +245,10 @@ fn samples(
         before = row;
     }
     if clipped > 0 {
-        return Err(Lost::Clipped(clipped));
+        Err(clipped)
+    } else {
+        Ok(samples)
     }
-    Ok(samples)
 }
 
 /// Allan deviation at [`BLOCK_S`] as a density, N = σ(τ)·√τ. Rounding counts as noise too, since at rest

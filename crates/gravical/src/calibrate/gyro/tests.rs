@@ -58,7 +58,7 @@ fn fitted(simulation: &Simulation, recording: &Recording) -> Gyroscope {
 
 fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> Gyroscope {
     let session = segment(recordings, &SegmentOptions::default()).unwrap();
-    of_session(recordings, &session, &true_accelerometer(simulation))
+    gyroscope(recordings, &session, &true_accelerometer(simulation))
 }
 
 fn kinds(fit: &Gyroscope) -> Vec<&str> {
@@ -80,45 +80,6 @@ fn scores(simulation: &Simulation, section: &GyroscopeSection) -> Vec<f64> {
     (0..12)
         .map(|i| errors[i] / covariance[i][i].sqrt())
         .collect()
-}
-
-fn share_within_196(z: &[f64]) -> f64 {
-    z.iter().filter(|v| v.abs() < 1.96).count() as f64 / z.len() as f64
-}
-
-#[test]
-#[ignore = "slow: 80 sessions"]
-fn the_truth_lies_within_the_claimed_covariance() {
-    let (mut matrix, mut bias) = (Vec::new(), Vec::new());
-    let mut sums = [0.0; 2];
-    for seed in 1..=80 {
-        let simulation = poses(seed, 12, |_| {});
-        let fit = fitted(&simulation, &recording(&simulation, |_, g| g));
-        let section = fit.section.unwrap();
-        assert_eq!(section.method, GyroMethod::Motion, "{:?}", fit.findings);
-        let z = scores(&simulation, &section);
-        matrix.extend_from_slice(&z[..9]);
-        bias.extend_from_slice(&z[9..]);
-        let model = matrix3::inverse(&section.matrix).unwrap();
-        let truth = simulation.truth.gyroscope.matrix;
-        for i in 0..9 {
-            sums[0] += (model[i / 3][i % 3] - truth[i / 3][i % 3]).powi(2) / 720.0;
-        }
-        sums[1] += section.residual_deg.unwrap() / 80.0;
-    }
-    let covered = [share_within_196(&matrix), share_within_196(&bias)];
-    let spread = [matrix, bias].map(|scores| rms(scores.into_iter()));
-    println!(
-        "coverage {covered:?}, z rms {spread:?}, M rms {:.6}, residual {:.4}°",
-        sums[0].sqrt(),
-        sums[1]
-    );
-    // 720 elements in 80 sensors: two standard deviations are 0.02.
-    assert!((0.92..=0.985).contains(&covered[0]), "{covered:?}");
-    assert!((0.90..=0.99).contains(&covered[1]), "{covered:?}");
-    assert!((0.85..=1.15).contains(&spread[0]), "{spread:?}");
-    // A tenth of what the data sheet leaves open (3 %).
-    assert!(sums[0].sqrt() < 0.003, "{}", sums[0].sqrt());
 }
 
 /// What a known sensor has to give back: every element within 4 standard
@@ -259,7 +220,7 @@ fn too_few_motions_leave_the_bias() {
     let accelerometer = true_accelerometer(&simulation);
     session.poses.sort_by_key(|p| p.rows.start);
     session.poses.truncate(4);
-    let fit = of_session(&recording, &session, &accelerometer);
+    let fit = gyroscope(&recording, &session, &accelerometer);
     let section = fit.section.clone().unwrap();
     assert_eq!(section.method, GyroMethod::Bias);
     assert_eq!(kinds(&fit), ["gyro-undetermined"]);
@@ -270,7 +231,7 @@ fn too_few_motions_leave_the_bias() {
     // Without a unit there is not even a matrix.
     session.poses.truncate(1);
     session.gyro_scale = None;
-    let fit = of_session(&recording, &session, &accelerometer);
+    let fit = gyroscope(&recording, &session, &accelerometer);
     assert!(fit.section.is_none());
     assert_eq!(kinds(&fit), ["gyro-scale-unknown"]);
 }
@@ -302,7 +263,7 @@ fn a_bias_of_coarse_digits_is_not_exact() {
         })
         .collect();
     let cut = segment(&session, &SegmentOptions::default()).unwrap();
-    let section = of_session(&session, &cut, &Calibration::identity())
+    let section = gyroscope(&session, &cut, &Calibration::identity())
         .section
         .unwrap();
     let deviation = section.covariance.unwrap().values[0][0].sqrt();
