@@ -52,19 +52,11 @@ pub struct JudgedUnit {
     pub findings: Vec<Finding>,
 }
 
-/// The quietest third of the blocks of 20 rows. The sensor need not be at rest: gravity dominates the
-/// mean of a quiet block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quiet {
-    /// Median of the mean magnitudes of the blocks, in the unit of the values
-    pub norm: f64,
-    /// Median standard deviation within the blocks, all axes together
-    pub spread: f64,
-}
-
-/// The quietest rows; `None` without a complete one.
+/// Median magnitude in the quietest third of the blocks of 20 rows: gravity, in the unit of the
+/// values. `None` without a complete row. The sensor need not be at rest: gravity dominates the mean of
+/// a quiet block.
 #[must_use]
-pub fn quiet(accel: [&[f64]; 3]) -> Option<Quiet> {
+pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
     let rows = accel[0].len();
     let ranges = (0..rows)
         .step_by(BLOCK_ROWS)
@@ -74,16 +66,7 @@ pub fn quiet(accel: [&[f64]; 3]) -> Option<Quiet> {
         .collect();
     blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     blocks.truncate(blocks.len().div_ceil(3));
-    Some(Quiet {
-        norm: median(blocks.iter().map(|b| b.1))?,
-        spread: median(blocks.iter().map(|b| b.0))?.sqrt(),
-    })
-}
-
-/// Median magnitude of quiet rows: gravity, in the unit of the values. `None` without a complete row.
-#[must_use]
-pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
-    quiet(accel).map(|quiet| quiet.norm)
+    median(blocks.iter().map(|b| b.1))
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
@@ -262,13 +245,14 @@ impl JudgedUnit {
     }
 
     fn unknown(&mut self, norm: f64, what: &str, units: &[&str]) -> AccelScale {
-        self.doubt = Some(UnitDoubt::NoUnit);
-        let found = format!("the magnitude at rest is {}", short(norm));
-        if let Some(guess) = wrong_full_scale(norm) {
-            self.doubt = Some(UnitDoubt::WrongFullScale);
-            self.push(FindingKind::WrongFullScale, format!("{found}{guess}"));
-        }
-        let unknown = Finding::new(FindingKind::UnitUnknown, format!("{found}: {what}"));
+        let guess = wrong_full_scale(norm);
+        self.doubt = Some(match guess {
+            Some(_) => UnitDoubt::WrongFullScale,
+            None => UnitDoubt::NoUnit,
+        });
+        let what = guess.as_deref().unwrap_or(what);
+        let text = format!("the magnitude at rest is {}: {what}", short(norm));
+        let unknown = Finding::new(FindingKind::UnitUnknown, text);
         let advised = units
             .iter()
             .fold(unknown, |finding, unit| finding.advise("accel_unit", *unit));
@@ -298,7 +282,7 @@ fn wrong_full_scale(norm: f64) -> Option<String> {
         for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
             if (norm / gravity / factor - 1.0).abs() < 0.1 {
                 return Some(format!(
-                    "; it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+                    "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
                 ));
             }
         }

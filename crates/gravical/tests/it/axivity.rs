@@ -186,11 +186,10 @@ fn damage_is_named_and_the_rest_is_read_in_its_own_time() {
         corrupt.contains("block 29 at byte 15360: wrong checksum"),
         "{corrupt}"
     );
-    assert!(message("repeated-block").contains("block 40 at byte 20992"));
-    assert!(message("late-block").contains("block 55 at byte 28672"));
-    let missing = message("missing-blocks");
-    assert!(missing.contains("2 blocks missing"), "{missing}");
-    assert!(missing.contains("block 11 at byte 6144"), "{missing}");
+    let late = message("late-block");
+    assert!(late.starts_with("2 blocks"), "{late}");
+    assert!(late.contains("block 40 at byte 20992"), "{late}");
+    finding(&recording, "gap");
     // Rows keep the time of their sample.
     let times = times_s(&recording);
     let expected = (0..60_u64).filter(|block| ![10, 11, 30].contains(block));
@@ -210,8 +209,7 @@ fn a_pause_is_no_slow_sample() {
     blocks.extend((0..20).map(|_| wear.block(&mut device)));
     let recording = read_cwa(&file(&device, &blocks));
     assert_eq!(recording.breaks, [20 * 80]);
-    let missing = &finding(&recording, "missing-blocks").message;
-    assert!(missing.contains("1 jump"), "{missing}");
+    finding(&recording, "gap");
     let times = times_s(&recording);
     let steps = times.windows(2).map(|w| w[1] - w[0]);
     let long: Vec<f64> = steps.filter(|s| *s > 0.0105).collect();
@@ -241,7 +239,6 @@ fn another_session_and_a_clock_that_was_set_back_begin_anew() {
     let (bytes, other) = followed_by(18, 3600.0);
     let recording = read_cwa(&bytes);
     assert_eq!(recording.breaks, [20 * 120]);
-    finding(&recording, "several-sessions");
     assert!((times_s(&recording)[20 * 120] - other.time_s(0)).abs() < 1e-3);
 
     let (bytes, other) = followed_by(device.session, -86_400.0);

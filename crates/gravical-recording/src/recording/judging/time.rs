@@ -16,13 +16,15 @@ const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.
 #[derive(Default)]
-pub(super) struct JudgedTime {
+pub(crate) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
     pub start_s: Option<f64>,
     pub timing: Timing,
     /// Lines of the rows at which the clock begins again.
     pub restarts: Vec<u32>,
+    /// Lines of the rows before which more than four are missing, and these steps, s.
+    pub gaps: Vec<(u32, f64)>,
 }
 
 impl JudgedTime {
@@ -78,6 +80,18 @@ impl JudgedTime {
             findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
         judged
+    }
+
+    /// Shifts the times so that the row of this line has this time; without one there is no clock.
+    pub fn continue_from(&mut self, anchor: Option<(u32, f64)>, lines: &[u32]) {
+        let Some((line, time_s)) = anchor else {
+            *self = JudgedTime::default();
+            return;
+        };
+        let row = lines.partition_point(|l| *l < line);
+        let shift_s = self.time_s.get(row).map_or(f64::NAN, |t| time_s - t);
+        self.time_s.resize(lines.len(), f64::NAN);
+        self.time_s.iter_mut().for_each(|t| *t += shift_s);
     }
 
     /// Breaks beside named gaps.
@@ -146,6 +160,9 @@ impl JudgedTime {
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
+        let step_s = |row: usize| clock.time_s[row] - clock.time_s[row - 1];
+        let gaps = clock.gaps.iter().filter(|row| **row > 0);
+        self.gaps = gaps.map(|r| (rows.lines[*r], step_s(*r))).collect();
         self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
@@ -163,7 +180,7 @@ pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
-pub(crate) fn find_clock(
+fn find_clock(
     format: &Format,
     rows: &Batch,
     options: ClockOptions<'_>,
