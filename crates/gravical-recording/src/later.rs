@@ -163,7 +163,7 @@ impl Later {
     ///
     /// The rows cannot be read as those before them.
     pub fn read(&mut self, batch: &Batch) -> Result<Readings, Error> {
-        let first = batch.lines.first().copied().unwrap_or_default();
+        let first = batch.lines.first().copied().unwrap_or(u32::MAX);
         self.first_line = self.first_line.or(batch.lines.first().copied());
         let mut rows = std::mem::take(&mut self.tail);
         rows.append(batch.slice(0..batch.rows()));
