@@ -355,22 +355,24 @@ fn set_aside_slipped(format: &Format, rows: &mut Batch, known: Option<&Known>) {
     if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
         return;
     }
-    let gravity = known.map(|known| known.gravity);
-    if gravity.is_some_and(|gravity| !is_off_at_the_end(format, rows, gravity)) {
+    if known.is_some_and(|known| !is_off_at_the_end(format, rows, known)) {
         return;
     }
     let first = a[0].min(g[0]);
     let channels = std::array::from_fn(|i| rows.columns[first + i].as_slice());
-    if let Some(row) = judge::slip(channels, a[0] - first, gravity.flatten()) {
+    let gravity = known.and_then(|known| known.gravity);
+    if let Some(row) = judge::slip(channels, a[0] - first, gravity) {
         let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
         rows.keep(&keep, Reason::Slipped);
     }
 }
 
-/// Whether the magnitude at the end is not that of a known gravity.
-fn is_off_at_the_end(format: &Format, rows: &Batch, gravity: Option<f64>) -> bool {
-    let from = rows.rows().saturating_sub(SLIP_END_ROWS);
+/// Whether the magnitude at the end of the new rows is not that of gravity.
+fn is_off_at_the_end(format: &Format, rows: &Batch, known: &Known) -> bool {
+    let last = known.anchor.map_or(0, |(line, _)| line);
+    let from = rows.lines.partition_point(|line| *line <= last);
+    let from = from.max(rows.rows().saturating_sub(SLIP_END_ROWS));
     let end = format.accel.map(|c| &rows.columns[c][from..]);
-    let norm = gravity.zip(judge::quiet_norm(end));
+    let norm = known.gravity.zip(judge::quiet_norm(end));
     norm.is_some_and(|(gravity, norm)| (norm / gravity - 1.0).abs() >= SLIP_TOLERANCE)
 }
