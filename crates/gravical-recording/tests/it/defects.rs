@@ -4,7 +4,7 @@ use std::io::Write as _;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use gravical_recording::{AccelUnit, FindingKind, Reason};
+use gravical_recording::{FindingKind, Reason};
 
 use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
 
@@ -19,23 +19,6 @@ fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
 
 fn plain(k: usize, [x, y, z]: [f64; 3]) -> String {
     format!("{},{x:.5},{y:.5},{z:.5}", 40 * k)
-}
-
-#[test]
-fn a_stated_unit_holds_against_a_bias_of_the_sensor() {
-    let text = table("T [ms],AccX [mg],AccY [mg],AccZ [mg]", |k, a| {
-        let [x, y, z] = a.map(|g| (g * 1019.0).round());
-        format!("{},{x},{y},{z}", 40 * k)
-    });
-    assert_eq!(read(&text, "").accel_scale.unit, AccelUnit::MilliGravity);
-}
-
-#[test]
-fn a_number_in_brackets_belongs_to_the_unit_of_time() {
-    let text = table("Time [10ms],AccX [g],AccY [g],AccZ [g]", |k, [x, y, z]| {
-        format!("{},{x:.5},{y:.5},{z:.5}", 4 * k)
-    });
-    assert!(has_rate(&read(&text, ""), RATE_HZ));
 }
 
 #[test]
@@ -144,19 +127,6 @@ fn a_dead_thermometer_loses() {
         format!("{},40.5", plain(k, a).replacen(',', ",0.00,", 1))
     });
     assert_eq!(read(&text, "").temperature_c.unwrap()[0], 40.5);
-}
-
-#[test]
-fn other_languages_are_understood_by_unit_and_last_letter() {
-    let header =
-        "Zeit (ms),Beschleunigung x (m/s^2),Beschleunigung y (m/s^2),Beschleunigung z (m/s^2)";
-    let text = table(header, |k, a| plain(k, a.map(|g| g * 9.80665)));
-    assert_eq!(
-        read(&text, "").accel_scale.unit,
-        AccelUnit::MetrePerSecondSquared
-    );
-    let text = table("时间(ms),加速度X(g),加速度Y(g),加速度Z(g)", plain);
-    assert!(has_rate(&read(&text, ""), RATE_HZ));
 }
 
 #[test]
