@@ -151,7 +151,7 @@ impl Ledger {
 }
 
 /// So many rows of zeros in a row leave a break.
-pub(crate) const MIN_ROWS_GONE: usize = 5;
+const MIN_ROWS_GONE: usize = 5;
 
 /// Rows as columns, in the unit of the file.
 #[derive(Clone, PartialEq, Debug, Default)]
