@@ -236,56 +236,37 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
 }
 
 /// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
-/// `nanosec`). The fraction falls where the seconds rise, and rises elsewhere; an independent clock
-/// and the duration of a loop do not.
+/// `nanosec`).
 fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
     let is_time = |c: &usize| format.columns[*c].role == Role::Time;
-    let times: Vec<usize> = (0..format.columns.len()).filter(is_time).collect();
+    let times = || (0..format.columns.len()).filter(is_time);
     let unit_s = |c: usize| {
-        if format.columns[c].is_dated {
-            Some(1.0)
-        } else {
-            time_scale_s(&format.columns[c].unit)
-        }
+        let column = &format.columns[c];
+        column
+            .is_dated
+            .then_some(1.0)
+            .or_else(|| time_scale_s(&column.unit))
     };
-    for &whole in times
-        .iter()
-        .filter(|c| unit_s(**c).is_none_or(|u| u == 1.0))
-    {
-        for &below in &times {
-            let Some(unit_s) = unit_s(below).filter(|u| *u < 1.0) else {
-                continue;
-            };
-            let (seconds, fraction) = (&rows.columns[whole], &rows.columns[below]);
-            if is_split(seconds, fraction, unit_s) {
-                let sum = seconds.iter().zip(fraction).map(|(s, f)| s + f * unit_s);
-                return Some(sum.collect());
-            }
-        }
-    }
-    None
+    let mut wholes = times().filter(|c| unit_s(*c).is_none_or(|u| u == 1.0));
+    wholes.find_map(|whole| {
+        times().find_map(|below| {
+            let unit_s = unit_s(below).filter(|u| *u < 1.0)?;
+            add_parts(&rows.columns[whole], &rows.columns[below], unit_s)
+        })
+    })
 }
 
-fn is_split(seconds: &[f64], fraction: &[f64], unit_s: f64) -> bool {
-    let (mut rising, mut within, mut falls, mut turns) = (0, 0, 0, 0);
-    for row in 1..seconds.len() {
-        let more = seconds[row] - seconds[row - 1];
-        let less = fraction[row] - fraction[row - 1];
-        if more == 0.0 {
-            within += 1;
-            rising += usize::from(less > 0.0);
-        } else {
-            // In a gap the fraction may rise.
-            turns += 1;
-            falls += usize::from(less < 0.0);
-        }
-    }
+/// The sum of seconds and their fraction, if they are that: it rises. An independent clock falls where
+/// it begins again, and the duration of a loop at any time.
+fn add_parts(seconds: &[f64], fraction: &[f64], unit_s: f64) -> Option<Vec<f64>> {
     let parts = seconds.iter().zip(fraction);
-    let mut parts = parts.filter(|(s, f)| s.is_finite() && f.is_finite());
-    within > 0
-        && rising * 10 >= within * 9
-        && falls * 10 >= turns * 8
-        && parts.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
+    let mut known = parts
+        .clone()
+        .filter(|(s, f)| s.is_finite() && f.is_finite());
+    let are_parts = known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)));
+    let sum: Vec<f64> = parts.map(|(s, f)| s + f * unit_s).collect();
+    let ((rises, falls), (turns, _)) = (judge::trend(&sum), judge::trend(seconds));
+    (are_parts && turns < 1.0 && rises >= 0.9 && falls <= 0.2 * turns).then_some(sum)
 }
 
 /// A column of time that holds text, where no other column is a clock.
