@@ -127,12 +127,9 @@ impl Later {
         let channels = measured.accel.iter().chain(measured.gyro.iter().flatten());
         let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
         let known = Known {
-            encoding: measured.encoding,
-            thermometer: measured.thermometer,
-            holds: measured.holds,
             marks_hung: judge::repeats_are_proof(&channels),
             gravity: judge::quiet_norm([channels[0], channels[1], channels[2]]),
-            anchor: measured.anchor,
+            ..measured.known
         };
         let mut recording = Recording::judge_measured(format, measured, None)?;
         recording.findings.extend(finding);
@@ -182,7 +179,7 @@ impl Later {
         };
         self.tail = last_rows(&self.format, &rows, tail_rows);
         let measured = Measured::new(&self.format, rows, Some(&self.known), false)?;
-        self.known.anchor = measured.anchor.or(self.known.anchor);
+        self.known = measured.known;
         self.check_columns_and_unit(&measured)?;
         for (line, step_s) in measured.time.gaps.iter().filter(|gap| gap.0 >= first) {
             self.gaps.push(u64::from(*line));

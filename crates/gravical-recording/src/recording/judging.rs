@@ -42,7 +42,7 @@ impl Recording {
         let (accel, gyro) = (measured.accel, measured.gyro);
         let mut findings = measured.findings;
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
-        let is_unsigned = measured.encoding == Some(Encoding::OffsetBinary);
+        let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
         let judged = judge::accel_unit(axes, is_unsigned, claim, options);
         if !options.is_gyroscope {
@@ -90,7 +90,7 @@ impl Recording {
             findings,
             lines: rows.lines,
         };
-        let is_held = measured.holds[0].is_some();
+        let is_held = measured.known.holds[0].is_some();
         recording.judge_samples(format, is_held);
         Ok(recording)
     }

@@ -19,7 +19,7 @@ const SLIP_END_ROWS: usize = 640;
 const SLIP_TOLERANCE: f64 = 0.2;
 
 /// What the first rows of a recording showed, by which those that follow are read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Known {
     pub encoding: Option<Encoding>,
     pub thermometer: Option<usize>,
@@ -41,16 +41,13 @@ pub(crate) struct Measured {
     pub accel: [Vec<f64>; 3],
     pub gyro: Option<[Vec<f64>; 3]>,
     pub temperature_c: Option<Vec<f64>>,
-    pub thermometer: Option<usize>,
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
     pub time: JudgedTime,
-    pub anchor: Option<(u32, f64)>,
     pub breaks: Vec<usize>,
-    pub encoding: Option<Encoding>,
     pub zero_offset: f64,
-    pub holds: [Option<[Held; 3]>; 2],
     pub findings: Vec<Finding>,
+    pub known: Known,
 }
 
 impl Measured {
@@ -139,15 +136,18 @@ impl Measured {
             accel,
             gyro,
             temperature_c,
-            thermometer,
             time_s,
             time,
-            anchor,
             breaks,
-            encoding,
             zero_offset: options.zero_offset.unwrap_or(of_encoding),
-            holds,
             findings,
+            known: Known {
+                encoding,
+                thermometer,
+                holds,
+                anchor: anchor.or(known.and_then(|known| known.anchor)),
+                ..known.copied().unwrap_or_default()
+            },
         })
     }
 }
