@@ -97,7 +97,7 @@ impl Clipping {
     }
 
     /// Processes a value, with the offset subtracted.
-    pub fn observe(&mut self, value: f64, line: u64) {
+    fn observe(&mut self, value: f64, line: u64) {
         let magnitude = value.abs();
         if magnitude > self.largest {
             // A value that is exceeded is not the end of the range.
