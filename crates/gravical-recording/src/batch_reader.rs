@@ -7,7 +7,7 @@ use crate::bytes::Input;
 use crate::error::Result;
 use crate::finding::Finding;
 use crate::foreign::in_file;
-use crate::later::{Later, Readings};
+use crate::later::{Later, Measurements, Readings};
 use crate::options::ReadOptions;
 use crate::read::{Batches, note_input, open_batches};
 use crate::recording::Recording;
@@ -135,7 +135,7 @@ impl BatchReader {
         self.judged_ledger.append(batch.ledger.clone());
         self.ledger.append(std::mem::take(&mut batch.ledger));
         self.findings.append(&mut batch.findings);
-        let readings = self.later.read(&mut batch);
+        let readings = self.later.read(&batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
             stamps: self.stamps.map(|c| std::mem::take(&mut batch.columns[c])),
@@ -147,37 +147,20 @@ impl BatchReader {
 
     /// Rows among those by which the recording was judged.
     fn judged_rows(&self, batch: Batch) -> Rows {
-        let first = batch.lines.first().copied().unwrap_or_default();
-        let head_lines = &self.recording.lines;
-        let mut next = head_lines.partition_point(|line| *line < first);
-        let (mut rows, mut breaks) = (Vec::with_capacity(batch.rows()), Vec::new());
-        for (row, line) in batch.lines.iter().enumerate() {
-            let is_row = head_lines.get(next) == Some(line);
-            rows.push(is_row.then_some(next));
-            if is_row && self.recording.breaks.binary_search(&next).is_ok() {
-                breaks.push(row);
-            }
-            next += usize::from(is_row);
-        }
-        let channel = |values: &Vec<f64>| -> Vec<f64> {
-            let cells = rows
-                .iter()
-                .map(|row| row.map_or(f64::NAN, |row| values[row]));
-            cells.collect()
-        };
         let recording = &self.recording;
+        let measurements = Measurements {
+            lines: &recording.lines,
+            accel: &recording.accel,
+            gyro: recording.gyro.as_ref(),
+            temperature_c: recording.temperature_c.as_ref(),
+            time_s: recording.time_s.as_ref(),
+            breaks: &recording.breaks,
+        };
         Rows {
+            readings: measurements.in_lines(&batch.lines),
             stamps: batch.columns.into_iter().next(),
             text: batch.text,
             lines: batch.lines,
-            readings: Readings {
-                accel: recording.accel.each_ref().map(channel),
-                gyro: recording.gyro.as_ref().map(|g| g.each_ref().map(channel)),
-                temperature_c: recording.temperature_c.as_ref().map(channel),
-                is_measured: rows.iter().map(Option::is_some).collect(),
-                time_s: recording.time_s.as_ref().map(channel),
-                breaks,
-            },
         }
     }
 

@@ -4,9 +4,7 @@
 
 mod block;
 mod means;
-mod order;
 
-use std::collections::VecDeque;
 use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
@@ -16,8 +14,7 @@ use crate::options::ReadOptions;
 use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
 
-use block::{BLOCK_BYTES, Block, HEADER_BYTES, Header};
-use order::{Event, Order, Placed};
+use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
 
 pub use means::read;
 
@@ -26,8 +23,11 @@ pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
 
 /// Blocks among which the first one that can be used is looked for.
 const MAX_FIRST_BLOCKS: usize = 512;
-/// Skipped blocks across which the stamp of the next block is looked for.
-const MAX_SKIPPED: usize = 64;
+/// What the stamps of successive blocks may deviate from the nominal rate before a piece is
+/// missing between them: sensors are off by some percent, and a stamp belongs to a sample only
+/// within a few samples.
+const RATE_TOLERANCE: f64 = 0.1;
+const STAMP_TOLERANCE_S: f64 = 0.1;
 /// Bytes that are read at once.
 const READ_BYTES: usize = 1 << 18;
 
@@ -66,25 +66,32 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let mut samples = Samples {
         reader,
         begun: head[HEADER_BYTES..].to_vec(),
-        read: 0,
-        order: Order::default(),
-        ahead: VecDeque::new(),
+        blocks: 0,
+        last: None,
+        stamp_before: None,
         is_at_end: false,
-        last_stamp: None,
         line: 0,
         batch: Batch::default(),
         copied: Vec::new(),
         error: None,
     };
+    for _ in 0..MAX_FIRST_BLOCKS {
+        if !samples.read_block()? || samples.last.is_some() {
+            break;
+        }
+    }
     // The blocks say what was measured, the header what was wanted.
-    let first = samples.find_first_block()?;
-    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), |b| b.0);
-    let rate_hz = first.map_or(header.rate_hz, |b| b.1);
+    let first = samples.last.as_ref().map(|placed| &placed.block);
+    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), Block::has_gyro);
+    let rate_hz = first.map_or(header.rate_hz, |block| block.rate_hz);
     let names = COLUMNS
         .split(',')
         .filter(|c| has_gyro || !c.starts_with('g'));
     let names: Vec<String> = names.map(str::to_owned).collect();
-    samples.batch = Batch::new(names.len());
+    samples.batch = Batch {
+        ledger: std::mem::take(&mut samples.batch.ledger),
+        ..Batch::new(names.len())
+    };
     // The names tell the columns without rows.
     let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
@@ -96,19 +103,52 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     Ok((format, samples))
 }
 
+/// A block within its run: a piece of the recording without a gap.
+struct Placed {
+    block: Block,
+    /// Samples of the run before it.
+    first: i64,
+    /// Lines before it.
+    line: usize,
+    /// It does not continue the block before.
+    is_after_gap: bool,
+    /// When the numbers of the blocks began, s, at the earliest.
+    began_s: f64,
+}
+
+impl Placed {
+    /// The sample of the run to which the stamp belongs, and its time, s.
+    fn stamp(&self) -> (i64, f64) {
+        (self.first + self.block.stamp_sample, self.block.stamp_s)
+    }
+
+    /// The number and the stamp leave no room for missing samples.
+    fn is_followed_by(&self, block: &Block) -> bool {
+        let samples = self.block.samples as i64 + block.stamp_sample - self.block.stamp_sample;
+        let expected_s = samples as f64 / block.rate_hz;
+        let elapsed_s = block.stamp_s - self.block.stamp_s;
+        let off_s = (elapsed_s - expected_s).abs();
+        self.block.session == block.session
+            && self.block.sequence.checked_add(1) == Some(block.sequence)
+            && self.block.rate_hz == block.rate_hz
+            && samples > 0
+            && elapsed_s > 0.0
+            && off_s <= RATE_TOLERANCE * expected_s + STAMP_TOLERANCE_S
+    }
+}
+
 /// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
 pub struct Samples<R> {
     reader: BufReader<R>,
     /// Bytes of the first block that were read with the header.
     begun: Vec<u8>,
     /// Blocks read.
-    read: u64,
-    order: Order,
-    /// Blocks that were read for the stamp of the next one.
-    ahead: VecDeque<Event>,
+    blocks: usize,
+    /// The last block that is used: its times wait for the stamp of the next one.
+    last: Option<Placed>,
+    /// The stamp of the block before that.
+    stamp_before: Option<(i64, f64)>,
     is_at_end: bool,
-    /// Sample of the run and time, s, of the last stamp since a gap.
-    last_stamp: Option<(i64, f64)>,
     /// Lines so far.
     line: usize,
     batch: Batch,
@@ -124,78 +164,105 @@ impl<R: Read> Samples<R> {
         self
     }
 
-    /// Whether the first block that can be used has a gyroscope, and its rate, Hz.
-    fn find_first_block(&mut self) -> io::Result<Option<(bool, f64)>> {
-        while self.ahead.len() < MAX_FIRST_BLOCKS && !self.is_at_end {
-            self.read_ahead()?;
-            if let Some(Event::Block(placed)) = self.ahead.back() {
-                return Ok(Some((placed.block.has_gyro(), placed.block.rate_hz)));
-            }
-        }
-        Ok(None)
-    }
-
     /// The next batch; what was read before an error is one of its own.
     fn read_batch(&mut self) -> Option<Batch> {
-        while self.batch.rows() < BATCH_ROWS && self.error.is_none() {
-            match self.add_block() {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(e) => self.error = Some(e),
-            }
+        while self.batch.rows() < BATCH_ROWS && !self.is_at_end && self.error.is_none() {
+            self.error = self.read_block().err();
         }
-        if self.is_at_end && self.ahead.is_empty() {
-            self.batch.findings = std::mem::take(&mut self.order).findings();
-        }
-        if self.batch.rows() == 0
-            && self.batch.ledger.total() == 0
-            && self.batch.findings.is_empty()
-        {
+        if self.batch.rows() == 0 && self.batch.ledger.total() == 0 {
             return None;
         }
-        self.batch.ledger.lines = self.line;
+        let waiting = self.last.as_ref().map_or(0, |placed| placed.block.samples);
+        self.batch.ledger.lines = self.line - waiting;
         let next = Batch::new(self.batch.columns.len());
         Some(std::mem::replace(&mut self.batch, next))
     }
 
-    /// Adds the next block; false at the end.
-    fn add_block(&mut self) -> io::Result<bool> {
-        if self.ahead.is_empty() {
-            self.read_ahead()?;
-        }
-        match self.ahead.pop_front() {
-            None => return Ok(false),
-            Some(Event::Skipped(reason, what)) => {
-                self.line += 1;
-                self.batch.ledger.add(reason, self.line, &what);
+    /// Reads the next block, and adds the samples of the one before; false at the end.
+    fn read_block(&mut self) -> io::Result<bool> {
+        let mut bytes = std::mem::take(&mut self.begun);
+        let missing = BLOCK_BYTES - bytes.len();
+        bytes.append(&mut read_head(&mut self.reader, missing)?);
+        if bytes.is_empty() {
+            self.is_at_end = true;
+            if let Some(last) = self.last.take() {
+                self.add_samples(&last, None);
             }
-            Some(Event::Block(placed)) => {
-                if placed.is_after_gap {
-                    self.last_stamp = None;
-                    self.batch.breaks.push(self.batch.rows());
-                    self.order.breaks.push(self.line as u64 + 1);
+            return Ok(false);
+        }
+        let placed = match <&[u8; BLOCK_BYTES]>::try_from(&bytes[..]) {
+            Ok(bytes) => Block::parse(bytes).and_then(|block| self.place(block)),
+            Err(_) => Err((Reason::CorruptBlock, "cut off")),
+        };
+        self.blocks += 1;
+        match placed {
+            Ok(placed) => {
+                self.line += placed.block.samples;
+                let next = (!placed.is_after_gap).then(|| placed.stamp());
+                if let Some(last) = self.last.replace(placed) {
+                    self.add_samples(&last, next);
                 }
-                self.add_samples(&placed)?;
+            }
+            Err((reason, why)) => {
+                self.line += 1;
+                let byte = HEADER_BYTES + (self.blocks - 1) * BLOCK_BYTES;
+                let text = format!("block {} at byte {byte}: {why}", self.blocks);
+                self.batch.ledger.add(reason, self.line, &text);
             }
         }
         Ok(true)
     }
 
+    /// Where a block belongs.
+    fn place(&self, block: Block) -> Result<Placed, Defect> {
+        let samples = (f64::from(block.sequence) + 1.0) * block.samples as f64;
+        let duration_s = (1.0 + RATE_TOLERANCE) * samples / block.rate_hz + STAMP_TOLERANCE_S;
+        let mut placed = Placed {
+            first: 0,
+            line: self.line,
+            is_after_gap: self.last.is_some(),
+            began_s: block.stamp_s - duration_s,
+            block,
+        };
+        let Some(last) = &self.last else {
+            return Ok(placed);
+        };
+        let (block, before) = (&placed.block, &last.block);
+        if block.session == before.session {
+            // Numbers that begin anew: at a time of its own, also by a clock that was set back.
+            let is_of_its_own = block.stamp_s > before.stamp_s || block.stamp_s < last.began_s;
+            if block.sequence > before.sequence {
+                placed.began_s = last.began_s;
+            } else if block.sequence == before.sequence || !is_of_its_own {
+                return Err((Reason::LateBlock, "not later than the one before"));
+            }
+        }
+        if last.is_followed_by(&placed.block) {
+            placed.first = last.first + last.block.samples as i64;
+            placed.is_after_gap = false;
+        }
+        Ok(placed)
+    }
+
     /// Adds the samples of a block. Between the samples to which two successive stamps belong they are spaced
     /// evenly: the true rate differs from the nominal one by some percent, and changes with temperature.
     /// Before the first stamp of a run and after its last the nearest spacing continues.
-    fn add_samples(&mut self, placed: &Placed) -> io::Result<()> {
+    fn add_samples(&mut self, placed: &Placed, next: Option<(i64, f64)>) {
         let block = &placed.block;
-        let (stamped, stamp_s) = (placed.stamp_sample(), block.stamp_s);
+        let (stamped, stamp_s) = placed.stamp();
         let period_s =
             |(sample, time_s): (i64, f64)| (time_s - stamp_s) / (sample - stamped) as f64;
-        let before = self.last_stamp.replace((stamped, stamp_s)).map(period_s);
-        let after = self.next_stamp()?.map(period_s);
+        let before = self.stamp_before.replace((stamped, stamp_s));
+        let before = before.filter(|_| !placed.is_after_gap).map(period_s);
+        let after = next.map(period_s);
         let nominal = 1.0 / block.rate_hz;
         let before_s = before.or(after).unwrap_or(nominal);
         let after_s = after.or(before).unwrap_or(nominal);
+        if placed.is_after_gap {
+            self.batch.breaks.push(self.batch.rows());
+        }
         let [time, channels @ .., temperature] = &mut self.batch.columns[..] else {
-            return Ok(());
+            return;
         };
         block.append_to(channels);
         time.extend((0..block.samples as i64).map(|sample| {
@@ -204,48 +271,9 @@ impl<R: Read> Samples<R> {
             stamp_s + past as f64 * step_s
         }));
         temperature.resize(time.len(), block.temperature_c);
-        let lines = self.line + 1..=self.line + block.samples;
+        let lines = placed.line + 1..=placed.line + block.samples;
         let lines = lines.map(|line| u32::try_from(line).unwrap_or(u32::MAX));
         self.batch.lines.extend(lines);
-        self.line += block.samples;
-        Ok(())
-    }
-
-    /// Sample and time of the stamp of the next block, if no gap lies before it.
-    fn next_stamp(&mut self) -> io::Result<Option<(i64, f64)>> {
-        for seen in 0..=MAX_SKIPPED {
-            if seen == self.ahead.len() && !self.is_at_end {
-                self.read_ahead()?;
-            }
-            match self.ahead.get(seen) {
-                Some(Event::Skipped(..)) => {}
-                Some(Event::Block(next)) if !next.is_after_gap => {
-                    return Ok(Some((next.stamp_sample(), next.block.stamp_s)));
-                }
-                _ => break,
-            }
-        }
-        Ok(None)
-    }
-
-    fn read_ahead(&mut self) -> io::Result<()> {
-        let mut bytes = std::mem::take(&mut self.begun);
-        let missing = BLOCK_BYTES - bytes.len();
-        bytes.append(&mut read_head(&mut self.reader, missing)?);
-        self.is_at_end = bytes.is_empty();
-        if self.is_at_end {
-            return Ok(());
-        }
-        self.read += 1;
-        let block = match <&[u8; BLOCK_BYTES]>::try_from(&bytes[..]) {
-            Ok(bytes) => Block::parse(bytes),
-            Err(_) => Err((Reason::CorruptBlock, "cut off")),
-        };
-        self.ahead.push_back(match block {
-            Ok(block) => self.order.place(self.read, block),
-            Err(defect) => self.order.skip(self.read, defect),
-        });
-        Ok(())
     }
 
     fn text(&self, batch: &Batch) -> CopiedText {

@@ -371,7 +371,7 @@ impl Opened {
             if self.writes_blanks {
                 batch.blanks.clear();
             }
-            let readings = self.later.read(&mut batch)?;
+            let readings = self.later.read(&batch)?;
             samples.append(&mut self.samples(&batch.lines, &readings));
         }
         if self.rows.rows() / 2 > max_rows {

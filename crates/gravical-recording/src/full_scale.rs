@@ -91,8 +91,13 @@ impl Clipping {
         Clipping::new(ends.collect(), false)
     }
 
+    fn is_at_end(&self, magnitude: f64) -> bool {
+        let mut ends = self.ends.iter();
+        ends.any(|[from, to]| (*from..=*to).contains(&magnitude))
+    }
+
     /// Processes a value, with the offset subtracted.
-    pub fn observe(&mut self, value: f64, line: u64) {
+    fn observe(&mut self, value: f64, line: u64) {
         let magnitude = value.abs();
         if magnitude > self.largest {
             // A value that is exceeded is not the end of the range.
@@ -102,9 +107,8 @@ impl Clipping {
             }
             self.largest = magnitude;
         }
-        let is_at_end = |[from, to]: &[f64; 2]| (*from..=*to).contains(&magnitude);
         let near_largest = self.counts || magnitude > 0.996 * self.largest;
-        if near_largest && self.ends.iter().any(is_at_end) {
+        if near_largest && self.is_at_end(magnitude) {
             self.repeats += u64::from(self.last == value);
             self.last = value;
             self.lines.push(line);
@@ -171,39 +175,19 @@ pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> 
     if !digit.is_finite() {
         return None;
     }
-    let signed = low < 16384.0;
+    let known = scale.filter(|scale| scale.unit != GyroUnit::Unknown);
+    let known = known.map(|scale| Clipping::of_gyro(&scale));
     let repeats = |extreme: f64| channel.iter().filter(|v| **v == extreme).take(3).count() == 3;
     let at_end = |extreme: f64| {
-        known_end(extreme, signed, scale) && (is_counts(scale) || repeats(extreme))
-            || flat_top(channel, extreme, digit)
+        let is_known =
+            |known: &Clipping| known.is_at_end(extreme.abs()) && (known.counts || repeats(extreme));
+        known.as_ref().is_some_and(is_known) || flat_top(channel, extreme, digit)
     };
     let (bottom, top) = (at_end(low), at_end(high));
     (bottom || top).then_some([
         if bottom { low } else { f64::NEG_INFINITY },
         if top { high } else { f64::INFINITY },
     ])
-}
-
-fn is_counts(scale: Option<GyroScale>) -> bool {
-    scale.is_some_and(|s| s.unit == GyroUnit::Counts)
-}
-
-fn known_end(extreme: f64, signed: bool, scale: Option<GyroScale>) -> bool {
-    let Some(scale) = scale else { return false };
-    if scale.unit == GyroUnit::Counts {
-        // 16-bit values, signed, or unsigned around 32768.
-        return if signed {
-            (32767.0..=32768.0).contains(&extreme.abs())
-        } else {
-            extreme == 65535.0
-        };
-    }
-    scale.nominal().is_some_and(|nominal| {
-        let rate_deg_s = (extreme / nominal).to_degrees().abs();
-        FULL_SCALES_DEG_S
-            .iter()
-            .any(|full| rate_deg_s <= full * 1.0005 && rate_deg_s >= full * (1.0 - 2.5 / 32768.0))
-    })
 }
 
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {

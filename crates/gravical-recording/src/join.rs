@@ -202,12 +202,12 @@ fn by_stamps(
     // Interpolation needs increasing times: repeated stamps and steps back, reported by the
     // reader, are skipped.
     let mut latest_s = f64::NEG_INFINITY;
-    let mut rises = |row: &usize| {
+    let mut rising: Vec<usize> = (0..stamps_s.len()).collect();
+    rising.retain(|row| {
         let rises = stamps_s[*row] > latest_s;
         latest_s = latest_s.max(stamps_s[*row]);
         rises
-    };
-    let rising: Vec<usize> = (0..stamps_s.len()).filter(|row| rises(row)).collect();
+    });
     let period_s = gyro.timing.rate_hz().map_or(f64::NAN, f64::recip);
     let near_s = SAME_STAMP * period_s;
     // Rows of the gyroscope around a time, and where between them it is.
@@ -225,20 +225,15 @@ fn by_stamps(
             _ => None,
         }
     };
-    let mut joined: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(times_s.len()));
-    let mut uncovered = LineSpans::default();
-    for (row, t) in times_s.iter().enumerate() {
-        let around = around(*t);
-        if around.is_none() {
-            uncovered.push(recording.line(row));
-        }
-        let rate = |channel: &Vec<f64>, (a, b, share): (usize, usize, f64)| {
-            channel[a] + share * (channel[b] - channel[a])
-        };
-        for (joined, channel) in joined.iter_mut().zip(channels) {
-            joined.push(around.map_or(f64::NAN, |rows| rate(channel, rows)));
-        }
-    }
+    let places: Vec<Option<(usize, usize, f64)>> = times_s.iter().map(|t| around(*t)).collect();
+    let joined = channels.each_ref().map(|channel| {
+        let rate =
+            |(a, b, share): (usize, usize, f64)| channel[a] + share * (channel[b] - channel[a]);
+        let rates = places.iter().map(|place| place.map_or(f64::NAN, rate));
+        rates.collect()
+    });
+    let uncovered = (0..places.len()).filter(|row| places[*row].is_none());
+    let uncovered: LineSpans = uncovered.map(|row| recording.line(row)).collect();
     let rows = times_s.len() as u64;
     if uncovered.count() == rows {
         let edge = |row: Option<&usize>| row.map_or(f64::NAN, |row| stamps_s[*row]);

@@ -9,19 +9,17 @@ mod frozen;
 mod resolution;
 mod unit;
 
-pub(crate) use cells::{GYRO_HELD, Held};
-pub use cells::{POSSIBLE_C, fill_cells, median, trend};
+pub(crate) use cells::{Held, fill_cells};
+pub use cells::{POSSIBLE_C, median, trend};
 pub use change::unit_change;
 pub use clock::{
     Clock, ClockFault, ClockOptions, breaks, clock, holds_steps, regular_blanks, steadiness,
     sum_steps,
 };
-pub(crate) use defects::{MAX_REPEATS, resolves_noise, unread_runs};
 pub use defects::{mark_hung, slip};
+pub(crate) use defects::{repeats_are_proof, unread_runs};
+pub use encoding::Encoding;
 pub(crate) use encoding::are_unsigned;
-pub use encoding::{Encoding, decode};
 pub use frozen::{frozen_axes, repeated_rows};
 pub use resolution::resolution;
-pub use unit::{
-    AccelClaim, JudgedUnit, Quiet, UnitDoubt, accel_unit, quiet, quiet_norm, shows_gravity,
-};
+pub use unit::{AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity};

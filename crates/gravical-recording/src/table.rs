@@ -129,7 +129,7 @@ impl Recording {
     ) -> Result<Self> {
         let rows = table(name, names, columns, options)?;
         let in_file = |e: Error| e.in_file(Path::new(name));
-        let sample = rows.first(SAMPLE_ROWS);
+        let sample = rows.slice(0..SAMPLE_ROWS);
         let format = Format::of_table(names, columns.len(), &sample, options).map_err(in_file)?;
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {

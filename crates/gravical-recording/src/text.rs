@@ -15,7 +15,6 @@ mod slots;
 mod sniff;
 mod words;
 
-pub(crate) use batch::MIN_ROWS_GONE;
 pub use batch::{AsideLines, Batch, CopiedText, Ledger, Reason};
 pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};

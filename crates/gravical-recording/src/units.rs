@@ -363,20 +363,14 @@ pub enum Evidence {
 /// values are whole numbers.
 #[must_use]
 pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
-    if (0.8..=1.25).contains(&norm) {
-        return Evidence::Unit(AccelUnit::StandardGravity, None);
-    }
-    if (8.0..=12.0).contains(&norm) {
-        return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None);
-    }
-    if (800.0..=1250.0).contains(&norm) {
+    match norm {
+        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
+        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
         // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
         // distinguished within the scale error of a sensor.
-        return if integers && (1012.0..=1060.0).contains(&norm) {
-            Evidence::Unit(AccelUnit::Counts, Some(1024.0))
-        } else {
-            Evidence::Ambiguous
-        };
+        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
+        800.0..=1250.0 => return Evidence::Ambiguous,
+        _ => {}
     }
     let off = |lsb: f64| (norm / lsb).ln().abs();
     let fits = |(lsb, only_whole): &(f64, bool)| {

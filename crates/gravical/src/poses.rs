@@ -341,7 +341,7 @@ fn unknown_unit(recording: &Recording) -> Error {
             &[],
         ),
         Some(UnitDoubt::WrongFullScale) => (
-            FindingKind::WrongFullScale,
+            FindingKind::UnitUnknown,
             "record again with the range that the sketch converts with; or give the unit, to use the numbers as they are",
             &["m/s^2"],
         ),

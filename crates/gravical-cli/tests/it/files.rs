@@ -92,16 +92,3 @@ fn broken_calibrations_are_refused_with_their_place() {
         assert!(run.err.contains(place), "{text}: {}", run.err);
     }
 }
-
-#[test]
-fn simulate_writes_nothing_over_and_says_the_same_twice() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    let line = "simulate six-position --hold 1 -o a --seed 5 --quiet";
-    ends(at, line, 0);
-    fails(at, line, 2, "exists");
-    ends(at, &line.replace("-o a", "-o b"), 0);
-    for name in listed(&at.join("a")) {
-        assert_eq!(read(&at.join("a"), &name), read(&at.join("b"), &name));
-    }
-}

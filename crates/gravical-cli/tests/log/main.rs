@@ -87,7 +87,7 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     assert_eq!(recording.rows() as u64, count("rows"));
     assert_eq!(recording.ledger.count(Reason::NamedGap), 3);
     assert_eq!(recording.breaks.len(), 3);
-    let expected = "named-gap restarted-time gap missing-samples rejected-samples repeated-header";
+    let expected = "named-gap restarted-time gap missing-samples repeated-header";
     let expected: Vec<&str> = expected.split(' ').collect();
     let found = kinds(&recording);
     assert!(found.iter().all(|k| expected.contains(k)), "{found:?}");
@@ -160,7 +160,7 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     let continued = recording(&path);
     assert_eq!(continued.rows(), 149 + 50);
     let kinds = kinds(&continued);
-    for kind in ["named-gap", "restarted-time", "rejected-samples"] {
+    for kind in ["named-gap", "restarted-time"] {
         assert!(kinds.contains(&kind), "{kind}: {kinds:?}");
     }
     let (kept, torn) = whole[..whole.len() - 9].rsplit_once('\n').unwrap();

@@ -192,35 +192,20 @@ impl Block {
     /// Adds the samples to columns of specific force, g, and, where there are six, of angular rate,
     /// °/s; NaN without a gyroscope.
     pub fn append_to(&self, columns: &mut [Vec<f64>]) {
-        let (accel, gyro) = columns.split_at_mut(3);
+        let (accel_columns, gyro_columns) = columns.split_at_mut(3);
         for i in 0..self.samples {
-            for (column, value) in accel.iter_mut().zip(self.accel(i)) {
-                column.push(value);
+            let (accel, gyro) = match self.numbers {
+                0 => (unpack(u32_at(&self.data, PACKED * i)), None),
+                6 => (self.three(6 * i + 3), Some(self.three(6 * i))),
+                numbers => (self.three(numbers * i), None),
+            };
+            for (column, count) in accel_columns.iter_mut().zip(accel) {
+                column.push(f64::from(count) * self.accel_g);
             }
-            for (column, value) in gyro.iter_mut().zip(self.gyro(i)) {
-                column.push(value);
+            for (axis, column) in gyro_columns.iter_mut().enumerate() {
+                column.push(gyro.map_or(f64::NAN, |g| f64::from(g[axis]) * self.gyro_deg_s));
             }
         }
-    }
-
-    /// Specific force of sample `i`, g; `i` is below `samples`.
-    #[inline]
-    fn accel(&self, i: usize) -> [f64; 3] {
-        let counts = match self.numbers {
-            0 => unpack(u32_at(&self.data, PACKED * i)),
-            numbers => self.three(numbers * (i + 1) - 3),
-        };
-        counts.map(|count| f64::from(count) * self.accel_g)
-    }
-
-    /// Angular rate of sample `i`, °/s; NaN without a gyroscope.
-    #[inline]
-    fn gyro(&self, i: usize) -> [f64; 3] {
-        if !self.has_gyro() {
-            return [f64::NAN; 3];
-        }
-        let counts = self.three(6 * i);
-        counts.map(|count| f64::from(count) * self.gyro_deg_s)
     }
 
     #[inline]

@@ -4,11 +4,11 @@ use std::io;
 
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
-use crate::full_scale::Clipping;
 use crate::judge;
 use crate::recording::Recording;
+use crate::recording::judging::measured::Measured;
 use crate::recording::judging::resolution;
-use crate::text::{BATCH_ROWS, Batch, Format};
+use crate::text::{Batch, Format};
 
 /// Samples that are held as they are: three hours at 100 Hz.
 const MAX_SAMPLES: usize = 1 << 20;
@@ -43,7 +43,6 @@ pub fn read(
     let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
     let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
     let mut means = Means::new(count, rows.columns.len());
-    means.clipping = find_ends(format, &rows);
     means.add(rows);
     for batch in batches {
         means.add(batch?);
@@ -78,22 +77,6 @@ struct Means {
     held: usize,
     line: u32,
     is_after_break: bool,
-    /// Of the samples: a mean shows the end of the range only where all of them reach it.
-    clipping: Vec<ChannelClipping>,
-}
-
-/// Column and name of a channel, and which samples of it are at the end of its range.
-type ChannelClipping = (usize, &'static str, Clipping);
-
-/// The ends of the ranges by the first samples; none where these cannot be judged.
-fn find_ends(format: &Format, rows: &Batch) -> Vec<ChannelClipping> {
-    let judged = Recording::judge(format, rows.first(BATCH_ROWS));
-    let ends = judged.as_ref().map(|r| r.ends_of_ranges(format));
-    let ends = ends.unwrap_or_default().into_iter();
-    let named = ends.zip(format.channels());
-    named
-        .map(|((_, name, end), column)| (column, name, end))
-        .collect()
 }
 
 impl Means {
@@ -109,14 +92,10 @@ impl Means {
             held: 0,
             line: 0,
             is_after_break: false,
-            clipping: Vec::new(),
         }
     }
 
-    fn add(&mut self, mut batch: Batch) {
-        for (column, _, clipping) in &mut self.clipping {
-            clipping.observe_all(&batch.columns[*column], &batch.lines);
-        }
+    fn add(&mut self, batch: Batch) {
         let mut breaks = batch.breaks.iter().copied().peekable();
         for (row, line) in batch.lines.iter().enumerate() {
             if breaks.next_if_eq(&row).is_some() {
@@ -139,8 +118,7 @@ impl Means {
                 self.push();
             }
         }
-        self.rows.ledger.append(std::mem::take(&mut batch.ledger));
-        self.rows.findings.append(&mut batch.findings);
+        self.rows.ledger.append(batch.ledger);
     }
 
     fn push(&mut self) {
@@ -167,60 +145,10 @@ impl Means {
             self.rows.rows(),
             self.count
         );
-        let mut recording = Recording::judge_means(&format, self.rows, Some(resolution))?;
-        let clipped = self.clipping.iter();
-        let clipped = clipped.filter_map(|(_, name, c)| c.finding(name));
-        let findings = &mut recording.findings;
-        findings.retain(|n| n.kind != FindingKind::Clipped);
-        findings.extend(clipped);
-        findings.push(Finding::new(FindingKind::SamplesAveraged, text));
+        let measured = Measured::new(&format, self.rows, None, true)?;
+        let mut recording = Recording::judge_measured(&format, measured, Some(resolution))?;
+        let finding = Finding::new(FindingKind::SamplesAveraged, text);
+        recording.findings.push(finding);
         Ok(recording)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ReadOptions;
-
-    #[test]
-    fn single_samples_at_the_end_of_the_range_are_told() {
-        let names = ["time_s", "ax_g", "ay_g", "az_g"].map(str::to_owned);
-        let mut rows = Batch::new(names.len());
-        for i in 0..2000_u32 {
-            // A knock every half second, of two samples.
-            let knock = if i % 50 < 2 {
-                2.0 - 1.0 / 16_384.0
-            } else {
-                0.0
-            };
-            let noise = f64::from(i * 7919 % 101) / 16_384.0;
-            let row = [
-                f64::from(i) / 100.0,
-                knock + noise * f64::from(i % 50 / 2),
-                noise,
-                1.0 - noise,
-            ];
-            for (column, value) in rows.columns.iter_mut().zip(row) {
-                column.push(value);
-            }
-            rows.lines.push(i + 1);
-        }
-        rows.ledger.lines = 2000;
-        let options = ReadOptions::default();
-        let format = Format::of_table(&names, names.len(), &rows.first(200), &options).unwrap();
-        let mut means = Means::new(20, names.len());
-        means.clipping = find_ends(&format, &rows);
-        means.add(rows);
-        let recording = means.judge(&format, [1.0 / 16_384.0; 6]).unwrap();
-        let clipped = recording
-            .findings
-            .iter()
-            .filter(|n| n.kind == FindingKind::Clipped);
-        let messages: Vec<&str> = clipped.map(|n| n.message.as_str()).collect();
-        assert!(
-            matches!(messages[..], [m] if m.starts_with("ax reaches the end of its range in 80 rows")),
-            "{messages:?}"
-        );
     }
 }

@@ -27,23 +27,24 @@ const SPARSE_ROWS: usize = 20;
 
 /// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an
 /// integral over longer holding would be meaningless.
-pub(crate) const GYRO_HELD: f64 = 4.5;
+const GYRO_HELD: f64 = 4.5;
 
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
-/// value of a channel holds until the next one. `lines`: that of each row. Returns what was found, and
-/// whether values of the accelerometer are held.
-pub fn fill_cells(
+/// value of a channel holds until the next one. `lines`: that of each row; `known`: what holds by
+/// rows before these. Returns what was found, and what holds of accelerometer and gyroscope.
+pub(crate) fn fill_cells(
     accel: &mut [Vec<f64>; 3],
     gyro: Option<&mut [Vec<f64>; 3]>,
     temperature_c: Option<&mut Vec<f64>>,
     lines: &[u32],
     names: [&str; 7],
-) -> (Option<Finding>, bool) {
+    known: Option<[Option<[Held; 3]>; 2]>,
+) -> (Option<Finding>, [Option<[Held; 3]>; 2]) {
     let rows = lines.len();
     let mut marked = vec![false; rows];
-    let (mut counts, mut holds) = ([0; 7], [false; 2]);
+    let (mut counts, mut holds) = ([0; 7], [None; 2]);
     let sensors = [Some((accel, f64::INFINITY)), gyro.map(|g| (g, GYRO_HELD))];
     for (k, sensor) in sensors.into_iter().enumerate() {
         let Some((axes, max_distances)) = sensor else {
@@ -55,10 +56,12 @@ pub fn fill_cells(
                 counts[3 * k + axis] += usize::from(v.is_nan());
             }
         }
-        let mut held = Held::of(axes.each_ref().map(Vec::as_slice), max_distances);
-        holds[k] = held.is_some();
-        for (held, channel) in held.iter_mut().flatten().zip(axes) {
-            held.fill(channel.iter_mut());
+        holds[k] = match known {
+            Some(known) => known[k],
+            None => Held::new(axes, max_distances),
+        };
+        for (held, channel) in holds[k].iter().flatten().zip(axes) {
+            held.fill(channel);
         }
     }
     let mut impossible = 0;
@@ -77,7 +80,7 @@ pub fn fill_cells(
         let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
         parts.push(format!("{impossible} of them outside {low} to {high} °C"));
     }
-    let is_held = holds.contains(&true);
+    let is_held = holds.iter().any(Option::is_some);
     let done = if is_held {
         "each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows"
     } else {
@@ -90,45 +93,40 @@ pub fn fill_cells(
     let lines = lines.iter().zip(marked).filter(|(_, m)| *m && !is_held);
     let lines = lines.map(|(line, _)| u64::from(*line)).collect();
     let found = (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines));
-    (found, holds[0])
+    (found, holds)
 }
 
-/// The last value of a channel, and for how many more rows it holds where cells are empty.
+/// For how many rows the last value of a channel holds where cells are empty.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held {
-    /// The last value; NaN before the first
-    pub value: f64,
-    rows: f64,
     max_rows: f64,
 }
 
 impl Held {
     /// For so many usual distances between values; `None` for a sensor whose cells are rarely
     /// empty.
-    pub(crate) fn of(axes: [&[f64]; 3], max_distances: f64) -> Option<[Self; 3]> {
+    fn new(axes: &[Vec<f64>; 3], max_distances: f64) -> Option<[Self; 3]> {
         let rows = axes[0].len();
         let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
         let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
         is_sparse.then(|| {
-            axes.map(|axis| {
+            axes.each_ref().map(|axis| {
                 let known = axis.iter().filter(|v| !v.is_nan()).count();
-                Held {
-                    value: f64::NAN,
-                    rows: 0.0,
-                    max_rows: max_distances * rows as f64 / known.max(1) as f64,
-                }
+                let max_rows = max_distances * rows as f64 / known.max(1) as f64;
+                Held { max_rows }
             })
         })
     }
 
     /// Fills empty cells.
-    pub(crate) fn fill<'a>(&mut self, cells: impl Iterator<Item = &'a mut f64>) {
-        for v in cells {
+    fn fill(self, channel: &mut [f64]) {
+        let (mut last, mut rows) = (f64::NAN, 0.0);
+        for v in channel {
             if !v.is_nan() {
-                (self.value, self.rows) = (*v, 0.0);
-            } else if self.rows < self.max_rows {
-                *v = self.value;
-                self.rows += 1.0;
+                (last, rows) = (*v, 0.0);
+            } else if rows < self.max_rows {
+                *v = last;
+                rows += 1.0;
             }
         }
     }

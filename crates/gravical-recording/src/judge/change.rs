@@ -29,20 +29,18 @@ pub fn unit_change(
 ) -> Option<(usize, Finding)> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
+    let is_full = |block: &[&[f64]; 3]| block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
     let mut established = before;
     // Blocks that agree with each other and not with that: their number, magnitude, first row.
     let (mut count, mut other, mut from) = (0, 0.0, 0);
     for start in (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS) {
         let block = accel.each_ref().map(|c| &c[start..start + BLOCK_ROWS]);
-        let Some(magnitude) = rest_norm(block) else {
+        let is_known = |magnitude: f64| established.is_some_and(|n| is_near(magnitude, n));
+        let magnitude = rest_norm(block).filter(|m| !is_full(&block) && !is_known(*m));
+        let Some(magnitude) = magnitude else {
             count = 0;
             continue;
         };
-        let is_full = block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
-        if is_full || established.is_some_and(|n| is_near(magnitude, n)) {
-            count = 0;
-            continue;
-        }
         if count > 0 && is_near(magnitude, other) {
             count += 1;
         } else {
@@ -51,25 +49,24 @@ pub fn unit_change(
         if count < SETTLED {
             continue;
         }
-        match established {
-            Some(before) if is_other_unit(before, other, block) => {
-                let between = (before * other).sqrt();
-                let is_new = |row: &usize| (norm(*row) > between) == (other > between);
-                let rows = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
-                let row = rows.rev().take_while(is_new).last().unwrap_or(from);
-                let line = lines[row];
-                let text = format!(
-                    "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
-                );
-                let lines = [u64::from(line)].into_iter().collect();
-                return Some((
-                    row,
-                    Finding::new(FindingKind::UnitChanged, text).at_lines(&lines),
-                ));
-            }
-            Some(_) => {}
-            None => established = Some(other),
+        let Some(before) = established else {
+            established = Some(other);
+            continue;
+        };
+        if !is_other_unit(before, other, block) {
+            continue;
         }
+        let between = (before * other).sqrt();
+        let is_new = |row: &usize| (norm(*row) > between) == (other > between);
+        let rows = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
+        let row = rows.rev().take_while(is_new).last().unwrap_or(from);
+        let line = lines[row];
+        let text = format!(
+            "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
+        );
+        let lines = [u64::from(line)].into_iter().collect();
+        let finding = Finding::new(FindingKind::UnitChanged, text).at_lines(&lines);
+        return Some((row, finding));
     }
     None
 }

@@ -143,24 +143,17 @@ fn is_usual(step: f64, usual: f64) -> bool {
 /// Rows per unit of the stamps, if most rows have the stamp of the row before: from one change to
 /// the next, since the recording begins and ends within a stamp, without waits.
 fn coarse_rate(stamps: &[f64], longest: f64) -> Option<f64> {
-    let (mut repeats, mut rows, mut span) = (0, 0, 0.0);
-    let mut changed = None;
-    for row in 1..stamps.len() {
-        let step = stamps[row] - stamps[row - 1];
-        if step == 0.0 {
-            repeats += 1;
-            continue;
-        }
-        if step > 0.0
-            && step < longest
-            && let Some(before) = changed
-        {
-            rows += row - before;
-            span += step;
-        }
-        changed = Some(row);
+    let changes = stamps.windows(2).enumerate().filter(|(_, w)| w[0] != w[1]);
+    let changes: Vec<usize> = changes.map(|(before, _)| before + 1).collect();
+    if 2 * changes.len() + 1 >= stamps.len() {
+        return None;
     }
-    (2 * repeats + 1 > stamps.len() && rows > 0).then(|| rows as f64 / span)
+    let ticks = changes
+        .windows(2)
+        .map(|w| (w[1] - w[0], stamps[w[1]] - stamps[w[0]]));
+    let ticks = ticks.filter(|(_, span)| *span > 0.0 && *span < longest);
+    let (rows, span) = ticks.fold((0, 0.0), |(rows, sum), (n, span)| (rows + n, sum + span));
+    (rows > 0).then(|| rows as f64 / span)
 }
 
 /// Mends single stamps far off the line of their neighbours, and fills in empty ones. The rows
@@ -203,20 +196,18 @@ fn guess_unit_s(
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
     let units = TimeUnit::GUESSED.map(TimeUnit::seconds).into_iter();
     let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
-    let is_nominal = |u: &&f64| {
-        let share = options.rate_hz.map(|nominal| rate_hz(**u) / nominal);
+    let is_nominal = |u: &f64| {
+        let share = options.rate_hz.map(|nominal| rate_hz(*u) / nominal);
         share.is_some_and(|s| (s - 1.0).abs() < 0.5)
     };
-    let is_dated = |u: &&f64| UtcTime::of_stamp(start * **u).is_some();
+    let is_dated = |u: &f64| UtcTime::of_stamp(start * *u).is_some();
+    let is_likely = |u: &f64| options.likely_unit_s == Some(*u);
+    let find = |is: &dyn Fn(&f64) -> bool| units.iter().copied().find(is);
     let ticks = TimeUnit::HundredMicroseconds.seconds();
-    if is_nominal(&&ticks) && !units.iter().any(|u| is_nominal(&u)) {
-        return Some((ticks, false));
-    }
-    let is_likely = |u: &&f64| options.likely_unit_s == Some(**u);
-    let mut told = units.iter().find(is_nominal);
-    told = told.or_else(|| units.iter().find(is_dated));
-    if let Some(unit) = told.or_else(|| units.iter().find(is_likely)) {
-        return Some((*unit, false));
+    let told = find(&is_nominal).or_else(|| Some(ticks).filter(is_nominal));
+    let told = told.or_else(|| find(&is_dated));
+    if let Some(unit) = told.or_else(|| find(&is_likely)) {
+        return Some((unit, false));
     }
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
     let is_assumed = units.len() > 1;
@@ -414,23 +405,19 @@ fn deviation(values: &[f64]) -> Option<f64> {
 #[must_use]
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
-    if down < 0.4 * up {
-        return false;
-    }
-    let low = values.iter().copied().fold(f64::MAX, f64::min);
-    let high = values.iter().copied().fold(f64::MIN, f64::max);
-    low > 0.0 && median(values.iter().copied()).is_some_and(|m| high < 20.0 * m)
+    let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
+    down >= 0.4 * up && median(values.iter().copied()).is_some_and(are_alike)
 }
 
 /// Times of rows that hold the time since the row before.
 #[must_use]
 pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let add = |step: &f64| {
-        sum += if step.is_finite() { *step } else { 0.0 };
-        sum
-    };
-    steps.iter().map(add).collect()
+    let finite = steps.iter().map(|s| if s.is_finite() { *s } else { 0.0 });
+    let sums = finite.scan(0.0, |sum, step| {
+        *sum += step;
+        Some(*sum)
+    });
+    sums.collect()
 }
 
 /// How good a clock a column is: it rises with every row (1), and evenly.

@@ -9,7 +9,7 @@ use super::frozen::runs;
 use super::unit::quiet_norm;
 
 /// Rows for which all channels may repeat by chance.
-pub(crate) const MAX_REPEATS: usize = 20;
+const MAX_REPEATS: usize = 20;
 /// Rows in a row in which the accelerometer alone reads zero that are no free fall.
 const ZEROS_IN_A_ROW: usize = 5;
 /// Rows from which the resolution is taken.
@@ -19,58 +19,58 @@ const MAX_RESOLUTION_G: f64 = 0.002;
 /// Rows of a block whose magnitude tells whether channels are shifted.
 const SLIP_ROWS: usize = 10;
 
-/// Rows in a row in which the accelerometer reads zero on all axes: it was not read. `before`: so
-/// many such rows precede the first. Returns also how many there are at the end.
-pub(crate) fn unread_runs(accel: [&[f64]; 3], before: usize) -> (Vec<Range<usize>>, usize) {
-    let (mut found, mut from, mut zeros) = (Vec::new(), 0, before);
-    let rows = accel[0].len();
-    for row in 0..rows {
-        if accel.iter().all(|axis| axis[row] == 0.0) {
-            zeros += 1;
-            continue;
-        }
-        if zeros >= ZEROS_IN_A_ROW && from < row {
-            found.push(from..row);
-        }
-        (from, zeros) = (row + 1, 0);
-    }
-    if zeros >= ZEROS_IN_A_ROW && from < rows {
-        found.push(from..rows);
-    }
-    (found, zeros)
+/// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
+pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
+    let is_zero = |row: usize| accel.iter().all(|axis| axis[row] == 0.0);
+    let zeros = runs(accel[0].len(), |row| is_zero(row) && is_zero(row - 1));
+    zeros
+        .into_iter()
+        .filter(|run| run.len() >= ZEROS_IN_A_ROW)
+        .collect()
 }
 
-/// False for the rows of runs in which all channels repeat exactly for longer than noise allows:
-/// a sensor or bus that hung.
+/// False for the rows of runs in which all channels, those of the accelerometer first, repeat exactly
+/// for longer than noise allows: a sensor or bus that hung.
 ///
 /// Repeats prove nothing, and no row is marked, where they are common between the runs, where
 /// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
-/// noise.
+/// noise. `is_proof`: what other rows showed of that.
 #[must_use]
-pub fn mark_hung(accel: [&[f64]; 3], gyro: &[&[f64]]) -> Vec<bool> {
-    let rows = accel[0].len();
-    let repeats = |row: usize| accel.iter().chain(gyro).all(|c| c[row] == c[row - 1]);
-    let (mut keep, mut short, mut long) = (vec![true; rows], 0, 0);
-    for run in runs(rows, repeats) {
-        if run.len() > MAX_REPEATS {
+pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
+    let rows = channels[0].len();
+    let (long, short) = find_repeats(channels);
+    let hung: usize = long.iter().map(Range::len).sum();
+    let proves = || {
+        let is_common = short * 20 > rows - hung || hung * 2 > rows;
+        hung > 0 && !is_common && resolves_noise(&channels[..3])
+    };
+    let mut keep = vec![true; rows];
+    if is_proof.unwrap_or_else(proves) {
+        for run in long {
             keep[run.start + 1..run.end].fill(false);
-            long += run.len();
-        } else {
-            short += run.len() - 1;
         }
     }
-    let is_common = short * 20 > rows - long || long * 2 > rows;
-    if long > 0 && (is_common || !resolves_noise(accel)) {
-        vec![true; rows]
-    } else {
-        keep
-    }
+    keep
+}
+
+/// Whether repeats in rows that follow these are proof of a sensor that hung.
+pub(crate) fn repeats_are_proof(channels: &[&[f64]]) -> bool {
+    let (_, short) = find_repeats(channels);
+    short * 20 <= channels[0].len() && resolves_noise(&channels[..3])
+}
+
+/// Runs in which all channels repeat for longer than by chance, and repeats in shorter ones.
+fn find_repeats(channels: &[&[f64]]) -> (Vec<Range<usize>>, usize) {
+    let repeats = |row: usize| channels.iter().all(|c| c[row] == c[row - 1]);
+    let all = runs(channels[0].len(), repeats).into_iter();
+    let (long, short): (Vec<_>, Vec<_>) = all.partition(|run| run.len() > MAX_REPEATS);
+    (long, short.iter().map(|run| run.len() - 1).sum())
 }
 
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
-pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
+fn resolves_noise(accel: &[&[f64]]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
-    let axes = accel.map(|axis| &axis[..rows]);
+    let axes = [0, 1, 2].map(|i| &accel[i][..rows]);
     let Some(gravity) = quiet_norm(axes) else {
         return false;
     };
@@ -81,12 +81,13 @@ pub(crate) fn resolves_noise(accel: [&[f64]; 3]) -> bool {
 }
 
 /// The row from which on the six channels are shifted (a lost byte on the bus): before it only
-/// the named axes hold gravity, after it only those the same number of places further on.
+/// the named axes hold gravity, after it only those the same number of places further on. `gravity`:
+/// in the unit of the values; by default that of the first quarter.
 #[must_use]
-pub fn slip(channels: [&[f64]; 6], accel_at: usize) -> Option<usize> {
+pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Option<usize> {
     let rows = channels[0].len();
     let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);
-    let gravity = quiet_norm(named)?;
+    let gravity = gravity.or_else(|| quiet_norm(named))?;
     let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
         .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
         .collect();

@@ -21,13 +21,31 @@ impl fmt::Display for Encoding {
 }
 
 impl Encoding {
+    /// The encoding that the accelerometer shows, if any.
+    #[must_use]
+    pub fn of(accel: [&[f64]; 3]) -> Option<Self> {
+        if !accel.iter().all(|c| are_unsigned(c)) {
+            return None;
+        }
+        let share_is = |low: f64, high: f64, is: fn(f64) -> bool| {
+            accel.iter().all(|c| is(share_within(c, low, high)))
+        };
+        let has_high = accel.iter().any(|c| c.iter().any(|v| *v >= 45_056.0));
+        // Between ±1.25 g of a range of 2 g nothing lies beyond 20,480.
+        if has_high && share_is(20_480.0, 45_056.0, |share| share < 0.02) {
+            return Some(Encoding::TwosComplement);
+        }
+        share_is(12_288.0, 53_248.0, |share| share > 0.5).then_some(Encoding::OffsetBinary)
+    }
+
     /// The numbers that were written.
-    pub(crate) fn undo<'a>(self, values: impl Iterator<Item = &'a mut f64>) {
+    pub(crate) fn undo(self, values: &mut [f64]) {
         match self {
             Encoding::TwosComplement => values
+                .iter_mut()
                 .filter(|v| **v > 32_767.0)
                 .for_each(|v| *v -= 65_536.0),
-            Encoding::OffsetBinary => values.for_each(|v| *v -= 32_768.0),
+            Encoding::OffsetBinary => values.iter_mut().for_each(|v| *v -= 32_768.0),
         }
     }
 }
@@ -36,29 +54,6 @@ impl Encoding {
 pub(crate) fn are_unsigned(channel: &[f64]) -> bool {
     let mut values = channel.iter().filter(|v| !v.is_nan());
     values.all(|v| v.fract() == 0.0 && (0.0..65_536.0).contains(v))
-}
-
-/// Undoes an encoding of all channels, if the accelerometer shows one.
-pub fn decode(accel: &mut [Vec<f64>; 3], gyro: Option<&mut [Vec<f64>; 3]>) -> Option<Encoding> {
-    if !accel.iter().all(|c| are_unsigned(c)) {
-        return None;
-    }
-    let share_is = |low: f64, high: f64, is: fn(f64) -> bool| {
-        accel.iter().all(|c| is(share_within(c, low, high)))
-    };
-    let has_high = accel.iter().flatten().any(|v| *v >= 45_056.0);
-    // Between ±1.25 g of a range of 2 g nothing lies beyond 20,480.
-    if has_high && share_is(20_480.0, 45_056.0, |share| share < 0.02) {
-        let gyro = gyro.into_iter().flatten().filter(|c| are_unsigned(c));
-        let channels = accel.iter_mut().chain(gyro);
-        Encoding::TwosComplement.undo(channels.flatten());
-        return Some(Encoding::TwosComplement);
-    }
-    if share_is(12_288.0, 53_248.0, |share| share > 0.5) {
-        Encoding::OffsetBinary.undo(accel.iter_mut().flatten());
-        return Some(Encoding::OffsetBinary);
-    }
-    None
 }
 
 fn share_within(column: &[f64], low: f64, high: f64) -> f64 {

@@ -52,19 +52,11 @@ pub struct JudgedUnit {
     pub findings: Vec<Finding>,
 }
 
-/// The quietest third of the blocks of 20 rows. The sensor need not be at rest: gravity dominates the
-/// mean of a quiet block.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quiet {
-    /// Median of the mean magnitudes of the blocks, in the unit of the values
-    pub norm: f64,
-    /// Median standard deviation within the blocks, all axes together
-    pub spread: f64,
-}
-
-/// The quietest rows; `None` without a complete one.
+/// Median magnitude in the quietest third of the blocks of 20 rows: gravity, in the unit of the
+/// values. `None` without a complete row. The sensor need not be at rest: gravity dominates the mean of
+/// a quiet block.
 #[must_use]
-pub fn quiet(accel: [&[f64]; 3]) -> Option<Quiet> {
+pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
     let rows = accel[0].len();
     let ranges = (0..rows)
         .step_by(BLOCK_ROWS)
@@ -74,16 +66,7 @@ pub fn quiet(accel: [&[f64]; 3]) -> Option<Quiet> {
         .collect();
     blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     blocks.truncate(blocks.len().div_ceil(3));
-    Some(Quiet {
-        norm: median(blocks.iter().map(|b| b.1))?,
-        spread: median(blocks.iter().map(|b| b.0))?.sqrt(),
-    })
-}
-
-/// Median magnitude of quiet rows: gravity, in the unit of the values. `None` without a complete row.
-#[must_use]
-pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
-    quiet(accel).map(|quiet| quiet.norm)
+    median(blocks.iter().map(|b| b.1))
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
@@ -104,148 +87,110 @@ pub fn accel_unit(
 ) -> JudgedUnit {
     let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
     let integers = accel.iter().all(is_whole);
-    let quiet = quiet_norm(accel).map(|norm| (norm, integers));
-    let mut judged = JudgedUnit {
-        scale: scale(AccelUnit::Unknown, None, Origin::Assumed),
-        doubt: None,
-        findings: Vec::new(),
+    let norm = quiet_norm(accel);
+    let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
+    // A range given by the user overrides the data, one claimed by the board does not.
+    let range_lsb = given_lsb.or(claim.lsb_per_g);
+    if let Some(unit) = options.accel_unit {
+        let from_data = match norm.map(|norm| accel_evidence(norm, true)) {
+            Some(Evidence::Unit(AccelUnit::Counts, lsb)) if !is_unsigned => lsb,
+            _ => None,
+        };
+        let lsb = given_lsb.or(from_data).or(range_lsb);
+        let lsb = lsb.filter(|_| unit == AccelUnit::Counts);
+        let mut judged = JudgedUnit::new(unit, lsb, Origin::Given);
+        judged.warn_if_gravity_disagrees(norm);
+        return judged;
+    }
+    if is_unsigned {
+        return JudgedUnit::new(AccelUnit::Counts, range_lsb, Origin::Data);
+    }
+    let Some(norm) = norm else {
+        return match claim.unit {
+            Some(unit) => JudgedUnit::new(unit, range_lsb, Origin::Header),
+            None => JudgedUnit::new(AccelUnit::Unknown, range_lsb, Origin::Assumed),
+        };
     };
-    judged.scale = judged.decide(quiet, is_unsigned, claim, options);
-    judged
-}
-
-fn scale(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> AccelScale {
-    AccelScale {
-        unit,
-        lsb_per_g,
-        origin,
-    }
-}
-
-impl JudgedUnit {
-    fn push(&mut self, kind: FindingKind, text: String) {
-        self.findings.push(Finding::new(kind, text));
-    }
-
-    fn decide(
-        &mut self,
-        quiet: Option<(f64, bool)>,
-        is_unsigned: bool,
-        claim: AccelClaim,
-        options: &ReadOptions,
-    ) -> AccelScale {
-        let given_lsb = options.accel_range_g.map(|range| 32768.0 / range);
-        // A range given by the user overrides the data, one claimed by the board does not.
-        let range_lsb = given_lsb.or(claim.lsb_per_g);
-        let claimed = claim.unit;
-        if let Some(unit) = options.accel_unit {
-            let counts = unit == AccelUnit::Counts;
-            let from_data = quiet.and_then(|(norm, _)| match accel_evidence(norm, true) {
-                Evidence::Unit(AccelUnit::Counts, lsb) if counts && !is_unsigned => lsb,
-                _ => None,
-            });
-            let lsb = given_lsb.or(from_data).or(range_lsb);
-            let given = scale(unit, lsb.filter(|_| counts), Origin::Given);
-            self.warn_if_gravity_disagrees(&given, quiet);
-            return given;
+    let data = |unit, lsb| by_gravity(norm, (unit, lsb), claim, given_lsb);
+    match find_evidence(norm, integers, claim) {
+        Evidence::Unit(unit, lsb) => data(unit, lsb),
+        _ if claim.without_gravity || norm < MIN_GRAVITY => {
+            let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
+            JudgedUnit::unknown(UnitDoubt::WithoutGravity, norm, text, &[])
         }
-        if is_unsigned {
-            return scale(AccelUnit::Counts, range_lsb, Origin::Data);
-        }
-        let Some((norm, integers)) = quiet else {
-            return match claimed {
-                Some(unit) => scale(unit, range_lsb, Origin::Header),
-                None => scale(AccelUnit::Unknown, range_lsb, Origin::Assumed),
-            };
-        };
-        // A claimed sensitivity is used if gravity does not contradict it.
-        let claimed_lsb = claim
-            .lsb_per_g
-            .filter(|lsb| (norm / lsb - 1.0).abs() <= MAX_OFF);
-        let holds = |unit: AccelUnit| {
-            let nominal = scale(unit, None, Origin::Header).nominal();
-            let gravity = nominal.map(|n| n * STANDARD_GRAVITY_MPS2);
-            gravity.is_some_and(|g| (norm / g - 1.0).abs() <= CLAIM_TOLERANCE)
-        };
-        let evidence = match claimed {
-            _ if claimed_lsb.is_some() => Evidence::Unit(AccelUnit::Counts, claimed_lsb),
-            Some(unit) if holds(unit) => Evidence::Unit(unit, None),
-            _ => accel_evidence(norm, integers),
-        };
-        let whole_zero = integers && norm >= 1.0;
-        let lacks_gravity = claim.without_gravity || norm < MIN_GRAVITY && !whole_zero;
-        let found = match evidence {
-            Evidence::Unit(unit, lsb) => Some((unit, lsb)),
-            _ if lacks_gravity => {
-                self.doubt = Some(UnitDoubt::WithoutGravity);
+        // A given range, or a claim for one of the matching units decides.
+        Evidence::Ambiguous if given_lsb.is_some() => data(AccelUnit::Counts, given_lsb),
+        Evidence::Ambiguous => match claim.unit {
+            Some(AccelUnit::MilliGravity) => data(AccelUnit::MilliGravity, None),
+            Some(AccelUnit::Counts) => data(AccelUnit::Counts, Some(1024.0)),
+            None if !integers => {
+                // cm/s² is rare, and a calibration of one serves for the other.
                 let text = format!(
-                    "the magnitude at rest is {}: gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)",
+                    "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
                     short(norm)
                 );
-                self.push(FindingKind::WithoutGravity, text);
-                return scale(AccelUnit::Unknown, None, Origin::Assumed);
+                let mut judged = data(AccelUnit::MilliGravity, None);
+                let assumed = Finding::new(FindingKind::UnitAssumed, text);
+                judged.findings.push(assumed.advise("accel_unit", ""));
+                judged
             }
-            Evidence::None => None,
-            // A given range, or a claim for one of the matching units decides.
-            Evidence::Ambiguous if given_lsb.is_some() => Some((AccelUnit::Counts, given_lsb)),
-            Evidence::Ambiguous => match claimed {
-                Some(AccelUnit::MilliGravity) => Some((AccelUnit::MilliGravity, None)),
-                Some(AccelUnit::Counts) => Some((AccelUnit::Counts, Some(1024.0))),
-                _ => None,
-            },
-        };
-        if let Some((unit, lsb)) = found {
-            if let Some(claim) = claimed.filter(|claim| *claim != unit) {
-                let text = format!(
-                    "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
-                    short(norm)
-                );
-                self.push(FindingKind::UnitMismatch, text);
+            _ => {
+                let text = "mg, cm/s² or counts at 1024 per g; give the unit";
+                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["mg", "counts"])
             }
-            if unit != AccelUnit::Counts {
-                return scale(unit, None, Origin::Data);
+        },
+        Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
+            let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
+            JudgedUnit::new(AccelUnit::Counts, range_lsb, origin)
+        }
+        Evidence::None => match wrong_full_scale(norm) {
+            Some(text) => JudgedUnit::unknown(UnitDoubt::WrongFullScale, norm, &text, &["counts"]),
+            None => {
+                let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
+                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["counts"])
             }
-            self.warn_if_range_disagrees(given_lsb, claim.lsb_per_g, lsb);
-            return scale(unit, given_lsb.or(lsb), Origin::Data);
-        }
-        let is_ambiguous = evidence == Evidence::Ambiguous;
-        if is_ambiguous && claimed.is_none() && !integers {
-            // cm/s² is rare, and a calibration of one serves for the other.
-            let text = format!(
-                "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
-                short(norm)
-            );
-            let assumed = Finding::new(FindingKind::UnitAssumed, text);
-            self.findings.push(assumed.advise("accel_unit", ""));
-            return scale(AccelUnit::MilliGravity, None, Origin::Data);
-        }
-        if !is_ambiguous && (claimed == Some(AccelUnit::Counts) || range_lsb.is_some()) {
-            let origin = claimed.map_or(Origin::Given, |_| Origin::Header);
-            return scale(AccelUnit::Counts, range_lsb, origin);
-        }
-        if is_ambiguous {
-            let what = "mg, cm/s² or counts at 1024 per g; give the unit";
-            self.unknown(norm, what, &["mg", "counts"])
-        } else {
-            let what = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
-            self.unknown(norm, what, &["counts"])
-        }
+        },
     }
+}
 
-    /// Reports a given or claimed range that does not match the magnitude at rest.
-    fn warn_if_range_disagrees(
-        &mut self,
-        given: Option<f64>,
-        claimed: Option<f64>,
-        measured: Option<f64>,
-    ) {
-        let (Some(stated), Some(measured)) = (given.or(claimed), measured) else {
-            return;
-        };
-        if (stated / measured - 1.0).abs() <= MAX_OFF {
-            return;
-        }
-        let text = if given.is_some() {
+/// What gravity shows; claims hold unless it contradicts them.
+fn find_evidence(norm: f64, integers: bool, claim: AccelClaim) -> Evidence {
+    let is_near = |gravity: f64, tolerance: f64| (norm / gravity - 1.0).abs() <= tolerance;
+    let claimed_lsb = claim.lsb_per_g.filter(|lsb| is_near(*lsb, MAX_OFF));
+    let holds = |unit: &AccelUnit| {
+        let nominal = JudgedUnit::new(*unit, None, Origin::Header).scale.nominal();
+        nominal.is_some_and(|n| is_near(n * STANDARD_GRAVITY_MPS2, CLAIM_TOLERANCE))
+    };
+    match claim.unit.filter(holds) {
+        _ if claimed_lsb.is_some() => Evidence::Unit(AccelUnit::Counts, claimed_lsb),
+        Some(unit) => Evidence::Unit(unit, None),
+        None => accel_evidence(norm, integers),
+    }
+}
+
+/// The unit and, of counts, counts per g that gravity shows; contradictions of the header and of
+/// ranges are told.
+fn by_gravity(
+    norm: f64,
+    (unit, measured_lsb): (AccelUnit, Option<f64>),
+    claim: AccelClaim,
+    given_lsb: Option<f64>,
+) -> JudgedUnit {
+    let is_counts = unit == AccelUnit::Counts;
+    let lsb = given_lsb.or(measured_lsb).filter(|_| is_counts);
+    let mut judged = JudgedUnit::new(unit, lsb, Origin::Data);
+    if let Some(claim) = claim.unit.filter(|claim| *claim != unit) {
+        let text = format!(
+            "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
+            short(norm)
+        );
+        judged.push(FindingKind::UnitMismatch, text);
+    }
+    let stated = given_lsb.or(claim.lsb_per_g).filter(|_| is_counts);
+    if let (Some(stated), Some(measured)) = (stated, measured_lsb)
+        && (stated / measured - 1.0).abs() > MAX_OFF
+    {
+        let text = if given_lsb.is_some() {
             format!(
                 "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
                 short(32768.0 / stated),
@@ -258,33 +203,54 @@ impl JudgedUnit {
                 short(measured)
             )
         };
-        self.push(FindingKind::RangeMismatch, text);
+        judged.push(FindingKind::RangeMismatch, text);
     }
+    judged
+}
 
-    fn unknown(&mut self, norm: f64, what: &str, units: &[&str]) -> AccelScale {
-        self.doubt = Some(UnitDoubt::NoUnit);
-        let found = format!("the magnitude at rest is {}", short(norm));
-        if let Some(guess) = wrong_full_scale(norm) {
-            self.doubt = Some(UnitDoubt::WrongFullScale);
-            self.push(FindingKind::WrongFullScale, format!("{found}{guess}"));
+impl JudgedUnit {
+    fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
+        JudgedUnit {
+            scale: AccelScale {
+                unit,
+                lsb_per_g,
+                origin,
+            },
+            doubt: None,
+            findings: Vec::new(),
         }
-        let unknown = Finding::new(FindingKind::UnitUnknown, format!("{found}: {what}"));
-        let advised = units
-            .iter()
-            .fold(unknown, |finding, unit| finding.advise("accel_unit", *unit));
-        self.findings.push(advised);
-        scale(AccelUnit::Unknown, None, Origin::Assumed)
     }
 
-    fn warn_if_gravity_disagrees(&mut self, scale: &AccelScale, quiet: Option<(f64, bool)>) {
-        let (Some(nominal), Some((norm, _))) = (scale.nominal(), quiet) else {
+    /// `units`: those that the user may give.
+    fn unknown(doubt: UnitDoubt, norm: f64, what: &str, units: &[&str]) -> Self {
+        let kind = match doubt {
+            UnitDoubt::WithoutGravity => FindingKind::WithoutGravity,
+            _ => FindingKind::UnitUnknown,
+        };
+        let text = format!("the magnitude at rest is {}: {what}", short(norm));
+        let finding = Finding::new(kind, text);
+        let units = units.iter();
+        let finding = units.fold(finding, |finding, unit| finding.advise("accel_unit", *unit));
+        JudgedUnit {
+            doubt: Some(doubt),
+            findings: vec![finding],
+            ..Self::new(AccelUnit::Unknown, None, Origin::Assumed)
+        }
+    }
+
+    fn push(&mut self, kind: FindingKind, text: String) {
+        self.findings.push(Finding::new(kind, text));
+    }
+
+    fn warn_if_gravity_disagrees(&mut self, norm: Option<f64>) {
+        let Some((nominal, norm)) = self.scale.nominal().zip(norm) else {
             return;
         };
         let g = norm / nominal / STANDARD_GRAVITY_MPS2;
         if !(0.75..=1.25).contains(&g) {
             let text = format!(
                 "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
-                scale.unit
+                self.scale.unit
             );
             self.push(FindingKind::UnitMismatch, text);
         }
@@ -298,7 +264,7 @@ fn wrong_full_scale(norm: f64) -> Option<String> {
         for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
             if (norm / gravity / factor - 1.0).abs() < 0.1 {
                 return Some(format!(
-                    "; it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+                    "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
                 ));
             }
         }

@@ -57,8 +57,7 @@ reasons! {
     Hung "sensor-hung" "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap";
     Slipped "shifted-columns" "the values stand in the columns of others; set aside";
     CorruptBlock "corrupt-block" "damaged; skipped";
-    RepeatedBlock "repeated-block" "repeating the one before; skipped";
-    LateBlock "late-block" "earlier than the one before (repeated or out of order); skipped";
+    LateBlock "late-block" "not later than the one before (repeated or out of order); skipped";
     ErasedBlock "erased-block" "never written; skipped";
 }
 
@@ -152,7 +151,7 @@ impl Ledger {
 }
 
 /// So many rows of zeros in a row leave a break.
-pub(crate) const MIN_ROWS_GONE: usize = 5;
+const MIN_ROWS_GONE: usize = 5;
 
 /// Rows as columns, in the unit of the file.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -364,18 +363,24 @@ impl Batch {
         self.breaks.dedup();
     }
 
-    /// The first rows alone.
-    pub(crate) fn first(&self, rows: usize) -> Batch {
-        fn cut<T: Copy>(values: &[T], rows: usize) -> Vec<T> {
-            values[..rows.min(values.len())].to_vec()
+    /// Some rows with the marks before them.
+    pub(crate) fn slice(&self, rows: Range<usize>) -> Batch {
+        fn cut<T: Copy>(values: &[T], rows: &Range<usize>) -> Vec<T> {
+            let end = rows.end.min(values.len());
+            values.get(rows.start..end).unwrap_or_default().to_vec()
         }
-        Batch {
-            columns: self.columns.iter().map(|c| cut(c, rows)).collect(),
-            texts: self.texts.iter().map(|t| cut(t, rows)).collect(),
+        let mut slice = Batch {
+            columns: self.columns.iter().map(|c| cut(c, &rows)).collect(),
+            texts: self.texts.iter().map(|t| cut(t, &rows)).collect(),
             words: self.words.clone(),
-            lines: cut(&self.lines, rows),
+            lines: cut(&self.lines, &rows),
+            breaks: self.breaks.clone(),
+            headers: self.headers.clone(),
+            blanks: self.blanks.clone(),
             ..Batch::default()
-        }
+        };
+        slice.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
+        slice
     }
 
     /// Adds a word to the cells of a column of text.

@@ -89,20 +89,6 @@ fn marked(stamps: &[f64], gaps: &[usize], pauses: &[usize]) -> Clock {
 }
 
 #[test]
-fn a_step_back_after_a_named_gap_is_a_restart() {
-    // The first stamp after the gap is a minute after the reset.
-    let after = even(100, 60_000.0, 10.0);
-    let stamps: Vec<f64> = even(100, 100_000.0, 10.0).chain(after).collect();
-    let restarted = marked(&stamps, &[100], &[]);
-    assert!(restarted.restarts == [100] && restarted.bad.is_empty());
-    assert!(restarted.time_s.is_sorted());
-    for elsewhere in [&[][..], &[99]] {
-        let back = marked(&stamps, elsewhere, &[]);
-        assert!(back.restarts.is_empty() && back.bad == [100]);
-    }
-}
-
-#[test]
 fn samples_in_a_pause_are_not_missing() {
     // 2 s, a pause of 4 s, 2 s with three samples lost.
     let mut stamps: Vec<f64> = even(200, 0.0, 10.0)

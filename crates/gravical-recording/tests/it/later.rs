@@ -20,8 +20,12 @@ fn read_in_two(
     let format = sniff(&head, "", &ReadOptions::default()).unwrap();
     let batch =
         |text: String| -> Batch { format.batches(Cursor::new(text)).next().unwrap().unwrap() };
-    let (recording, mut later) = Later::judge(&format, batch(head)).unwrap();
-    let readings = later.read(&mut batch(text(&rows[first..])));
+    let head = batch(head);
+    let head_lines = head.lines.last().unwrap() - 1;
+    let (recording, mut later) = Later::judge(&format, head).unwrap();
+    let mut rest = batch(text(&rows[first..]));
+    rest.lines.iter_mut().for_each(|line| *line += head_lines);
+    let readings = later.read(&rest);
     let measured = readings.map(|readings| {
         let axes = readings.accel.iter().chain(readings.gyro.iter().flatten());
         let kept = |axis: &Vec<f64>| {
@@ -115,9 +119,10 @@ fn a_run_of_zeros_goes_on_in_the_next_batch() {
 #[test]
 fn rows_that_cannot_be_read_alike_end_the_reading() {
     let refused = |header: &str, rows: Vec<String>| {
-        let contradiction = read_in_two(header, &rows, 200).1.unwrap_err();
-        let place = contradiction.location().unwrap();
-        (place.line.unwrap() - 1, contradiction.code())
+        let (head, later) = read_in_two(header, &rows, 200);
+        let contradiction = later.unwrap_err();
+        let line = contradiction.location().unwrap().line.unwrap();
+        (line - head.ledger.lines as u64, contradiction.code())
     };
     let header = "t_ms,ax,ay,az,gx,gy,gz";
     let unsigned_then_signed = counts(|i, v| {
@@ -173,12 +178,17 @@ fn the_clock_goes_on_while_rows_have_no_stamps() {
     };
     let head = batch(0..2000, true);
     let format = sniff(&head, "", &ReadOptions::default()).unwrap();
-    let rows = |text: String| format.batches(Cursor::new(text)).next().unwrap().unwrap();
-    let (_, mut later) = Later::judge(&format, rows(head)).unwrap();
+    let rows = |first: u32, text: String| {
+        let mut batch = format.batches(Cursor::new(text)).next().unwrap().unwrap();
+        batch.lines.iter_mut().for_each(|line| *line += first);
+        batch
+    };
+    let (_, mut later) = Later::judge(&format, rows(0, head)).unwrap();
     for unstamped in [2000..5000, 5000..8000] {
-        later.read(&mut rows(batch(unstamped, false))).unwrap();
+        let first = unstamped.start as u32;
+        later.read(&rows(first, batch(unstamped, false))).unwrap();
     }
-    let readings = later.read(&mut rows(batch(8000..9000, true))).unwrap();
+    let readings = later.read(&rows(8000, batch(8000..9000, true))).unwrap();
     let time_s = readings.time_s.unwrap();
     assert!(is_near(time_s[0], 320.0, 1e-6), "{}", time_s[0]);
     assert!(is_near(time_s[999], 359.96, 1e-6), "{}", time_s[999]);

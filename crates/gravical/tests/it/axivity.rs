@@ -186,11 +186,10 @@ fn damage_is_named_and_the_rest_is_read_in_its_own_time() {
         corrupt.contains("block 29 at byte 15360: wrong checksum"),
         "{corrupt}"
     );
-    assert!(message("repeated-block").contains("block 40 at byte 20992"));
-    assert!(message("late-block").contains("block 55 at byte 28672"));
-    let missing = message("missing-blocks");
-    assert!(missing.contains("2 blocks missing"), "{missing}");
-    assert!(missing.contains("block 11 at byte 6144"), "{missing}");
+    let late = message("late-block");
+    assert!(late.starts_with("2 blocks"), "{late}");
+    assert!(late.contains("block 40 at byte 20992"), "{late}");
+    finding(&recording, "gap");
     // Rows keep the time of their sample.
     let times = times_s(&recording);
     let expected = (0..60_u64).filter(|block| ![10, 11, 30].contains(block));
@@ -210,8 +209,7 @@ fn a_pause_is_no_slow_sample() {
     blocks.extend((0..20).map(|_| wear.block(&mut device)));
     let recording = read_cwa(&file(&device, &blocks));
     assert_eq!(recording.breaks, [20 * 80]);
-    let missing = &finding(&recording, "missing-blocks").message;
-    assert!(missing.contains("1 jump"), "{missing}");
+    finding(&recording, "gap");
     let times = times_s(&recording);
     let steps = times.windows(2).map(|w| w[1] - w[0]);
     let long: Vec<f64> = steps.filter(|s| *s > 0.0105).collect();
@@ -241,7 +239,6 @@ fn another_session_and_a_clock_that_was_set_back_begin_anew() {
     let (bytes, other) = followed_by(18, 3600.0);
     let recording = read_cwa(&bytes);
     assert_eq!(recording.breaks, [20 * 120]);
-    finding(&recording, "several-sessions");
     assert!((times_s(&recording)[20 * 120] - other.time_s(0)).abs() < 1e-3);
 
     let (bytes, other) = followed_by(device.session, -86_400.0);
@@ -345,27 +342,20 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
     }
 }
 
-/// A change of a file.
-#[derive(Debug, Clone)]
-enum Change {
-    Flip(usize, u8),
-    Drop(usize),
-    Repeat(usize, usize),
-    Erase(usize),
-    /// Any field, with a right checksum.
-    Set(usize, usize, u8),
-}
-
-fn changes() -> impl Strategy<Value = Vec<Change>> {
-    let block = 0..30_usize;
-    let one = prop_oneof![
-        (block.clone(), any::<u8>()).prop_map(|(b, x)| Change::Flip(b, x | 1)),
-        block.clone().prop_map(Change::Drop),
-        (block.clone(), 0..30_usize).prop_map(|(a, b)| Change::Repeat(a, b)),
-        block.clone().prop_map(Change::Erase),
-        (block, 0..30_usize, any::<u8>()).prop_map(|(b, at, x)| Change::Set(b, at, x)),
-    ];
-    prop::collection::vec(one, 0..8)
+/// Changes a file in one of five ways; true if a field of a block changed under a right checksum.
+fn damage(blocks: &mut Vec<[u8; 512]>, (kind, at, to, value): (u8, usize, usize, u8)) -> bool {
+    let at = at % blocks.len();
+    match kind {
+        0 => blocks[at][usize::from(value)] ^= value | 1,
+        1 => drop(blocks.remove(at)),
+        2 => blocks.insert(to % blocks.len(), blocks[at]),
+        3 => blocks[at] = [0xff; 512],
+        _ => {
+            blocks[at][to] = value;
+            seal(&mut blocks[at]);
+        }
+    }
+    kind > 3
 }
 
 proptest! {
@@ -373,32 +363,14 @@ proptest! {
 
     /// Whatever happens to the blocks of a file, each is read or skipped.
     #[test]
-    fn every_block_is_rows_or_was_skipped(changes in changes(), cut in 0..512_usize) {
+    fn every_block_is_rows_or_was_skipped(
+        changes in prop::collection::vec((0..5_u8, 0..30_usize, 0..30_usize, any::<u8>()), 0..8),
+        cut in 0..512_usize,
+    ) {
         let (device, mut blocks) = worn(Coding::Packed, 30);
         let mut fields_changed = false;
         for change in changes {
-            match change {
-                _ if blocks.is_empty() => break,
-                Change::Flip(block, bits) => {
-                    let at = block % blocks.len();
-                    blocks[at][usize::from(bits)] ^= bits;
-                }
-                Change::Drop(block) => drop(blocks.remove(block % blocks.len())),
-                Change::Repeat(from, to) => {
-                    let again = blocks[from % blocks.len()];
-                    blocks.insert(to % blocks.len(), again);
-                }
-                Change::Erase(block) => {
-                    let at = block % blocks.len();
-                    blocks[at] = [0xff; 512];
-                }
-                Change::Set(block, byte, value) => {
-                    let at = block % blocks.len();
-                    blocks[at][byte] = value;
-                    seal(&mut blocks[at]);
-                    fields_changed = true;
-                }
-            }
+            fields_changed |= damage(&mut blocks, change);
         }
         let mut bytes = file(&device, &blocks);
         bytes.truncate((bytes.len() - cut).max(1026));

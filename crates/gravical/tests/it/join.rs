@@ -95,11 +95,6 @@ fn a_header_names_the_gyroscope_and_its_units() {
     join(&mut recording, text).unwrap();
     assert_eq!(rates(&recording)[0], [3.0, 6.0, 9.0]);
     assert_eq!(recording.gyro_scale.unwrap().unit.name(), "deg/s");
-
-    let mut recording = accel(1.0, 3);
-    let text = "t,x,y,z\n1.00,1,2,3\n1.01,2,3,4\n1.02,3,4,6\n";
-    join(&mut recording, text).unwrap();
-    assert_eq!(rates(&recording)[2], [3.0, 4.0, 6.0]);
 }
 
 #[test]
@@ -135,21 +130,6 @@ fn files_that_cannot_be_joined_are_errors() {
     let mut both = read(b"ax,ay,az,gx,gy,gz\n0,0,9.8,1,2,3\n0,0,9.7,1,2,4\n");
     let error = join(&mut both, "1 2 3\n2 3 4\n").unwrap_err();
     assert_eq!(error.code(), "gyro-twice");
-}
-
-#[test]
-fn faults_of_the_gyroscope_are_found_in_its_own_lines() {
-    let mut recording = accel(5.0, 300);
-    let noise = |t: f64, k: f64| (t * k * 1e4).sin();
-    let gyro = four_columns(4.0, 500, |t| {
-        let frozen = (6.0..7.5).contains(&t);
-        let y = if frozen { 0.5 } else { noise(t, 1.7) };
-        [noise(t, 1.3), y, noise(t, 2.9)]
-    });
-    join(&mut recording, &gyro).unwrap();
-    let frozen = finding(&recording, "frozen-axis");
-    assert_eq!(frozen.file.as_deref(), Some("gyro.txt"));
-    assert_eq!(frozen.lines, [[201, 350]]);
 }
 
 #[test]

@@ -147,19 +147,6 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
-    let irregular = rows.blanks.iter();
-    let irregular = irregular.filter(|(_, n)| regular > 0 && *n > regular);
-    let irregular = irregular.map(|(row, _)| u64::from(rows.lines[*row]) - 1);
-    let irregular: Vec<u64> = irregular.collect();
-    if !irregular.is_empty() {
-        let text = format!(
-            "more blank lines than between other rows in {} places: breaks between segments",
-            irregular.len()
-        );
-        findings.push(
-            Finding::new(FindingKind::BlankRows, text).at_lines(&irregular.into_iter().collect()),
-        );
-    }
     if !rows.nul_lines.is_empty() {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
         findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));

@@ -16,13 +16,15 @@ const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.
 #[derive(Default)]
-pub(super) struct JudgedTime {
+pub(crate) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
     pub start_s: Option<f64>,
     pub timing: Timing,
     /// Lines of the rows at which the clock begins again.
     pub restarts: Vec<u32>,
+    /// Lines of the rows before which more than four are missing, and these steps, s.
+    pub gaps: Vec<(u32, f64)>,
 }
 
 impl JudgedTime {
@@ -78,6 +80,18 @@ impl JudgedTime {
             findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
         judged
+    }
+
+    /// Shifts the times so that the row of this line has this time; without one there is no clock.
+    pub fn continue_from(&mut self, anchor: Option<(u32, f64)>, lines: &[u32]) {
+        let Some((line, time_s)) = anchor else {
+            *self = JudgedTime::default();
+            return;
+        };
+        let row = lines.partition_point(|l| *l < line);
+        let shift_s = self.time_s.get(row).map_or(f64::NAN, |t| time_s - t);
+        self.time_s.resize(lines.len(), f64::NAN);
+        self.time_s.iter_mut().for_each(|t| *t += shift_s);
     }
 
     /// Breaks beside named gaps.
@@ -146,6 +160,9 @@ impl JudgedTime {
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
+        let step_s = |row: usize| clock.time_s[row] - clock.time_s[row - 1];
+        let gaps = clock.gaps.iter().filter(|row| **row > 0);
+        self.gaps = gaps.map(|r| (rows.lines[*r], step_s(*r))).collect();
         self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
@@ -163,7 +180,7 @@ pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
 }
 
 /// The column of time that rises most often and most evenly; steps only if there is no other.
-pub(crate) fn find_clock(
+fn find_clock(
     format: &Format,
     rows: &Batch,
     options: ClockOptions<'_>,
@@ -219,56 +236,37 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
 }
 
 /// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
-/// `nanosec`). The fraction falls where the seconds rise, and rises elsewhere; an independent clock
-/// and the duration of a loop do not.
+/// `nanosec`).
 fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
     let is_time = |c: &usize| format.columns[*c].role == Role::Time;
-    let times: Vec<usize> = (0..format.columns.len()).filter(is_time).collect();
+    let times = || (0..format.columns.len()).filter(is_time);
     let unit_s = |c: usize| {
-        if format.columns[c].is_dated {
-            Some(1.0)
-        } else {
-            time_scale_s(&format.columns[c].unit)
-        }
+        let column = &format.columns[c];
+        column
+            .is_dated
+            .then_some(1.0)
+            .or_else(|| time_scale_s(&column.unit))
     };
-    for &whole in times
-        .iter()
-        .filter(|c| unit_s(**c).is_none_or(|u| u == 1.0))
-    {
-        for &below in &times {
-            let Some(unit_s) = unit_s(below).filter(|u| *u < 1.0) else {
-                continue;
-            };
-            let (seconds, fraction) = (&rows.columns[whole], &rows.columns[below]);
-            if is_split(seconds, fraction, unit_s) {
-                let sum = seconds.iter().zip(fraction).map(|(s, f)| s + f * unit_s);
-                return Some(sum.collect());
-            }
-        }
-    }
-    None
+    let mut wholes = times().filter(|c| unit_s(*c).is_none_or(|u| u == 1.0));
+    wholes.find_map(|whole| {
+        times().find_map(|below| {
+            let unit_s = unit_s(below).filter(|u| *u < 1.0)?;
+            add_parts(&rows.columns[whole], &rows.columns[below], unit_s)
+        })
+    })
 }
 
-fn is_split(seconds: &[f64], fraction: &[f64], unit_s: f64) -> bool {
-    let (mut rising, mut within, mut falls, mut turns) = (0, 0, 0, 0);
-    for row in 1..seconds.len() {
-        let more = seconds[row] - seconds[row - 1];
-        let less = fraction[row] - fraction[row - 1];
-        if more == 0.0 {
-            within += 1;
-            rising += usize::from(less > 0.0);
-        } else {
-            // In a gap the fraction may rise.
-            turns += 1;
-            falls += usize::from(less < 0.0);
-        }
-    }
+/// The sum of seconds and their fraction, if they are that: it rises. An independent clock falls where
+/// it begins again, and the duration of a loop at any time.
+fn add_parts(seconds: &[f64], fraction: &[f64], unit_s: f64) -> Option<Vec<f64>> {
     let parts = seconds.iter().zip(fraction);
-    let mut parts = parts.filter(|(s, f)| s.is_finite() && f.is_finite());
-    within > 0
-        && rising * 10 >= within * 9
-        && falls * 10 >= turns * 8
-        && parts.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
+    let mut known = parts
+        .clone()
+        .filter(|(s, f)| s.is_finite() && f.is_finite());
+    let are_parts = known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)));
+    let sum: Vec<f64> = parts.map(|(s, f)| s + f * unit_s).collect();
+    let ((rises, falls), (turns, _)) = (judge::trend(&sum), judge::trend(seconds));
+    (are_parts && turns < 1.0 && rises >= 0.9 && falls <= 0.2 * turns).then_some(sum)
 }
 
 /// A column of time that holds text, where no other column is a clock.

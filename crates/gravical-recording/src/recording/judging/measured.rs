@@ -1,0 +1,378 @@
+//! From the rows of a file to measurements of one sensor: timed, decoded, without rows that are none.
+
+use super::findings;
+use super::time::JudgedTime;
+use crate::error::Error;
+use crate::finding::{Finding, FindingKind};
+use crate::judge::{self, Encoding, Held};
+use crate::role::Role;
+use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
+
+/// Sensors that are listed.
+const MAX_SENSORS: usize = 256;
+/// Names of the channels in messages.
+const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
+const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
+/// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
+/// much it then differs from gravity.
+const SLIP_END_ROWS: usize = 640;
+const SLIP_TOLERANCE: f64 = 0.2;
+
+/// What the first rows of a recording showed, by which those that follow are read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Known {
+    pub encoding: Option<Encoding>,
+    pub thermometer: Option<usize>,
+    /// Where the last value of each channel holds in empty cells.
+    pub holds: [Option<[Held; 3]>; 2],
+    /// Whether repeats of all channels mean that the sensor hung.
+    pub marks_hung: bool,
+    /// Gravity in the unit of the file; `None` if shifted columns and other units are not looked
+    /// for.
+    pub gravity: Option<f64>,
+    /// Line and time of the last row whose time is known; `None` without a clock.
+    pub anchor: Option<(u32, f64)>,
+}
+
+/// Measurements, and what was found of them; units are not judged yet.
+pub(crate) struct Measured {
+    /// The rows without these channels.
+    pub rows: Batch,
+    pub accel: [Vec<f64>; 3],
+    pub gyro: Option<[Vec<f64>; 3]>,
+    pub temperature_c: Option<Vec<f64>>,
+    /// Empty without usable stamps.
+    pub time_s: Vec<f64>,
+    pub time: JudgedTime,
+    pub breaks: Vec<usize>,
+    pub zero_offset: f64,
+    pub findings: Vec<Finding>,
+    pub known: Known,
+}
+
+impl Measured {
+    /// `known`: what the rows before showed. `are_means`: the rows are means of samples.
+    ///
+    /// # Errors
+    ///
+    /// There are no rows, or the sensor did not answer in the first ones.
+    pub fn new(
+        format: &Format,
+        mut rows: Batch,
+        known: Option<&Known>,
+        are_means: bool,
+    ) -> Result<Self, Error> {
+        let options = &format.options;
+        let mut findings = findings::of_columns(format);
+        if let Some((column, _)) = format.sensor {
+            findings.extend(keep_sensor(format, &mut rows, column)?);
+        }
+        if known.is_none() {
+            check_values(format, &rows)?;
+        }
+        let text_cells = findings::of_text_cells(format, &rows);
+        let (thermometer, temperature_c) =
+            take_temperature(format, &mut rows, known, &mut findings).unzip();
+        let mut of_time = Vec::new();
+        let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut of_time);
+        if let Some(known) = known {
+            time.continue_from(known.anchor, &rows.lines);
+        }
+        let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
+        let anchor = times.rev().find(|(_, t)| t.is_finite());
+        let columns = format.columns.iter().zip(&mut rows.columns);
+        let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
+        stamps.for_each(|(_, column)| *column = Vec::new());
+        // Rows that are set aside lose these, too.
+        rows.columns.push(std::mem::take(&mut time.time_s));
+        rows.columns.push(temperature_c.unwrap_or_default());
+        let marks_hung = known.map(|known| known.marks_hung);
+        let marks_hung = if are_means { Some(false) } else { marks_hung };
+        let emptied = set_aside_defects(format, &mut rows, marks_hung);
+        let encoding = match known {
+            Some(known) => known.encoding,
+            None if options.zero_offset.is_some() || options.is_gyroscope => None,
+            None => Encoding::of(format.accel.map(|c| rows.columns[c].as_slice())),
+        };
+        if let Some(encoding) = encoding {
+            decode(format, &mut rows, encoding);
+        }
+        set_aside_slipped(format, &mut rows, known);
+        findings.extend(findings::of_lines(&rows));
+        findings.extend(text_cells);
+        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
+        findings.append(&mut of_time);
+
+        let temperature_c = rows.columns.pop().unwrap_or_default();
+        let mut temperature_c = thermometer.map(|_| temperature_c);
+        let time_s = rows.columns.pop().unwrap_or_default();
+        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
+        let mut accel = format.accel.map(&mut take);
+        let mut gyro = format.gyro.map(|g| g.map(&mut take));
+        if let Some(offset) = options.zero_offset {
+            accel.iter_mut().flatten().for_each(|v| *v -= offset);
+        }
+        let of_encoding = match encoding {
+            Some(Encoding::OffsetBinary) => 32_768.0,
+            _ => 0.0,
+        };
+        let (empty, holds) = judge::fill_cells(
+            &mut accel,
+            gyro.as_mut(),
+            temperature_c.as_mut(),
+            &rows.lines,
+            names(format),
+            known.map(|known| known.holds),
+        );
+        findings.extend(empty);
+        findings.extend(emptied);
+        let mut breaks = std::mem::take(&mut rows.breaks);
+        breaks.extend(time.breaks(&rows, &time_s));
+        breaks.sort_unstable();
+        breaks.dedup();
+        breaks.retain(|row| (1..rows.rows()).contains(row));
+        Ok(Measured {
+            rows,
+            accel,
+            gyro,
+            temperature_c,
+            time_s,
+            time,
+            breaks,
+            zero_offset: options.zero_offset.unwrap_or(of_encoding),
+            findings,
+            known: Known {
+                encoding,
+                thermometer,
+                holds,
+                anchor: anchor.or(known.and_then(|known| known.anchor)),
+                ..known.copied().unwrap_or_default()
+            },
+        })
+    }
+}
+
+/// Names of the channels of a format, in messages.
+pub(crate) fn names(format: &Format) -> [&'static str; 7] {
+    if format.options.is_gyroscope {
+        ALONE
+    } else {
+        CHANNELS
+    }
+}
+
+/// Keeps the rows of the sensor that the user asks for, else of the lowest number or first word.
+pub(crate) fn keep_sensor(
+    format: &Format,
+    rows: &mut Batch,
+    column: usize,
+) -> Result<Option<Finding>, Error> {
+    let labels: Vec<String> = (0..rows.rows())
+        .map(|row| cell_label(rows, column, row))
+        .collect();
+    let mut all: Vec<&String> = Vec::new();
+    for label in &labels {
+        if !label.is_empty() && all.len() < MAX_SENSORS && !all.contains(&label) {
+            all.push(label);
+        }
+    }
+    // Words stay in order.
+    all.sort_by_key(|label| label.parse::<u64>().unwrap_or(u64::MAX));
+    let names = || all.iter().map(|label| (*label).clone()).collect::<Vec<_>>();
+    let wanted = match &format.options.sensor {
+        Some(wanted) if all.contains(&wanted) => wanted,
+        Some(wanted) => return Err(sensor_unknown(wanted, &names())),
+        None => match all.first() {
+            Some(first) => *first,
+            None => return Ok(None),
+        },
+    };
+    let finding = (format.options.sensor.is_none() && all.len() > 1).then(|| {
+        let name = format.names.get(column).map_or("", String::as_str);
+        let text = format!(
+            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
+            all.len(),
+            names().join(", ")
+        );
+        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", all[1])
+    });
+    let keep: Vec<bool> = labels.iter().map(|label| label == wanted).collect();
+    rows.keep(&keep, Reason::OtherSensor);
+    Ok(finding)
+}
+
+/// A cell as text: its word, its number, or nothing.
+pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
+    let code = rows.texts[column].get(row).copied().unwrap_or(0);
+    let word = usize::from(code)
+        .checked_sub(1)
+        .and_then(|at| rows.words[column].get(at));
+    match (word, rows.columns[column].get(row)) {
+        (Some(word), _) => word.trim_matches('"').to_owned(),
+        (None, Some(value)) if value.is_finite() => value.to_string(),
+        _ => String::new(),
+    }
+}
+
+/// Whether the sensor answered at all.
+fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
+    let count = rows.rows();
+    if count == 0 {
+        return Err(no_rows(format!(
+            "no row could be read: {}",
+            rows.ledger.sum()
+        )));
+    }
+    let (sensor, hint) = if format.options.is_gyroscope {
+        (
+            "gyroscope",
+            "check that the sketch wakes the gyroscope, or leave its file out",
+        )
+    } else {
+        (
+            "accelerometer",
+            "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
+        )
+    };
+    let channels = format.accel.map(|c| &rows.columns[c]);
+    for (channel, name) in channels.iter().zip(names(format)) {
+        if channel.iter().all(|v| v.is_nan()) {
+            let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
+            return Err(Error::input("no-values", text)
+                .with_hint("choose other columns, as ax=…,ay=…,az=…")
+                .advise("columns", ""));
+        }
+    }
+    let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
+    if channels.iter().all(is_zero) {
+        let text =
+            format!("the {sensor} reads zero or nothing in all {count} rows: it did not answer");
+        return Err(Error::input("all-zero", text).with_hint(hint));
+    }
+    Ok(())
+}
+
+/// The first thermometer that lives: one that stays at zero loses.
+fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
+    let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
+    let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
+    let all = (0..format.columns.len()).filter(is_one);
+    let is_known = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
+    let mut alive = all.clone().filter(|c| is_alive(&rows.columns[*c]));
+    let mut known = all.filter(|c| is_known(&rows.columns[*c]));
+    alive.next().or_else(|| known.next())
+}
+
+/// The column of the thermometer, and the temperature in °C.
+fn take_temperature(
+    format: &Format,
+    rows: &mut Batch,
+    known: Option<&Known>,
+    findings: &mut Vec<Finding>,
+) -> Option<(usize, Vec<f64>)> {
+    let column = match known {
+        Some(known) => known.thermometer?,
+        None => find_thermometer(format, rows)?,
+    };
+    let mut values = std::mem::take(&mut rows.columns[column]);
+    let board = format
+        .board
+        .filter(|b| b.is_counts() && format.columns[column].unit.is_empty());
+    if let Some(board) = board {
+        values.iter_mut().for_each(|v| *v = board.celsius(*v));
+    }
+    if known.is_some() {
+        return Some((column, values));
+    }
+    let middle = judge::median(values.iter().copied())?;
+    if judge::POSSIBLE_C.contains(&middle) {
+        return Some((column, values));
+    }
+    let text = format!(
+        "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
+    );
+    findings.push(Finding::new(FindingKind::TemperatureUnit, text));
+    None
+}
+
+/// Sets rows aside that were not read, or repeat because the sensor hung; empties the
+/// accelerometer where it alone was not read. `marks_hung` as of [`judge::mark_hung`].
+fn set_aside_defects(
+    format: &Format,
+    rows: &mut Batch,
+    marks_hung: Option<bool>,
+) -> Option<Finding> {
+    let channels = format.channels();
+    let mut emptied = None;
+    // Zero is no rate that a sensor at rest could not have.
+    if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
+        let values = rows.slices(&channels);
+        let is_read = |row: usize| values.iter().any(|c| c[row] != 0.0);
+        let keep: Vec<bool> = (0..rows.rows()).map(is_read).collect();
+        rows.keep(&keep, Reason::Zeros);
+        emptied = empty_unread(format, rows);
+    }
+    let keep = judge::mark_hung(&rows.slices(&channels), marks_hung);
+    rows.keep(&keep, Reason::Hung);
+    emptied
+}
+
+fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
+    let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
+    let mut lines = Vec::new();
+    for run in runs {
+        for column in format.accel {
+            rows.columns[column][run.clone()].fill(f64::NAN);
+        }
+        lines.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
+    }
+    let text = format!(
+        "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
+        lines.len()
+    );
+    (!lines.is_empty())
+        .then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines.into_iter().collect()))
+}
+
+/// Undoes an encoding; that of the gyroscope only if it is written so, too.
+fn decode(format: &Format, rows: &mut Batch, encoding: Encoding) {
+    for (channel, column) in format.channels().into_iter().enumerate() {
+        let values = &mut rows.columns[column];
+        let is_alike = || encoding == Encoding::TwosComplement && judge::are_unsigned(values);
+        if channel < 3 || is_alike() {
+            encoding.undo(values);
+        }
+    }
+}
+
+/// Accelerometer and gyroscope that stand side by side may be shifted against their names: the bus
+/// lost a byte.
+fn set_aside_slipped(format: &Format, rows: &mut Batch, known: Option<&Known>) {
+    let (a, Some(g)) = (format.accel, format.gyro) else {
+        return;
+    };
+    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
+    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
+        return;
+    }
+    if known.is_some_and(|known| !is_off_at_the_end(format, rows, known)) {
+        return;
+    }
+    let first = a[0].min(g[0]);
+    let channels = std::array::from_fn(|i| rows.columns[first + i].as_slice());
+    let gravity = known.and_then(|known| known.gravity);
+    if let Some(row) = judge::slip(channels, a[0] - first, gravity) {
+        let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
+        rows.keep(&keep, Reason::Slipped);
+    }
+}
+
+/// Whether the magnitude at the end of the new rows is not that of gravity.
+fn is_off_at_the_end(format: &Format, rows: &Batch, known: &Known) -> bool {
+    let last = known.anchor.map_or(0, |(line, _)| line);
+    let from = rows.lines.partition_point(|line| *line <= last);
+    let from = from.max(rows.rows().saturating_sub(SLIP_END_ROWS));
+    let end = format.accel.map(|c| &rows.columns[c][from..]);
+    let norm = known.gravity.zip(judge::quiet_norm(end));
+    norm.is_some_and(|(gravity, norm)| (norm / gravity - 1.0).abs() >= SLIP_TOLERANCE)
+}
