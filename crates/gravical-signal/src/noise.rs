@@ -99,13 +99,6 @@ impl NoiseModel {
         self.parts(tau_s).iter().sum()
     }
 
-    /// Power spectral density, one-sided.
-    #[must_use]
-    pub fn density(&self, hz: f64) -> f64 {
-        let [n, b, k] = self.squares;
-        2.0 * n + b / (PI * hz) + k / (2.0 * (PI * hz).powi(2))
-    }
-
     /// Variance of the slope of the line fitted to a recording of noise of this model, 1/s².
     #[must_use]
     pub fn slope_variance(&self, duration_s: f64) -> f64 {
@@ -118,6 +111,12 @@ impl NoiseModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Power spectral density of a model, one-sided.
+    fn density(model: &NoiseModel, hz: f64) -> f64 {
+        let [n, b, k] = model.squares;
+        2.0 * n + b / (PI * hz) + k / (2.0 * (PI * hz).powi(2))
+    }
 
     /// ∫ f(x) dx from `low` to 10⁸ times it, in logarithmic steps.
     fn integral(low: f64, f: impl Fn(f64) -> f64) -> f64 {
@@ -136,7 +135,7 @@ mod tests {
         let tau_s = 8.0;
         let variance = integral(1e-6, |hz| {
             let x = PI * tau_s * hz;
-            model.density(hz) * 2.0 * x.sin().powi(4) / (x * x)
+            density(&model, hz) * 2.0 * x.sin().powi(4) / (x * x)
         });
         assert!((variance / model.variance(tau_s) - 1.0).abs() < 1e-3);
     }
@@ -166,7 +165,7 @@ mod tests {
                     x.sin() / x - x.cos()
                 };
                 let weight = 6.0 * bracket / (x * duration_s);
-                model.density(hz) * weight * weight
+                density(&model, hz) * weight * weight
             });
             let variance = model.slope_variance(duration_s);
             assert!((found / variance - 1.0).abs() < 2e-3, "{found} {variance}");

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{NoiseModel, NoiseTerm};
+use crate::allan::AllanVariance;
 
 /// Real noise follows the model to about this fraction of the variance: without it the first
 /// averaging times, known to a thousandth, would decide all terms.
@@ -65,13 +66,12 @@ pub struct NoisePoints {
 }
 
 impl NoisePoints {
-    /// Points of samples `period_s` apart in segments of these `lengths`: averaging times in samples,
-    /// and Allan variances; octaves where they are fitted.
+    /// Points of samples `period_s` apart in segments of these `lengths`; octaves where they are fitted.
     #[must_use]
-    pub fn new(points: &[(usize, f64)], lengths: &[usize], period_s: f64) -> Self {
-        let m = points.iter().map(|(m, _)| *m as f64).collect::<Vec<f64>>();
+    pub fn new(points: &[AllanVariance], lengths: &[usize], period_s: f64) -> Self {
+        let m: Vec<f64> = points.iter().map(|p| p.m as f64).collect();
         NoisePoints {
-            variance: points.iter().map(|(_, variance)| *variance).collect(),
+            variance: points.iter().map(|p| p.variance).collect(),
             ..NoisePoints::without_values(&m, lengths, period_s)
         }
     }
@@ -341,10 +341,18 @@ pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
+    fn point(m: usize, variance: f64) -> AllanVariance {
+        AllanVariance {
+            m,
+            terms: 1,
+            variance,
+        }
+    }
+
     fn exact(squares: [f64; 3], samples: usize) -> NoisePoints {
         let model = NoiseModel { squares };
         let octaves = (0..).map(|k| 1_usize << k).take_while(|m| 2 * m < samples);
-        let points = octaves.map(|m| (m, model.variance(0.01 * m as f64)));
+        let points = octaves.map(|m| point(m, model.variance(0.01 * m as f64)));
         NoisePoints::new(&points.collect::<Vec<_>>(), &[samples], 0.01)
     }
 
@@ -382,7 +390,10 @@ mod tests {
     #[test]
     fn too_few_points_are_no_fit() {
         assert_eq!(fit_noise(&NoisePoints::new(&[], &[], 0.01)), None);
-        assert_eq!(fit_noise(&NoisePoints::new(&[(1, 1.0)], &[3], 0.01)), None);
+        assert_eq!(
+            fit_noise(&NoisePoints::new(&[point(1, 1.0)], &[3], 0.01)),
+            None
+        );
     }
 
     #[test]
@@ -391,7 +402,7 @@ mod tests {
             squares: [1.0, 0.1, 0.01],
         };
         let covariance = |segments: usize| {
-            let points = [(4, 1.0), (512, 1.0)];
+            let points = [point(4, 1.0), point(512, 1.0)];
             NoisePoints::new(&points, &vec![5000; segments], 0.01).covariance(&model)
         };
         assert!((covariance(1) / 10.0 - covariance(10)).abs().max() < 1e-12);
