@@ -39,7 +39,6 @@ fn poles_that_nearly_reach_the_unit_circle_are_refused() {
         "butter:4,0.0001Hz",
         "butter:1,49.99999999Hz",
         "highpass:4,49.99999999Hz",
-        "butter:4,5-5.000001Hz",
     ] {
         let error = Filter::design(&text.parse().unwrap(), Some(100.0)).err();
         assert_eq!(error.unwrap().code(), "filter-range", "{text}");
@@ -47,13 +46,11 @@ fn poles_that_nearly_reach_the_unit_circle_are_refused() {
 }
 
 /// Every kind of linear filter.
-const LINEAR: [&str; 9] = [
+const LINEAR: [&str; 7] = [
     "savgol:5,2",
-    "savgol:11,3,1",
     "savgol:21,4",
     "butter:4,5Hz",
     "butter1:3,5Hz",
-    "butter:2,5-20Hz",
     "highpass:4,0.5Hz",
     "highpass1:2,12Hz",
     "mean:7",
@@ -75,9 +72,9 @@ fn deviation(x: &[f64]) -> f64 {
 #[test]
 fn gain_equals_that_measured_on_noise() {
     let white = noise(400_000, 3);
-    for spec in LINEAR.iter().chain(&["butter:8,1Hz", "butter:5,9-11Hz"]) {
+    for spec in LINEAR.iter().chain(&["butter:8,1Hz"]) {
         let y = filtered(spec, 100.0, &white);
-        let gain = designed(spec, 100.0).response().noise_gain.unwrap();
+        let gain = designed(spec, 100.0).noise_gain().unwrap();
         let seen = deviation(&y) / deviation(&white);
         // The output of a narrow filter has few independent values.
         assert!((seen / gain - 1.0).abs() < 0.03, "{spec}: {seen} {gain}");
@@ -98,33 +95,15 @@ fn passed(spec: &str, share: f64) -> f64 {
 }
 
 #[test]
-fn gain_is_minus_3_db_at_the_stated_frequencies() {
-    for spec in LINEAR.iter().filter(|s| **s != "savgol:11,3,1") {
-        let filter = designed(spec, 100.0);
-        let shares = &filter.response().minus_3db_of_rate;
-        assert!(!shares.is_empty(), "{spec}");
-        for share in shares {
-            let got = passed(spec, *share);
-            assert!(
-                (got - 0.5_f64.sqrt()).abs() < 1e-6,
-                "{spec} at {share}: {got}"
-            );
-        }
-    }
-    // For a derivative, relative to the true one.
-    let share = designed("savgol:11,3,1", 100.0)
-        .response()
-        .minus_3db_of_rate[0];
-    let got = passed("savgol:11,3,1", share) / (2.0 * PI * share * 100.0);
-    assert!((got - 0.5_f64.sqrt()).abs() < 1e-6, "{got}");
-    // These do not filter and have no −3 dB frequency.
-    for spec in ["mean:1", "savgol:5,4"] {
-        assert!(
-            designed(spec, 100.0)
-                .response()
-                .minus_3db_of_rate
-                .is_empty()
-        );
+fn gain_is_minus_3_db_at_the_cutoff() {
+    for (spec, share) in [
+        ("butter:4,5Hz", 0.05),
+        ("butter1:3,5Hz", 0.05),
+        ("highpass:4,0.5Hz", 0.005),
+        ("highpass1:2,12Hz", 0.12),
+    ] {
+        let got = passed(spec, share);
+        assert!((got - 0.5_f64.sqrt()).abs() < 1e-6, "{spec}: {got}");
     }
 }
 
