@@ -240,13 +240,14 @@ fn parse(text: &str) -> Option<FilterSpec> {
 /// ```
 pub struct Filter {
     pub(super) spec: FilterSpec,
-    kind: Kind,
-}
-
-enum Kind {
-    Savgol(Savgol),
-    Butterworth(Butterworth),
-    Hampel { window: usize, sigmas: f64 },
+    /// Fewer samples are left unchanged.
+    pub(super) shortest: usize,
+    /// Samples on each side that affect a value: half a window, or a period of the cutoff.
+    pub(super) reach: usize,
+    /// Samples until its response to an impulse ends; `None` without one.
+    memory: Option<usize>,
+    /// From evenly spaced samples, `shortest` or more, to as many.
+    run: Box<dyn Fn(&[f64]) -> Vec<f64>>,
 }
 
 impl Filter {
@@ -261,12 +262,19 @@ impl Filter {
     /// parameters, for example a cutoff above half the rate.
     pub fn design(spec: &FilterSpec, rate_hz: Option<f64>) -> Result<Filter> {
         spec.validate()?;
-        let kind = match *spec {
+        match *spec {
             FilterSpec::SavitzkyGolay { window, order } => {
-                Kind::Savgol(Savgol::new(window, order).ok_or_else(|| {
+                let run = savitzky_golay(window, order).ok_or_else(|| {
                     let what = format!("{spec}: the window does not determine the polynomial");
                     Error::usage("filter-range", what).with_hint(EXAMPLES)
-                })?)
+                })?;
+                Ok(Filter {
+                    spec: *spec,
+                    shortest: window,
+                    reach: window / 2,
+                    memory: Some(window),
+                    run: Box::new(run),
+                })
             }
             FilterSpec::Butterworth {
                 order,
@@ -274,199 +282,157 @@ impl Filter {
                 band,
                 passes,
             } => {
-                let Some(rate_hz) = rate_hz else {
+                let rate_hz = rate_hz.ok_or_else(|| {
                     let what = "needs the sampling rate, and the recording has no time stamps";
-                    return Err(Error::usage("rate-unknown", format!("{spec} {what}"))
+                    Error::usage("rate-unknown", format!("{spec} {what}"))
                         .of_option("rate")
-                        .with_hint("give the rate in Hz"));
-                };
-                Kind::Butterworth(Butterworth::new(order, cutoff_hz, band, passes, rate_hz)?)
+                        .with_hint("give the rate in Hz")
+                })?;
+                let (sections, decay) = butterworth(order, cutoff_hz, band, passes, rate_hz)?;
+                let is_causal = passes == Passes::Causal;
+                let padding = if is_causal { 0 } else { 3 * (order + 1) };
+                Ok(Filter {
+                    spec: *spec,
+                    shortest: padding + 1,
+                    reach: (rate_hz / cutoff_hz).ceil() as usize,
+                    memory: Some(decay + padding + 1),
+                    run: Box::new(move |x: &[f64]| run_sections(&sections, padding, x)),
+                })
             }
-            FilterSpec::Hampel { window, sigmas } => Kind::Hampel { window, sigmas },
-        };
-        Ok(Filter { spec: *spec, kind })
+            FilterSpec::Hampel { window, sigmas } => Ok(Filter {
+                spec: *spec,
+                shortest: 1,
+                reach: window / 2,
+                memory: None,
+                run: Box::new(move |x: &[f64]| hampel(x, window, sigmas)),
+            }),
+        }
     }
 
     /// Standard deviation of white noise after the filter over that before it: the root of the sum of
     /// squares of its impulse response. `None` for Hampel, which has no impulse response.
     #[must_use]
     pub fn noise_gain(&self) -> Option<f64> {
-        let memory = match &self.kind {
-            Kind::Savgol(savgol) => savgol.window,
-            Kind::Butterworth(butterworth) => butterworth.memory,
-            Kind::Hampel { .. } => return None,
-        };
+        let memory = self.memory?;
         let mut response = vec![0.0; 2 * memory + 1];
         response[memory] = 1.0;
         self.apply(&mut response);
         Some(response.iter().map(|h| h * h).sum::<f64>().sqrt())
     }
 
-    /// Fewer samples than this are left unchanged.
-    #[must_use]
-    pub fn shortest(&self) -> usize {
-        match &self.kind {
-            Kind::Savgol(savgol) => savgol.window,
-            Kind::Butterworth(butterworth) => butterworth.padding + 1,
-            Kind::Hampel { .. } => 1,
-        }
-    }
-
-    /// Number of samples on each side that affect a value: half a window, or a period of the cutoff.
-    pub(super) fn reach(&self) -> usize {
-        match &self.kind {
-            Kind::Savgol(savgol) => savgol.window / 2,
-            Kind::Hampel { window, .. } => window / 2,
-            Kind::Butterworth(butterworth) => butterworth.cutoff_of_rate.recip().ceil() as usize,
-        }
-    }
-
-    /// Filters one channel of equally spaced samples without gaps, in place; fewer than
-    /// [`shortest`](Self::shortest) are left unchanged. Returns the number of outliers that were
-    /// replaced (Hampel; otherwise 0).
+    /// Filters one channel of equally spaced samples without gaps, in place; too few for the filter are
+    /// left unchanged. Returns the number of samples that changed.
     ///
     /// The samples are not checked: a sample that is not finite spoils all results whose window
     /// contains it, and all results of a Butterworth filter. [`denoise`](super::denoise) handles
     /// such samples.
     pub fn apply(&self, samples: &mut [f64]) -> usize {
-        if samples.len() < self.shortest() {
+        if samples.len() < self.shortest {
             return 0;
         }
-        let (filtered, replaced) = match &self.kind {
-            Kind::Savgol(savgol) => (savgol.filter(samples), 0),
-            Kind::Butterworth(butterworth) => (butterworth.filter(samples), 0),
-            Kind::Hampel { window, sigmas } => hampel(samples, *window, *sigmas),
-        };
-        samples.copy_from_slice(&filtered);
-        replaced
+        let filtered = (self.run)(samples);
+        let mut changed = 0;
+        for (sample, filtered) in samples.iter_mut().zip(filtered) {
+            changed += usize::from(*sample != filtered);
+            *sample = filtered;
+        }
+        changed
     }
 }
 
-struct Butterworth {
-    sections: Vec<Biquad<f64>>,
+/// The sections of one pass, and the samples in which they decay to e⁻²⁵.
+fn butterworth(
+    order: usize,
+    cutoff_hz: f64,
+    band: Band,
     passes: Passes,
-    cutoff_of_rate: f64,
-    /// Samples added at each end.
-    padding: usize,
-    /// Samples after which the response to an impulse has decayed to e⁻²⁵.
-    memory: usize,
+    rate_hz: f64,
+) -> Result<(Vec<Biquad<f64>>, usize)> {
+    let share = cutoff_hz / rate_hz;
+    if !(share > MIN_SHARE && share < 0.5 - MIN_SHARE) {
+        let what = format!(
+            "the cutoff has to be between 0 and {} Hz, half the rate, and {} Hz from both",
+            digits(0.5 * rate_hz, 4),
+            digits(MIN_SHARE * rate_hz, 1)
+        );
+        return Err(Error::usage("filter-range", what)
+            .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
+    }
+    let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
+    let mut omega = (PI * share).tan();
+    let mut designed_hz = cutoff_hz;
+    if passes == Passes::Two {
+        omega = if band == Band::Low {
+            omega / q
+        } else {
+            omega * q
+        };
+        designed_hz = rate_hz / PI * omega.atan();
+    }
+    let mut sections = vec![Biquad::default(); sections_of(order)];
+    match band {
+        Band::Low => low_pass(order, designed_hz, rate_hz, &mut sections),
+        Band::High => high_pass(order, designed_hz, rate_hz, &mut sections),
+    }
+    .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
+    // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
+    let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
+    let squared_radius = (1.0 + omega * omega - near) / (1.0 + omega * omega + near);
+    Ok((sections, (-50.0 / squared_radius.ln()).ceil() as usize))
 }
 
-impl Butterworth {
-    fn new(order: usize, cutoff_hz: f64, band: Band, passes: Passes, rate_hz: f64) -> Result<Self> {
-        let cutoff_of_rate = cutoff_hz / rate_hz;
-        if !(cutoff_of_rate > MIN_SHARE && cutoff_of_rate < 0.5 - MIN_SHARE) {
-            let what = format!(
-                "the cutoff has to be between 0 and {} Hz, half the rate, and {} Hz from both",
-                digits(0.5 * rate_hz, 4),
-                digits(MIN_SHARE * rate_hz, 1)
-            );
-            return Err(Error::usage("filter-range", what)
-                .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
-        }
-        let mut omega = (PI * cutoff_of_rate).tan();
-        let (mut designed_hz, mut padding) = (cutoff_hz, 0);
-        if passes == Passes::Two {
-            let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
-            omega = if band == Band::Low {
-                omega / q
-            } else {
-                omega * q
-            };
-            designed_hz = rate_hz / PI * omega.atan();
-            padding = 3 * (order + 1);
-        }
-        let mut sections = vec![Biquad::default(); sections_of(order)];
-        match band {
-            Band::Low => low_pass(order, designed_hz, rate_hz, &mut sections),
-            Band::High => high_pass(order, designed_hz, rate_hz, &mut sections),
-        }
-        .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
-        // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
-        let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
-        let squared_radius = (1.0 + omega * omega - near) / (1.0 + omega * omega + near);
-        Ok(Butterworth {
-            sections,
-            passes,
-            cutoff_of_rate,
-            padding,
-            memory: (-50.0 / squared_radius.ln()).ceil() as usize + padding + 1,
-        })
-    }
-
-    fn filter(&self, x: &[f64]) -> Vec<f64> {
-        // Odd reflection about the end points: value and slope are continuous.
-        let (n, padding) = (x.len(), self.padding);
-        let before = (1..=padding).rev().map(|i| 2.0 * x[0] - x[i]);
-        let after = (1..=padding).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]);
-        let mut y: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
-        self.pass(&mut y);
-        if self.passes == Passes::Two {
-            y.reverse();
-            self.pass(&mut y);
-            y.reverse();
-        }
-        y[padding..padding + n].to_vec()
-    }
-
-    /// One pass from the steady state of the first sample. One section after the other: its state
-    /// stays in registers, and the numbers are those of the sections run together.
-    fn pass(&self, y: &mut [f64]) {
+/// One pass, or two with `padding` samples added at each end.
+fn run_sections(sections: &[Biquad<f64>], padding: usize, x: &[f64]) -> Vec<f64> {
+    // Odd reflection about the end points: value and slope are continuous.
+    let n = x.len();
+    let before = (1..=padding).rev().map(|i| 2.0 * x[0] - x[i]);
+    let after = (1..=padding).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]);
+    let mut y: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
+    let passes = if padding == 0 { 1 } else { 2 };
+    for _ in 0..passes {
+        // From the steady state of the first sample. One section after the other: its state stays in
+        // registers, and the numbers are those of the sections run together.
         let mut steady = y[0];
-        for section in &self.sections {
-            let mut section = *section;
+        for mut section in sections.iter().copied() {
             steady = section.settle(steady);
             y.iter_mut().for_each(|v| *v = section.update(*v));
         }
+        if padding > 0 {
+            y.reverse();
+        }
     }
+    y[padding..padding + n].to_vec()
 }
 
+/// The filter; `window` is odd and above `order`. `None` if the window does not determine the polynomial.
 /// Samples are equally spaced, so that one set of weights is used for all.
-struct Savgol {
-    window: usize,
-    order: usize,
-    /// Chebyshev coefficients of the fit by the samples of a window: R⁻¹Qᵀ.
-    fit: DMatrix<f64>,
-    /// For the middle of a window.
-    weights: Vec<f64>,
-}
-
-impl Savgol {
-    /// `window` is odd and above `order`. `None` if the window does not determine the polynomial.
-    fn new(window: usize, order: usize) -> Option<Self> {
-        let points = (0..window).flat_map(|i| chebyshev(order, position(i, window)));
-        let qr = DMatrix::from_row_iterator(window, order + 1, points).qr();
-        let fit = qr.r().solve_upper_triangular(&qr.q().transpose())?;
-        let middle = DVector::from_vec(chebyshev(order, 0.0));
-        let weights = fit.tr_mul(&middle).as_slice().to_vec();
-        Some(Savgol {
-            window,
-            order,
-            fit,
-            weights,
-        })
-    }
-
-    /// At the ends the fit to the last full window goes on (scipy's `interp`).
-    fn filter(&self, x: &[f64]) -> Vec<f64> {
-        let (n, ends) = (x.len(), self.window / 2);
+fn savitzky_golay(window: usize, order: usize) -> Option<impl Fn(&[f64]) -> Vec<f64>> {
+    let points = (0..window).flat_map(|i| chebyshev(order, position(i, window)));
+    let qr = DMatrix::from_row_iterator(window, order + 1, points).qr();
+    // Chebyshev coefficients of the fit by the samples of a window: R⁻¹Qᵀ.
+    let fit = qr.r().solve_upper_triangular(&qr.q().transpose())?;
+    // For the middle of a window.
+    let weights = fit.tr_mul(&DVector::from_vec(chebyshev(order, 0.0)));
+    Some(move |x: &[f64]| {
+        let (n, ends) = (x.len(), window / 2);
         let mut y = vec![0.0; n];
         for (block, y) in y[ends..n - ends].chunks_mut(BLOCK).enumerate() {
-            for (k, weight) in self.weights.iter().enumerate() {
+            for (k, weight) in weights.iter().enumerate() {
                 y.iter_mut()
                     .zip(&x[BLOCK * block + k..])
                     .for_each(|(y, x)| *y += weight * x);
             }
         }
-        for (start, rows) in [(0, 0..ends), (n - self.window, n - ends..n)] {
-            let fit = &self.fit * DVector::from_column_slice(&x[start..start + self.window]);
+        // At the ends the fit to the last full window goes on (scipy's `interp`).
+        for (start, rows) in [(0, 0..ends), (n - window, n - ends..n)] {
+            let fit = &fit * DVector::from_column_slice(&x[start..start + window]);
             for row in rows {
-                let basis = chebyshev(self.order, position(row - start, self.window));
+                let basis = chebyshev(order, position(row - start, window));
                 y[row] = basis.iter().zip(&fit).map(|(b, c)| b * c).sum();
             }
         }
         y
-    }
+    })
 }
 
 /// Place of a sample in its window, from −1 to 1.

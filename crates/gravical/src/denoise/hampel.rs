@@ -16,12 +16,11 @@ const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 /// √(π/2).
 const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 
-/// `x` with its outliers replaced, and their number. A window that reaches beyond `x` is truncated.
-pub(super) fn hampel(x: &[f64], window: usize, sigmas: f64) -> (Vec<f64>, usize) {
+/// `x` with its outliers replaced. A window that reaches beyond `x` is truncated.
+pub(super) fn hampel(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
     let half = window / 2;
     // The samples of the window, except the newest one.
     let mut sorted = SortedWindow::new(x.iter().copied().take(half));
-    let mut replaced = 0;
     let filtered = x.iter().enumerate().map(|(i, &value)| {
         if let Some(sample) = x.get(i + half) {
             sorted.insert(*sample);
@@ -33,10 +32,9 @@ pub(super) fn hampel(x: &[f64], window: usize, sigmas: f64) -> (Vec<f64>, usize)
         let off = (value - median).abs();
         // For most samples the first condition fails, so the spread is not computed.
         let is_outlier = off > 0.0 && off > sigmas * spread(&sorted, median);
-        replaced += usize::from(is_outlier);
         if is_outlier { median } else { value }
     });
-    (filtered.collect(), replaced)
+    filtered.collect()
 }
 
 /// Robust standard deviation of a window.
@@ -96,10 +94,8 @@ mod tests {
                 x[i] += if i % 2 == 0 { 50.0 } else { -3.0 };
             }
             for (window, sigmas) in [(3, 3.0), (7, 3.0), (11, 2.0), (21, 0.0), (601, 3.0)] {
-                let (fast, replaced) = hampel(&x, window, sigmas);
+                let fast = hampel(&x, window, sigmas);
                 assert_eq!(fast, by_definition(&x, window, sigmas), "{window} {sigmas}");
-                let changed = fast.iter().zip(&x).filter(|(a, b)| a != b).count();
-                assert_eq!(replaced, changed);
             }
         }
     }

@@ -306,7 +306,7 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
     let mut reach = 0;
     for filter in &filters {
         // A filter spreads motion into the ends of a static interval.
-        reach += filter.reach();
+        reach += filter.reach;
         at_rest.push(inner_rows(&rests, reach));
     }
     let done = rows::run(recording, &filters, options.channels, &at_rest)?;
@@ -406,7 +406,7 @@ fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>) -> Vec<Fin
                 NotFiltered,
                 "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
                 treatment.short_stretches,
-                filter.shortest(),
+                filter.shortest,
                 treatment.too_short
             );
             findings.push(finding.counting(treatment.too_short as u64));

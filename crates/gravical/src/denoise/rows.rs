@@ -191,7 +191,7 @@ impl Grid {
         } else {
             rows.iter().map(|row| column[*row]).collect()
         };
-        if rows.len().min(samples.len()) < filter.shortest() {
+        if rows.len().min(samples.len()) < filter.shortest {
             treatment.too_short += rows.len();
             treatment.short_stretches += 1;
             return;
