@@ -50,13 +50,9 @@ impl InteractiveSensor {
     ///
     /// # Errors
     ///
-    /// `simulate-option` (usage) for an option out of its range, and for a scenario with a soak,
-    /// which is not simulated here.
+    /// `simulate-option` (usage) for an option out of its range.
     pub fn new(options: &SimulateOptions) -> Result<Self> {
         options.validate()?;
-        if options.scenario.soak().is_some() {
-            return Err(bad("a soak is not simulated here: leave `soak` out"));
-        }
         let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
         let (nominal, up) = draws.face_pose(Z_UP);
         let mut builder = Builder::new(options, up);
@@ -81,7 +77,7 @@ impl InteractiveSensor {
         while (self.steps as f64) < due {
             self.steps += 1;
             let (path, now_s) = (&self.builder.path, self.steps as f64 / INSIDE_HZ);
-            let warm_c = warmer_c(&self.options, 0.0, now_s, 1.0);
+            let warm_c = warmer_c(&self.options, now_s);
             if (self.steps as f64) < due {
                 self.part.update(path, now_s, warm_c);
             } else {

@@ -13,11 +13,14 @@ use super::random::{Purpose, normal, stream, uniform};
 use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
-pub(super) const START_TEMPERATURE_C: f64 = 25.0;
+const START_TEMPERATURE_C: f64 = 25.0;
 
 /// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
 const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
+
+/// One count of the gyroscope at its range of ±250 °/s.
+const GYRO_LSB_DEG_S: f64 = 1.0 / 131.0;
 
 /// Widths of the errors: cross-axis ±2 % by the data sheet as an angle (sd), bias ±50 mg, gyroscope ±3 % and
 /// ±2 °/s, its sensitivity to acceleration 0.1 °/s per g (sd).
@@ -71,16 +74,12 @@ impl Sensor {
         let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
         let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
         let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
-        let soak = options.scenario.soak();
-        let drift_deg_s = soak.map(|(_, drift_deg_s)| drift_deg_s);
-        let drift = drift_deg_s.map(|d| from_fn(|_| d.to_radians().copysign(uniform(&mut rng))));
         let gyro = GyroscopeTruth {
             matrix,
             bias_rad_s: bias,
-            bias_drift_rad_s_per_c: drift,
             g_sensitivity_rad_s_per_mps2: g_sensitivity,
             noise_rad_rts: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
-            lsb_rad_s: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
+            lsb_rad_s: GYRO_LSB_DEG_S.to_radians(),
         };
         Self { accel, gyro }
     }
@@ -105,10 +104,9 @@ impl Sensor {
         let accel = mul_vec(&a.matrix, &force);
         let turned = mul_vec(&g.matrix, &rate);
         let bent = mul_vec(&g.g_sensitivity_rad_s_per_mps2, &force);
-        let drift = g.bias_drift_rad_s_per_c.unwrap_or_default();
         from_fn(|channel| match (channel / 3, channel % 3) {
             (0, i) => accel[i] + a.bias_mps2[i] + a.bias_drift_mps2_per_c[i] * warmer_c,
-            (_, i) => turned[i] + g.bias_rad_s[i] + drift[i] * warmer_c + bent[i],
+            (_, i) => turned[i] + g.bias_rad_s[i] + bent[i],
         })
     }
 }

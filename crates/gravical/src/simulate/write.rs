@@ -77,13 +77,12 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     let scenario = o.scenario.name();
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
-         # seed {}, rate {} Hz, range {} g and {} °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
+         # seed {}, rate {} Hz, range {} g and 250 °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
          # gravity {} m/s², tilt of the poses {}°, jitter {} ms, lost rows {}\n\
          {header}\n",
         o.seed,
         o.rate_hz,
         s.accel_range_g,
-        s.gyro_range_deg_s,
         s.noise_factor * ACCEL_NOISE_MPS_RTS,
         s.noise_factor * GYRO_NOISE_DEG_RTS,
         o.gravity_mps2,
