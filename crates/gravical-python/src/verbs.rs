@@ -212,7 +212,7 @@ fn estimate_noise(mut call: Call) -> Result<Outcome> {
     let reading = call.reading;
     let result = match (reading.paths(), &reading.gyro) {
         (Some([path]), None) => noise(path, &reading.options)?,
-        _ => noise_of(&*reading.one()?)?,
+        _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
     };
     let inputs = result.inputs.clone();
     Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))

@@ -49,9 +49,8 @@ use crate::calibration_file::{CHANNELS, InputFile};
 use crate::finding::{Finding, LineSpans, finding};
 use crate::numfmt;
 use crate::poses::check_units;
-use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
-use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
 use crate::stats::pooled_deviation;
 use crate::{Error, Result};
@@ -90,7 +89,7 @@ const MAX_CHANGE_C: f64 = 1.0;
 /// As [`read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
 pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
-    noise_of(&recording::read_samples(path, read)?)
+    noise_of(recording::read_samples(path, read)?)
 }
 
 /// The same of a recording in memory.
@@ -98,9 +97,9 @@ pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
 /// # Errors
 ///
 /// As [`noise`]; `averaged` (usage) if its rows are means of samples.
-pub fn noise_of(recording: &Recording) -> Result<NoiseResult> {
+pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     recording.refuse_averaged("use `noise`, which reads the file")?;
-    check_units(std::slice::from_ref(recording))?;
+    check_units(std::slice::from_ref(&recording))?;
     let Some(accel_per_si) = recording.accel_scale.nominal() else {
         let what = "counts of unknown scale: the noise has no unit";
         return Err(Error::input("unit-unknown", what)
@@ -108,13 +107,22 @@ pub fn noise_of(recording: &Recording) -> Result<NoiseResult> {
             .with_hint("give the range in g")
             .advise("accel_range", "2"));
     };
-    let (ranges, rate_hz) = used_ranges(recording)?;
-    let mut pieces = Pieces::new(recording, &ranges, 1.0 / rate_hz);
+    let (ranges, rate_hz) = used_ranges(&recording)?;
+    let rests = find_rests(&recording);
+    settle(&mut recording, &rests);
+    let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     pieces.leave_out_disturbances(&recording.accel, &recording.accel_resolution(), width);
     let period_s = pieces.period_s;
     let mut findings = recording.findings.clone();
-    let gyro_per_si = gyro_scale(recording, &mut findings);
+    let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
+    if recording.gyro.is_some() && gyro_per_si.is_none() {
+        let unknown = finding!(
+            GyroUnitUnknown,
+            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
+        );
+        findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
+    }
     let mut channels = Vec::new();
     // Of the channel with most gaps.
     let (mut segment_count, mut filled_count) = (0, 0);
@@ -144,7 +152,7 @@ pub fn noise_of(recording: &Recording) -> Result<NoiseResult> {
     let rows_s = recording.rows() as f64 * period_s;
     let temperature = recording.temperature_c.as_deref();
     let temperature_c = temperature.and_then(|t_c| extent(pieces.rows().map(|row| t_c[row])));
-    findings.extend(of_rests(recording, &ranges, period_s));
+    findings.extend(of_rests(&recording, &ranges, period_s));
     let rest: usize = ranges.iter().map(Range::len).sum();
     let filled_share = filled_count as f64 / rest as f64;
     if filled_share > MAX_FILLED {
@@ -168,8 +176,8 @@ pub fn noise_of(recording: &Recording) -> Result<NoiseResult> {
     Ok(NoiseResult {
         format: NOISE_FORMAT.to_owned(),
         tool: crate::TOOL.to_owned(),
-        inputs: InputFile::of(std::slice::from_ref(recording)),
-        description: recording.description.clone(),
+        inputs: InputFile::of(std::slice::from_ref(&recording)),
+        description: recording.description,
         rate_hz: 1.0 / period_s,
         recorded_s: recording.timing.duration_s.unwrap_or(rows_s),
         used_s: pieces.rows().count() as f64 * period_s,
@@ -221,24 +229,6 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     }
     ranges.retain(|range| range.len() as f64 >= MIN_OF_LONGEST * longest as f64);
     Ok((ranges, rate_hz))
-}
-
-/// Units of the gyroscope per rad/s, by the rule of all commands; `None` without a gyroscope or if
-/// its unit is unknown, which is a finding then.
-fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64> {
-    let claims = Claims::of(recording, None)?;
-    let stills = find_rests(recording);
-    let moves = motions(recording, &stills);
-    let evidence = Evidence::of(recording, &stills, &moves);
-    let nominal = decide(claims, &evidence, findings).nominal();
-    if nominal.is_none() {
-        let unknown = finding!(
-            GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
-        );
-        findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
-    }
-    nominal
 }
 
 /// The result of one channel, of segments of samples in SI units.

@@ -25,7 +25,7 @@ fn csv(rows: usize, mut change: impl FnMut(usize, &mut Vec<f64>) -> bool) -> Str
 
 fn of(text: &str) -> NoiseResult {
     let recording = read_bytes(text.as_bytes(), "desk.csv", &ReadOptions::default()).unwrap();
-    noise_of(&recording).unwrap()
+    noise_of(recording).unwrap()
 }
 
 fn holds(estimate: Option<Estimate>, truth: f64) -> bool {
@@ -130,7 +130,7 @@ fn only_rest_is_analysed() {
 
     let text = csv(6000, turning);
     let recording = read_bytes(text.as_bytes(), "hand.csv", &ReadOptions::default()).unwrap();
-    let error = noise_of(&recording).unwrap_err();
+    let error = noise_of(recording).unwrap_err();
     assert_eq!(error.code(), "not-at-rest");
 }
 
