@@ -127,20 +127,6 @@ mod tests {
     }
 
     #[test]
-    fn variance_and_density_belong_together() {
-        // σ²(τ) = ∫ S(f) 2 sin⁴(πτf)/(πτf)² df, one-sided S (NIST SP 1065, equation 65).
-        let model = NoiseModel {
-            squares: [0.9, 0.4, 0.3],
-        };
-        let tau_s = 8.0;
-        let variance = integral(1e-6, |hz| {
-            let x = PI * tau_s * hz;
-            density(&model, hz) * 2.0 * x.sin().powi(4) / (x * x)
-        });
-        assert!((variance / model.variance(tau_s) - 1.0).abs() < 1e-3);
-    }
-
-    #[test]
     fn longer_averaging_times_have_fewer_degrees_of_freedom() {
         for term in NoiseTerm::ALL {
             let freedom = |m: u32| term.degrees_of_freedom(f64::from(m), 300.0);

@@ -257,40 +257,32 @@ mod tests {
         use SixPositionError::*;
         let means = placements(REACTION, BIAS, GRAVITY);
         let turns: [[f64; 3]; 3] = from_fn(|axis| turn(axis, -TAU));
-        let not_finite = |input| NotFinite { input };
-        let still = turns.map(|[_, y, z]| [0.0, y, z]);
-        let same = [turns[0], turns[1], turns[1]];
-        let endless = [[f64::INFINITY; 3]; 3];
-        for (bias, gravity, turns, angle, error) in [
+        let refused = |bias, gravity, turns, angle| {
+            ferraris_gyroscope(bias, &means, gravity, &turns, angle).unwrap_err()
+        };
+        for (refused, input) in [
             (
-                [f64::NAN; 3],
-                GRAVITY,
-                turns,
-                -TAU,
-                not_finite("bias of the gyroscope"),
+                refused([f64::NAN; 3], GRAVITY, turns, -TAU),
+                "bias of the gyroscope",
             ),
             (
-                BIAS,
-                GRAVITY,
-                endless,
-                -TAU,
-                not_finite("integrals of the turns"),
+                refused(BIAS, GRAVITY, [[f64::INFINITY; 3]; 3], -TAU),
+                "integrals of the turns",
             ),
             (
-                BIAS,
-                GRAVITY,
-                turns,
-                f64::NAN,
-                not_finite("angle of the turns"),
+                refused(BIAS, GRAVITY, turns, f64::NAN),
+                "angle of the turns",
             ),
-            (BIAS, GRAVITY, turns, 0.0, AngleZero),
-            (BIAS, 0.0, turns, -TAU, GravityNotPositive),
-            (BIAS, GRAVITY, still, -TAU, VanishedRow { channel: 0 }),
-            (BIAS, GRAVITY, same, -TAU, Singular),
         ] {
-            let refused = ferraris_gyroscope(bias, &means, gravity, &turns, angle);
-            assert_eq!(refused.unwrap_err(), error);
+            assert_eq!(refused, NotFinite { input });
         }
+        assert_eq!(refused(BIAS, GRAVITY, turns, 0.0), AngleZero);
+        assert_eq!(refused(BIAS, 0.0, turns, -TAU), GravityNotPositive);
+        let still = turns.map(|[_, y, z]| [0.0, y, z]);
+        let error = VanishedRow { channel: 0 };
+        assert_eq!(refused(BIAS, GRAVITY, still, -TAU), error);
+        let same = [turns[0], turns[1], turns[1]];
+        assert_eq!(refused(BIAS, GRAVITY, same, -TAU), Singular);
     }
 
     #[test]

@@ -176,31 +176,6 @@ mod tests {
     }
 
     #[test]
-    fn the_sensor_rests_on_the_face_it_was_laid_on() {
-        let mut sensor = InteractiveSensor::new(&SimulateOptions {
-            tilt_sd_deg: 0.0,
-            ..options(SensorOptions::ideal())
-        })
-        .unwrap();
-        let mut t_s = 3.0;
-        for face in Face::all() {
-            sensor.at(t_s);
-            let carried_s = sensor.lay(face);
-            // The sensor starts near +z, so the first movement is short.
-            assert!((1.0..=2.2).contains(&carried_s), "{carried_s}");
-            let rate = Vector3::from(sensor.at(t_s + 0.5 * carried_s).gyro_rad_s);
-            assert!(rate.norm() > 0.01);
-            t_s += carried_s + 2.0;
-            let reading = sensor.at(t_s);
-            for axis in 0..3 {
-                let want = 9.80665 * face.direction()[axis];
-                assert!((reading.accel_mps2[axis] - want).abs() < 1e-9);
-                assert!(reading.gyro_rad_s[axis].abs() < 1e-12);
-            }
-        }
-    }
-
-    #[test]
     fn a_push_moves_the_given_distance_along_y() {
         let mut sensor = InteractiveSensor::new(&SimulateOptions {
             tilt_sd_deg: 0.0,

@@ -12,14 +12,6 @@ fn ideal(scenario: Scenario) -> SimulateOptions {
     }
 }
 
-fn session() -> Scenario {
-    Scenario::SixPosition(SixPositionOptions {
-        continuous: true,
-        hold_s: 3.0,
-        ..Default::default()
-    })
-}
-
 fn quick_six() -> SimulateOptions {
     SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
         hold_s: 1.0,
@@ -154,23 +146,6 @@ fn gyroscope_and_accelerometer_agree_on_gravity() {
         let off = (predicted - after).norm();
         assert!(off < 1e-6, "{} to {}: {off}", pair[0].label, pair[1].label);
         assert!((after - Vector3::from(pair[1].up)).norm() < 1e-9);
-    }
-}
-
-#[test]
-fn a_turn_integrates_to_its_angle() {
-    let simulation = simulate(&ideal(session())).unwrap();
-    let (file, truth) = (&simulation.files[0], &simulation.truth.files[0]);
-    assert_eq!(truth.turns.len(), 3);
-    for (axis, turn) in truth.turns.iter().enumerate() {
-        assert_eq!(turn.angle_deg, -360.0);
-        let mut sum = Vector3::zeros();
-        for row in rows(file, turn.start_s, turn.end_s) {
-            sum += gyro(file, row) / 100.0;
-        }
-        let mut expected = Vector3::zeros();
-        expected[axis] = -std::f64::consts::TAU;
-        assert!((sum - expected).norm() < 1e-6, "{sum}");
     }
 }
 
