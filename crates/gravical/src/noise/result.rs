@@ -44,12 +44,6 @@ pub struct NoiseResult {
 }
 
 impl NoiseResult {
-    /// The channel with this name.
-    #[must_use]
-    pub fn channel(&self, name: &str) -> Option<&ChannelNoise> {
-        self.channels.iter().find(|c| c.channel == name)
-    }
-
     /// What a calibration file keeps.
     #[must_use]
     pub fn section(&self) -> NoiseSection {

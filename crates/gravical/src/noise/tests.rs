@@ -181,7 +181,7 @@ fn noise_that_moves_slowly_through_the_steps_is_not_below_them() {
         row[1] = (state / step).round() * step;
         true
     }));
-    let channel = result.channel("ax").unwrap();
+    let channel = &result.channels[0];
     assert!(channel.adev[0].sigma < 0.45 * step);
     let n = channel.n.unwrap().value;
     assert!((n / (1.52 * step * 0.1) - 1.0).abs() < 0.05, "{n}");
