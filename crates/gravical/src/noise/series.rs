@@ -67,7 +67,7 @@ impl Pieces {
         width: usize,
     ) {
         let variance = |block: &[u32]| -> f64 {
-            let of_axis = |axis| {
+            let of_axis = |axis: &Vec<f64>| {
                 let values = cells(axis, block).filter(|v| v.is_finite());
                 standard_deviation(&values.collect::<Vec<f64>>()).powi(2)
             };
