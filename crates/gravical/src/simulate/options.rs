@@ -269,10 +269,6 @@ impl SimulateOptions {
         if self.file.raw && self.file.wrong_header {
             return Err(bad("raw counts have no header of units"));
         }
-        if self.file.raw && !self.sensor.quantise {
-            let text = "raw counts need a quantised sensor: leave `quantise` on";
-            return Err(bad(text));
-        }
         self.sensor.validate()
     }
 }

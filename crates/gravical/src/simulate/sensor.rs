@@ -99,7 +99,7 @@ impl Sensor {
     }
 
     /// Accelerometer, m/s², then gyroscope, rad/s, without noise.
-    fn measure(&self, force: [f64; 3], rate: [f64; 3], warmer_c: f64) -> [f64; 6] {
+    fn measure(&self, [force, rate]: [[f64; 3]; 2], warmer_c: f64) -> [f64; 6] {
         let (a, g) = (&self.accel, &self.gyro);
         let accel = mul_vec(&a.matrix, &force);
         let turned = mul_vec(&g.matrix, &rate);
@@ -171,8 +171,7 @@ impl Part {
     ) -> Self {
         let o = &options.sensor;
         let sensor = Sensor::draw(options);
-        let inputs = path.inputs_at(0.0);
-        let first = sensor.measure(inputs.force.into(), inputs.rate.into(), 0.0);
+        let first = sensor.measure(path.force_and_rate(0.0), 0.0);
         // The options are valid: the cutoff is below half of the rate.
         let filters = o.low_pass_hz.and_then(|cutoff_hz| {
             let mut filter = [Biquad::default()];
@@ -206,10 +205,7 @@ impl Part {
 
     /// One internal time step: accelerometer, then gyroscope.
     pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
-        let inputs = path.inputs_at(t_s);
-        let mut values = self
-            .sensor
-            .measure(inputs.force.into(), inputs.rate.into(), warmer_c);
+        let mut values = self.sensor.measure(path.force_and_rate(t_s), warmer_c);
         for (channel, value) in values.iter_mut().enumerate() {
             // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
             // not depend on the noise of the other.
