@@ -207,7 +207,7 @@ fn denoise(mut call: Call) -> Result<Outcome> {
     Ok(Outcome::new(kind, inputs))
 }
 
-fn estimate_noise(mut call: Call) -> Result<Outcome> {
+fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
     let reading = call.reading;
     let result = match (reading.paths(), &reading.gyro) {

@@ -100,7 +100,6 @@ fn line(row: &Row, file: FileOptions, lsb: [f64; 2]) -> String {
     let decimals = usize::from(file.decimals);
     let mut cell = |value: f64, counts: f64| {
         let _ = if file.raw {
-            // The values are exact multiples of one count.
             write!(text, ",{}", counts.round() as i16)
         } else {
             write!(text, ",{value:.decimals$}")
