@@ -89,7 +89,6 @@ rest.csv -o new.csv: 2 no-filter
 rest.csv -o new.csv --filter butter:4,60Hz: 2 filter-range
 rest.csv -o new.csv --filter butter:4,1e-9Hz: 2 filter-range
 untimed.csv -o new.csv --filter butter:4,5Hz: 2 rate-unknown
-rest.csv -o new.csv --filter savgol:5,2,1: 2 filter-syntax
 untimed.csv -o new.csv --filter mean:3 --channels gyro: 3 no-gyroscope
 . -o new.csv --filter mean:3: 3 is-a-directory
 rest.csv --filter mean:3: 2 json-needs-output";
