@@ -133,15 +133,13 @@ impl Reading {
     /// Columns of [`row`](Self::row), with a line end.
     pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
 
-    /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
-    /// many decimals.
+    /// The reading as a line of text, as a board prints it with so many decimals.
     #[must_use]
-    pub fn row(&self, t_s: f64, decimals: usize) -> String {
-        let [ax, ay, az] = self.accel_mps2;
-        let [gx, gy, gz] = self.gyro_rad_s;
-        let (t_ms, t_c) = ((t_s * 1e3).round(), self.temperature_c);
+    pub fn row(&self, stamp_ms: u64, decimals: usize) -> String {
+        let ([ax, ay, az], [gx, gy, gz]) = (self.accel_mps2, self.gyro_rad_s);
+        let t_c = self.temperature_c;
         format!(
-            "{t_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.2},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
+            "{stamp_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.decimals$},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
         )
     }
 }
