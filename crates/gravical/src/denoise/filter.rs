@@ -10,6 +10,13 @@
 //! `sosfiltfilt`: 3(n + 1) samples are added at each by odd reflection about the end point, and each pass
 //! starts in the steady state of its first sample (the method of F. Gustafsson, IEEE Transactions on
 //! Signal Processing 44, 1996, is better but needs a fit).
+//!
+//! **Hampel** (JASA 69, 1974; as a filter R. K. Pearson, IEEE Transactions on Control Systems Technology
+//! 10, 2002): a sample that deviates from the median of its window by more than a number of robust
+//! standard deviations is replaced by that median. The standard deviation is 1.4826 times the median
+//! deviation from the median. If that is zero (more than half of the window has one value, as with a
+//! coarse resolution), it is 1.2533 times the mean deviation (Iglewicz and Hoaglin 1993): otherwise every
+//! other value would be an outlier.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 use std::fmt;
@@ -19,8 +26,8 @@ use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::{MAX_ORDER, high_pass, low_pass, sections_of};
 use nalgebra::{DMatrix, DVector};
 
-use super::hampel::hampel;
 use crate::numfmt::digits;
+use crate::stats::median;
 use crate::{Error, Result};
 
 /// The longest window, samples.
@@ -30,6 +37,10 @@ const MAX_POLYNOMIAL: usize = 12;
 /// Least distance of a cutoff from 0 and from half the rate, as a share of the rate; below it too many
 /// digits are lost: the gain at zero frequency is off by 1e-7 there.
 const MIN_SHARE: f64 = 1e-5;
+/// 1/Φ⁻¹(3/4).
+const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
+/// √(π/2).
+const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 /// Samples summed at once, so that they stay in the first-level cache.
 const BLOCK: usize = 1024;
 
@@ -435,6 +446,32 @@ fn savitzky_golay(window: usize, order: usize) -> Option<impl Fn(&[f64]) -> Vec<
     })
 }
 
+/// `x` with its outliers replaced. A window that reaches beyond `x` is truncated.
+fn hampel(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
+    let half = window / 2;
+    let mut values = Vec::with_capacity(window);
+    let filtered = x.iter().enumerate().map(|(i, &value)| {
+        values.clear();
+        values.extend_from_slice(&x[i.saturating_sub(half)..(i + half + 1).min(x.len())]);
+        let middle = median(&mut values).unwrap_or(value);
+        let off = (value - middle).abs();
+        values.iter_mut().for_each(|v| *v = (*v - middle).abs());
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let typical = median(&mut values).unwrap_or(0.0);
+        let deviation = if typical > 0.0 {
+            FROM_MEDIAN * typical
+        } else {
+            FROM_MEAN * mean
+        };
+        if off > sigmas * deviation {
+            middle
+        } else {
+            value
+        }
+    });
+    filtered.collect()
+}
+
 /// Place of a sample in its window, from −1 to 1.
 fn position(i: usize, window: usize) -> f64 {
     let half_width = 0.5 * (window as f64 - 1.0);
@@ -454,6 +491,21 @@ fn chebyshev(order: usize, x: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn outliers_are_replaced_by_the_median() {
+        let mut x: Vec<f64> = (0..40).map(|i| f64::from(i * 7 % 5)).collect();
+        let clean = x.clone();
+        (x[0], x[20], x[39]) = (50.0, -30.0, 50.0);
+        let filtered = hampel(&x, 7, 3.0);
+        assert_eq!((filtered[0], filtered[20], filtered[39]), (3.0, 2.0, 3.0));
+        assert_eq!(filtered[1..20], clean[1..20]);
+        assert_eq!(filtered[21..39], clean[21..39]);
+        // More than half of a window is one value: steps of a coarse resolution stay.
+        let coarse: Vec<f64> = (0..42).map(|i| f64::from(i % 3 / 2)).collect();
+        assert_eq!(hampel(&coarse, 7, 3.0), coarse);
+        assert_eq!(hampel(&coarse, 3, 0.0)[5], 0.0);
+    }
 
     #[test]
     fn text_round_trips() {

@@ -8,7 +8,7 @@
 //! each filter on white noise and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
 //! - `filter`: polynomials over a window (Savitzky–Golay, moving average), and second-order sections of
-//!   `gravical-core` in one pass or two. `hampel`: outliers.
+//!   `gravical-core` in one pass or two, Hampel's for outliers.
 //! - `rows`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
@@ -32,7 +32,6 @@
 //! ```
 
 mod filter;
-mod hampel;
 mod rows;
 #[cfg(test)]
 mod tests;
