@@ -69,31 +69,20 @@ impl NoisePoints {
     /// Points of samples `period_s` apart in segments of these `lengths`; octaves where they are fitted.
     #[must_use]
     pub fn new(points: &[AllanVariance], lengths: &[usize], period_s: f64) -> Self {
-        let m: Vec<f64> = points.iter().map(|p| p.m as f64).collect();
-        NoisePoints {
-            variance: points.iter().map(|p| p.variance).collect(),
-            ..NoisePoints::without_values(&m, lengths, period_s)
-        }
-    }
-
-    fn without_values(m: &[f64], lengths: &[usize], period_s: f64) -> Self {
-        let fits = |m: f64| {
-            lengths
-                .iter()
-                .map(|n| *n as f64)
-                .filter(move |n| *n >= 2.0 * m)
-        };
-        let freedom = |m: &f64| {
+        let freedom = |point: &AllanVariance| {
+            let m = point.m as f64;
+            let fitting = lengths.iter().filter(|n| **n >= 2 * point.m);
             NoiseTerm::ALL.map(|term| {
-                fits(*m)
-                    .map(|n| term.degrees_of_freedom(*m, n))
-                    .sum::<f64>()
+                let each = fitting
+                    .clone()
+                    .map(|n| term.degrees_of_freedom(m, *n as f64));
+                each.sum::<f64>()
             })
         };
         NoisePoints {
-            tau_s: m.iter().map(|m| m * period_s).collect(),
-            variance: Vec::new(),
-            freedom: m.iter().map(freedom).collect(),
+            tau_s: points.iter().map(|p| p.m as f64 * period_s).collect(),
+            variance: points.iter().map(|p| p.variance).collect(),
+            freedom: points.iter().map(freedom).collect(),
             longest_s: lengths.iter().max().map_or(0.0, |n| *n as f64 * period_s),
             period_s,
         }
@@ -255,9 +244,15 @@ impl NoisePoints {
         let square = limit.squares[term as usize];
         let shows = |duration_s: &f64| {
             let length = duration_s / self.period_s;
-            let octaves = (0..).map(|k| self.tau_s[0] / self.period_s * 2_f64.powi(k));
-            let m: Vec<f64> = octaves.take_while(|m| *m < 0.4 * length).collect();
-            let longer = NoisePoints::without_values(&m, &[length as usize], self.period_s);
+            let first = (self.tau_s[0] / self.period_s).round() as usize;
+            let octaves = (0..).map(|k| first << k);
+            // Only their number counts: values are those of the model.
+            let planned = octaves.take_while(|m| (*m as f64) < 0.4 * length).map(|m| {
+                let (terms, variance) = (0, f64::NAN);
+                AllanVariance { m, terms, variance }
+            });
+            let planned: Vec<AllanVariance> = planned.collect();
+            let longer = NoisePoints::new(&planned, &[length as usize], self.period_s);
             let variance = longer.square_variance(&limit, term);
             variance.is_some_and(|v| 2.0 * square * square / v >= MIN_FREEDOM)
         };
