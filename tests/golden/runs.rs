@@ -49,7 +49,7 @@ pub const COMMANDS: &[&str] = &[
     "denoise line/line.csv --filter savgol:21,3 -o {out} --json",
     "denoise raw/poses.csv --filter hampel:7,3 -o {out} --json",
     "denoise wrong/poses.csv --filter butter:4,5Hz -o {out} --json",
-    "noise static/static.csv --json --part mpu6050",
+    "noise static/static.csv --json",
     "motion line/line.csv -c {golden}/mps2.json -o {out} --json",
     "motion line/line.csv --json -o {out}",
     "motion slow/line.csv -c {golden}/mps2.json --json",

@@ -13,7 +13,7 @@ use gravical::denoise::{DenoiseOptions, denoise_file};
 use gravical::inspect::InspectOptions;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
-use gravical::noise::{NoiseOptions, noise, noise_of};
+use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
 use gravical::recording::{Meter, ReadOptions, source};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
@@ -207,12 +207,12 @@ fn denoise(mut call: Call) -> Result<Outcome> {
     Ok(Outcome::new(kind, inputs))
 }
 
-fn estimate_noise(mut call: Call) -> Result<Outcome> {
-    let options: NoiseOptions = call.keywords.last()?;
+fn estimate_noise(call: Call) -> Result<Outcome> {
+    call.keywords.end()?;
     let reading = call.reading;
     let result = match (reading.paths(), &reading.gyro) {
-        (Some([path]), None) => noise(path, &reading.options, &options)?,
-        _ => noise_of(&*reading.one()?, &options)?,
+        (Some([path]), None) => noise(path, &reading.options)?,
+        _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
     };
     let inputs = result.inputs.clone();
     Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))

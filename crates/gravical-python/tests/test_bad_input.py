@@ -108,7 +108,7 @@ OWN: dict[str, list[str]] = {
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],
-    "noise": ["part"],
+    "noise": [],
     "motion": [*GRAVITY, "procedure", "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
                "p0", "no_bands", "noise", "truth"],
     "check": GRAVITY,

@@ -199,7 +199,7 @@ def test_compare(program: Program, calibration: gravical.Calibration, tmp_path: 
         ("six-position", {"seed": 7, "hold": 3.0, "raw": True}),
         ("six-position", {"continuous": True, "rate": 50.0}),
         ("poses", {"free": 3, "tilt": 0.5, "noise": 2.0, "decimals": 6}),
-        ("static", {"duration": 20.0, "soak": (50, -10), "gyro_drift": 0.01, "rate": 20.0}),
+        ("static", {"duration": 20.0, "temperature_drift": 2.0, "rate": 20.0}),
         ("line", {"distance": -0.3, "jitter": 1.0, "drop": 0.05, "wrong_header": True}),
     ],
 )

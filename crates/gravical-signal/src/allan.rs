@@ -66,34 +66,3 @@ fn sum_of_squares(phases: &[f64], m: usize) -> f64 {
     let triples = pairs.zip(&phases[2 * m..]);
     triples.map(|((a, b), c)| (c - 2.0 * b + a).powi(2)).sum()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn segments_are_pooled_by_their_terms() {
-        let value = |k: usize| ((k * 7919) % 10007) as f64 / 100.0 - (k as f64 / 700.0).sin();
-        let samples: Vec<f64> = (0..9000).map(value).collect();
-        let segments: Vec<&[f64]> = vec![
-            &samples[..1],
-            &samples[1..700],
-            &samples[700..5000],
-            &samples[5000..],
-        ];
-        let m = [1, 2, 64, 256, 1024, 1900, 3000];
-        let pooled = allan_variances(&segments, &m);
-        assert_eq!(pooled.len(), 6);
-        for pooled in pooled {
-            let (mut terms, mut sum) = (0, 0.0);
-            for segment in &segments {
-                for own in allan_variances(&[segment], &[pooled.m]) {
-                    terms += own.terms;
-                    sum += own.terms as f64 * own.variance;
-                }
-            }
-            assert_eq!(pooled.terms, terms);
-            assert!((pooled.variance / (sum / terms as f64) - 1.0).abs() < 1e-9);
-        }
-    }
-}

@@ -8,13 +8,11 @@
 //! 2. [`blocks`]: means and variances of short blocks.
 //! 3. [`detect_rests`]: where the sensor lay still; [`RestDetector`]: the same as samples come;
 //!    [`detect_quiet`]: where it was quiet, but may have turned slowly.
-//! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind; [`density_ratio`]
-//!    checks it by the power spectral density.
+//! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
 mod allan;
 mod channels;
-mod density;
 mod detector;
 mod faint;
 mod noise;
@@ -24,7 +22,6 @@ pub use allan::{AllanVariance, allan_variances};
 pub use channels::{
     Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
 };
-pub use density::{DensityRatio, density_ratio};
 pub use detector::{RestDetector, RestEvent};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,

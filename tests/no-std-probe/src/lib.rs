@@ -4,7 +4,7 @@
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::{Biquad, settle, update};
-use gravical_core::filter::butterworth::{band_pass, high_pass, low_pass};
+use gravical_core::filter::butterworth::{high_pass, low_pass};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 use gravical_core::unit::local_gravity_mps2;
 
@@ -65,11 +65,10 @@ pub extern "C" fn probe_apply_counts(
     *out = accelerometer.apply(counts.map(f32::from));
 }
 
-/// The filters of one channel: low-, high- and band-pass.
+/// The filters of one channel: low- and high-pass.
 pub struct Filters {
     low: [Biquad<f32>; 2],
     high: [Biquad<f32>; 1],
-    band: [Biquad<f32>; 2],
 }
 
 /// Designs the filters of a channel at `rate_hz` and starts them at `first`; 0 when
@@ -79,27 +78,23 @@ pub extern "C" fn probe_filter_design(rate_hz: f32, first: f32, out: &mut Option
     let mut filters = Filters {
         low: [Biquad::default(); 2],
         high: [Biquad::default(); 1],
-        band: [Biquad::default(); 2],
     };
     let designed = low_pass(4, 20.0, rate_hz, &mut filters.low)
-        .and_then(|()| high_pass(2, 0.5, rate_hz, &mut filters.high))
-        .and_then(|()| band_pass(2, 5.0, 20.0, rate_hz, &mut filters.band));
+        .and_then(|()| high_pass(2, 0.5, rate_hz, &mut filters.high));
     if designed.is_err() {
         return 1;
     }
     settle(&mut filters.low, first);
     settle(&mut filters.high, first);
-    settle(&mut filters.band, first);
     *out = Some(filters);
     0
 }
 
 /// One sample through each filter.
 #[unsafe(no_mangle)]
-pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f32; 3]) {
+pub extern "C" fn probe_filter(filters: &mut Filters, sample: f32, out: &mut [f32; 2]) {
     *out = [
         update(&mut filters.low, sample),
         update(&mut filters.high, sample),
-        update(&mut filters.band, sample),
     ];
 }

@@ -36,9 +36,7 @@ pub struct Args {
 const FILTERS: &str = "\
 Filters:
   savgol:WINDOW,ORDER         Savitzky-Golay polynomial over WINDOW samples
-  savgol:WINDOW,ORDER,DERIV   its derivative, per s
   butter:ORDER,CUTOFFHz       Butterworth low-pass, zero phase
-  butter:ORDER,LOW-HIGHHz     band-pass
   highpass:ORDER,CUTOFFHz     high-pass
   butter1:…, highpass1:…      one pass, causal, as on a microcontroller
   hampel:WINDOW,SIGMAS        outliers replaced by the median of their window

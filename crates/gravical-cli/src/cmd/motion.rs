@@ -9,7 +9,6 @@ use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
 use gravical::noise::read_noise;
-use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
@@ -170,15 +169,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(quality(
         result.verdict.judgement == MotionJudgement::NotUsable,
     ))
-}
-
-/// Writes the table of a motion to a file.
-///
-/// # Errors
-///
-/// Those of [`write_atomic`].
-pub fn save(path: &Path, force: bool, motion: &Motion) -> Result<()> {
-    write_atomic(path, force, |out| table(motion, path, out))
 }
 
 fn table(motion: &Motion, path: &Path, out: &mut dyn Write) -> Result<()> {

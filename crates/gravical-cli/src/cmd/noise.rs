@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use gravical::Error;
 use gravical::escape::path_text;
 use gravical::export::kalibr;
-use gravical::noise::{NoiseOptions, noise};
+use gravical::noise::noise;
 use gravical::output::write_text;
 use gravical::recording::ReadOptions;
 use gravical_report::figure::noise::figures;
@@ -24,7 +24,7 @@ use crate::text;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
-  gravical noise desk.csv --part mpu6050 --report noise.html
+  gravical noise desk.csv --report noise.html
   gravical noise desk.csv -o noise.json
   gravical noise desk.csv --to kalibr -o imu.yaml
 
@@ -40,8 +40,6 @@ pub struct Args {
     report: ReportArgs,
     #[command(flatten)]
     figures: FigureArgs,
-    #[command(flatten)]
-    options: NoiseOptions,
     /// kalibr: its imu.yaml, to -o or stdout
     #[arg(long, value_name = "TARGET", value_parser = ["kalibr"], hide_possible_values = true)]
     to: Option<String>,
@@ -86,7 +84,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     )?;
     let named = args.report.is_wanted() || output.is_some();
     let read = reading(&args.recording, named);
-    let result = noise(&args.input, &read, &args.options)?;
+    let result = noise(&args.input, &read)?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
     args.report.write(args.force, &document)?;

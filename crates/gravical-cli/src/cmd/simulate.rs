@@ -1,6 +1,6 @@
 //! `gravical simulate`: recordings of a simulated sensor with known true errors.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::escape::{path_text, path_word};
@@ -22,13 +22,13 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum Command {
     /// Six face poses, one file each, or one continuous session with turns
-    SixPosition(With<SixPositionOptions>),
+    SixPosition(Box<With<SixPositionOptions>>),
     /// Six face poses and free poses in one recording: poses.csv
-    Poses(With<PosesOptions>),
+    Poses(Box<With<PosesOptions>>),
     /// At rest with z up: static.csv
-    Static(With<StaticOptions>),
+    Static(Box<With<StaticOptions>>),
     /// Rest, one smooth straight move, rest: line.csv
-    Line(With<LineOptions>),
+    Line(Box<With<LineOptions>>),
 }
 
 /// Options of a scenario, and of all.
@@ -39,12 +39,6 @@ struct With<O: clap::Args> {
     output: PathBuf,
     #[command(flatten)]
     own: O,
-    #[command(flatten)]
-    shared: Box<Shared>,
-}
-
-#[derive(Debug, clap::Args)]
-struct Shared {
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -58,76 +52,65 @@ struct Shared {
     options: SimulateOptions,
 }
 
-impl Args {
-    /// The scenario, the folder, and the options of all scenarios.
-    fn parts(&self) -> (Scenario, &Path, &Shared) {
-        match &self.scenario {
-            Command::SixPosition(c) => (Scenario::SixPosition(c.own), &c.output, &c.shared),
-            Command::Poses(c) => (Scenario::Poses(c.own), &c.output, &c.shared),
-            Command::Static(c) => (Scenario::Static(c.own), &c.output, &c.shared),
-            Command::Line(c) => (Scenario::Line(c.own), &c.output, &c.shared),
-        }
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
 ///
 /// An option out of range, an existing file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let (scenario, output, shared) = args.parts();
-    let options = SimulateOptions {
-        scenario,
-        ..shared.options.clone()
-    };
-    let (truth, written) = simulate_to(&options, output, shared.force)?;
-    if shared.json {
-        text::print_json(&truth)?;
+    match &args.scenario {
+        Command::SixPosition(c) => c.run(Scenario::SixPosition(c.own)),
+        Command::Poses(c) => c.run(Scenario::Poses(c.own)),
+        Command::Static(c) => c.run(Scenario::Static(c.own)),
+        Command::Line(c) => c.run(Scenario::Line(c.own)),
     }
-    if !shared.quiet {
+}
+
+impl<O: clap::Args> With<O> {
+    fn run(&self, scenario: Scenario) -> anyhow::Result<ExitCode> {
+        let options = SimulateOptions {
+            scenario,
+            ..self.options.clone()
+        };
+        let (truth, written) = simulate_to(&options, &self.output, self.force)?;
+        if self.json {
+            text::print_json(&truth)?;
+        }
+        if self.quiet {
+            return Ok(ExitCode::SUCCESS);
+        }
+        for (path, file) in written.iter().zip(&truth.files) {
+            let clipped = match file.clipped_rows {
+                0 => String::new(),
+                n => format!(", {n} of them clipped"),
+            };
+            let path = path_text(path);
+            text::say(&format!("wrote {path} ({} rows{clipped})", file.rows));
+        }
         // The last path is the truth, which has no rows.
-        for (path, truth) in written.iter().zip(&truth.files) {
-            text::say(&format!(
-                "wrote {} ({} rows{})",
-                path_text(path),
-                truth.rows,
-                clipped(truth.clipped_rows)
-            ));
-        }
         if let Some(path) = written.last() {
-            text::say(&format!(
-                "wrote {} (true errors and motion)",
-                path_text(path)
-            ));
+            let path = path_text(path);
+            text::say(&format!("wrote {path} (true errors and motion)"));
         }
-        let next = next(&truth, &options.scenario, output);
-        text::say(&format!("next: {next}"));
+        text::say(&format!("next: {}", self.next(&truth, &scenario)));
+        Ok(ExitCode::SUCCESS)
     }
-    Ok(ExitCode::SUCCESS)
-}
 
-fn clipped(rows: usize) -> String {
-    match rows {
-        0 => String::new(),
-        n => format!(", {n} of them clipped"),
-    }
-}
-
-/// The command that makes most of what was written.
-fn next(truth: &Truth, scenario: &Scenario, output: &Path) -> String {
-    let dir = path_word(output);
-    let file = truth.files.first().map_or("", |f| f.name.as_str());
-    let file = path_word(&output.join(file));
-    let gravity = truth.gravity_mps2;
-    match scenario {
-        Scenario::SixPosition(o) if !o.continuous => {
-            format!("gravical calibrate {dir} --gravity {gravity}")
+    /// The command that makes most of what was written.
+    fn next(&self, truth: &Truth, scenario: &Scenario) -> String {
+        let name = truth.files.first().map_or("", |file| file.name.as_str());
+        let file = path_word(&self.output.join(name));
+        let gravity = truth.gravity_mps2;
+        match scenario {
+            Scenario::SixPosition(o) if !o.continuous => {
+                let folder = path_word(&self.output);
+                format!("gravical calibrate {folder} --gravity {gravity}")
+            }
+            Scenario::SixPosition(_) | Scenario::Poses(_) => {
+                format!("gravical calibrate {file} --gravity {gravity}")
+            }
+            Scenario::Static(o) if o.duration_s >= 600.0 => format!("gravical noise {file}"),
+            Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {file}"),
         }
-        Scenario::SixPosition(_) | Scenario::Poses(_) => {
-            format!("gravical calibrate {file} --gravity {gravity}")
-        }
-        Scenario::Static(o) if o.duration_s >= 600.0 => format!("gravical noise {file}"),
-        Scenario::Static(_) | Scenario::Line(_) => format!("gravical inspect {file}"),
     }
 }

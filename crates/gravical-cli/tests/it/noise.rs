@@ -10,7 +10,7 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
     let path = folder.path();
     let done = |line: &str| ends(path, line, 0);
     done("simulate static -o rest --duration 300 --temperature-rise 0 --quiet");
-    done("noise rest/static.csv --part mpu6050 -o noise.json");
+    done("noise rest/static.csv -o noise.json");
     let json: Value = serde_json::from_str(&read(path, "noise.json")).unwrap();
     assert_eq!(json["format"], "gravical-noise/1");
     jsonschema::validate(&gravical::noise::NoiseResult::schema(), &json).unwrap();

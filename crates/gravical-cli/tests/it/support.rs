@@ -105,7 +105,7 @@ pub fn listed(folder: &Path) -> Vec<String> {
 /// A folder with the files of `gravical demo` in `d`.
 pub fn demo() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    ends(folder.path(), "demo -o d --json", 0);
+    ends(folder.path(), "demo -o d", 0);
     folder
 }
 

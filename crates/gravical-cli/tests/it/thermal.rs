@@ -62,17 +62,43 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     }
 }
 
-/// A folder with `soak/static.csv` of a virtual sensor that drifts by 1 mg per
-/// °C, and six placements of the same one in `six`.
+/// Writes `soak.csv`: the sensor that `truth` describes at rest with z up, in a chamber that goes from 45 to 5
+/// °C and back within 900 s; its gyroscope drifts by 0.01 °/s per °C.
+pub fn write_soak(at: &std::path::Path, truth: &Value) {
+    let [accel, gyro] = ["accelerometer", "gyroscope"].map(|sensor| &truth[sensor]);
+    let (matrix, bias) = (numbers(&accel["matrix"]), numbers(&accel["bias_mps2"]));
+    let drift = numbers(&accel["bias_drift_mps2_per_c"]);
+    let rate = numbers(&gyro["bias_rad_s"]);
+    let mut noise = Noise::new(3);
+    let mut text =
+        "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n"
+            .to_owned();
+    for i in 0..45_000 {
+        let turn = std::f64::consts::TAU * f64::from(i) / 45_000.0;
+        let warmer_c = 20.0 * turn.cos();
+        let [x, y, z] = [0, 1, 2].map(|k| {
+            matrix[3 * k + 2] * 9.80665 + bias[k] + drift[k] * warmer_c + 0.02 * noise.normal()
+        });
+        let [p, q, r] = [0, 1, 2].map(|k| rate[k] + 1.745e-4 * warmer_c + 6e-4 * noise.normal());
+        let (t_ms, t_c) = (20 * i, 25.0 + warmer_c);
+        text += &format!("{t_ms},{x:.6},{y:.6},{z:.6},{t_c:.3},{p:.6},{q:.6},{r:.6}\n");
+    }
+    write(at, "soak.csv", &text);
+}
+
+/// Six placements of a virtual sensor that drifts by 1 mg per °C in `six`, and `soak.csv` of the same one.
 fn virtual_session(seed: u32) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let sensor = format!("--seed {seed} --decimals 6 --temperature-drift 1 -q --rate 50");
-    for line in [
-        format!("static -o soak --soak 45,5 --duration 900 --gyro-drift 0.01 {sensor}"),
-        format!("six-position -o six --hold 10 --tilt 0 --temperature-rise 0 {sensor}"),
-    ] {
-        ends(folder.path(), &format!("simulate {line}"), 0);
-    }
+    let at = folder.path();
+    let six = format!(
+        "simulate six-position -o six --hold 10 --tilt 0 --temperature-rise 0 --seed {seed} \
+         --decimals 6 --temperature-drift 1 -q --rate 50"
+    );
+    ends(at, &six, 0);
+    write_soak(
+        at,
+        &serde_json::from_str(&read(at, "six/truth.json")).unwrap(),
+    );
     folder
 }
 
@@ -80,13 +106,13 @@ fn virtual_session(seed: u32) -> tempfile::TempDir {
 fn a_model_of_a_soak_is_added_and_taken_off_again() {
     let folder = virtual_session(5);
     let at = folder.path();
-    let line = "six --method ferraris --thermal soak/static.csv --gravity 9.80665 -o cal.json";
+    let line = "six --method ferraris --thermal soak.csv --gravity 9.80665 -o cal.json";
     let made = calibrate(at, line, 0);
     let model = &made["temperature_model"];
     assert_eq!(accepted(model), ["ax", "ay", "az", "gx", "gy", "gz"]);
     close(number(&model["reference_c"]), 25.0, 0.1);
 
-    let truth: Value = serde_json::from_str(&read(at, "soak/truth.json")).unwrap();
+    let truth: Value = serde_json::from_str(&read(at, "six/truth.json")).unwrap();
     let put = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
     for (name, put) in ["ax", "ay", "az"].iter().zip(put) {
         let found = numbers(&channel(model, name)["coefficients"]);
@@ -94,7 +120,7 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
     }
 
     // 40 °C of 9.8 mm/s² each are 0.39 m/s²: only noise is left of it.
-    ends(at, "apply cal.json soak/static.csv -o out.csv", 0);
+    ends(at, "apply cal.json soak.csv -o out.csv", 0);
     let text = read(at, "out.csv");
     let means = |axis: usize| -> Vec<f64> {
         let column: Vec<f64> = text
@@ -132,7 +158,7 @@ fn a_soak_that_cannot_serve_is_refused() {
     let folder = virtual_session(7);
     let at = folder.path();
     // Counts of the thermometer are no °C.
-    let line = "static -o counts --soak 45,5 --duration 300 --raw --seed 7 -q --rate 50";
+    let line = "static -o counts --raw --seed 7 -q --rate 50";
     ends(at, &format!("simulate {line}"), 0);
     for (soak, code) in [
         ("six/x_axis_pos.csv", "temperature-span"),
@@ -162,6 +188,6 @@ fn placements_at_other_temperatures_are_brought_to_one() {
         let errors = (0..3).map(|i| (bias[i] - at_25[i] - drift[i] * warmer).abs());
         errors.fold(0.0, f64::max)
     };
-    let (plain, brought) = (off(""), off("--thermal soak/static.csv"));
+    let (plain, brought) = (off(""), off("--thermal soak.csv"));
     assert!(plain > 0.02 && brought < 0.003, "{plain} {brought}");
 }

@@ -44,18 +44,6 @@ impl<T: Real> Biquad<T> {
         }
     }
 
-    /// b₀, b₁, b₂.
-    #[must_use]
-    pub fn forward(&self) -> [T; 3] {
-        self.forward
-    }
-
-    /// a₁, a₂.
-    #[must_use]
-    pub fn back(&self) -> [T; 2] {
-        self.back
-    }
-
     /// What a constant is multiplied by once it has lasted, Σb/(1 + Σa); infinite
     /// or NaN for a section that sums up what it is given (a pole at z = 1).
     fn steady_gain(&self) -> T {

@@ -2,7 +2,7 @@
 //! it records.
 //!
 //! - [`biquad`]: one second-order section, and several in a row.
-//! - [`butterworth`]: their design as low-, high- or band-pass.
+//! - [`butterworth`]: their design as low- or high-pass.
 //!
 //! A causal filter delays. On a recording that is there as a whole the crate
 //! `gravical` runs the same sections forwards and backwards, without delay.

@@ -144,8 +144,7 @@ def noise(recording: Any, **options: Any) -> Result:
     recording : path, recording or table
         Of a sensor that lies still for ten seconds (else ``not-at-rest``); what moves is left out.
     **options
-        ``part`` whose data sheet it is compared with: ``"MPU6050"`` …; those of
-        :func:`gravical.read`.
+        Those of :func:`gravical.read`.
     """
     return Result._of(_run("noise", recording, options))
 

@@ -156,9 +156,8 @@ kinds! {
     NoiseSamplesFilled "noise-samples-filled" Warning "`noise`: more than 5 % of the samples are missing, up to eight in a row";
     NoiseBelowResolution "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel";
     NoiseMisfit "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance";
-    NoiseDensityDiffers "noise-density-differs" Warning "`noise`: the power spectral density at 1 to 10 Hz disagrees with the fitted curve by more than 15 %";
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
-    NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved, and explains most of the slow changes of a channel";
+    NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C";
     NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
     NoiseUsed "noise-used" Note "`motion --noise`: N of the Allan deviation is used in place of the noise at rest";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";

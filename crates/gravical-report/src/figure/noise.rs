@@ -28,15 +28,8 @@ pub fn figures(result: &NoiseResult) -> Vec<Figure> {
         let channels = result.channels.iter();
         let channels: Vec<&ChannelNoise> =
             channels.filter(|c| c.channel.starts_with(letter)).collect();
-        let sheet = channels.iter().find_map(|c| c.data_sheet.as_ref());
-        let sheet = sheet.map_or(String::new(), |sheet| {
-            format!(
-                " Dotted: white noise by the data sheet of the {}.",
-                sheet.part
-            )
-        });
         let panels = channels.iter().map(|c| panel(c, &channels, unit));
-        let figure = Figure::new(name, title, format!("{CAPTION}{sheet}"));
+        let figure = Figure::new(name, title, CAPTION);
         (!channels.is_empty()).then(|| figure.beside(panels))
     };
     sensors.into_iter().filter_map(figure).collect()
@@ -63,10 +56,6 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
         let (x, y) = x.map(|x| (x, at(10_f64.powf(x)).log10())).unzip();
         Series::line(name, role, x, y)
     };
-    if let Some(sheet) = &channel.data_sheet {
-        let name = format!("data sheet of the {}", sheet.part);
-        panel = panel.with(curve(&name, Role::Reference, &|t| sheet.n / t.sqrt()));
-    }
     if let Some(fit) = channel.fit {
         for term in Term::ALL {
             let x = fit.parameters[term as usize];

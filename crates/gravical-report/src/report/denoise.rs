@@ -34,10 +34,6 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
             filters = filters.with(at_rest(summary, name, unit, of));
         }
     }
-    let units: Vec<String> = summary.filters.iter().filter_map(derived).collect();
-    if !units.is_empty() {
-        filters = filters.with(Block::paragraph(units.join("; ")));
-    }
     let reading = Section::new("reading", "How it was read");
     Document::new(format!("Filtering of {}", short_name(&summary.input)))
         .with(reading.with(facts))
@@ -50,16 +46,12 @@ fn white(summary: &DenoiseSummary) -> Table {
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
     let row = |f: &FilterOutcome| {
         let gain = |gain| fixed(gain, decimals_of(gain, 3).min(4));
-        let cells = [
-            Cell::text(&f.filter),
-            Cell::maybe(f.response.noise_gain, gain),
-            Cell::number(frequencies(f)),
-        ];
+        let cells = [Cell::text(&f.filter), Cell::maybe(f.noise_gain, gain)];
         let count = || Cell::maybe(f.replaced.map(|n| n as f64), |n| fixed(n, 0));
         Row::from(cells.into_iter().chain(replaced.then(count)))
     };
     Table::new("Properties")
-        .columns(["filter", "factor on white noise", "−3 dB, Hz"])
+        .columns(["filter", "factor on white noise"])
         .columns(replaced.then_some("samples replaced"))
         .rows(summary.filters.iter().map(row))
 }
@@ -83,30 +75,4 @@ fn at_rest(
         .columns(Column::axes(""))
         .row(row("as recorded", &summary.recorded))
         .rows(filters.map(|f| row(&format!("after {}", f.filter), &f.sigma)))
-}
-
-/// The −3 dB frequencies, in shares of the rate f_s where that is unknown.
-fn frequencies(filter: &FilterOutcome) -> String {
-    let response = &filter.response;
-    let (edges, unit) = match &response.minus_3db_hz {
-        Some(edges) => (edges, ""),
-        None => (&response.minus_3db_of_rate, " f_s"),
-    };
-    let texts = edges.iter().map(|f| fixed(*f, decimals_of(*f, 3)) + unit);
-    match texts.collect::<Vec<_>>() {
-        none if none.is_empty() => "–".to_owned(),
-        texts => texts.join("–"),
-    }
-}
-
-fn derived(filter: &FilterOutcome) -> Option<String> {
-    let power = match filter.derivative {
-        0 => return None,
-        1 => "s".to_owned(),
-        n => format!("s^{n}"),
-    };
-    Some(format!(
-        "after {}: unit per {power}; factor on white noise in 1/{power}",
-        filter.filter
-    ))
 }

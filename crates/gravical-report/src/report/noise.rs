@@ -43,7 +43,7 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         }
     }
     let section = section.with(Block::note(
-        "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %). N by density: from the power spectral density at 1 to 10 Hz.",
+        "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).",
     ));
     let curves = Section::new("allan", "Allan deviation")
         .figures(figures)
@@ -73,21 +73,9 @@ fn parameters(channels: &[&ChannelNoise]) -> Table {
             value(c, term, factor)
         })
     });
-    let Unit { name, factor, si } = Unit::of(Term::N, gyroscope);
-    let number = |n: Option<f64>| Cell::maybe(n, |n| small(factor * n, 3));
-    let others = [
-        // In SI units, which code needs.
-        row(format!("N, {si}"), &|c| {
-            Cell::maybe(c.n.as_ref().map(|n| n.value), |n| format!("{n:.2e}"))
-        }),
-        row(format!("N by density, {name}"), &|c| {
-            number(c.density.as_ref().map(|d| d.n))
-        }),
-    ];
-    let sheet = channels.iter().any(|c| c.data_sheet.is_some()).then(|| {
-        row(format!("N by data sheet, {name}"), &|c| {
-            number(c.data_sheet.as_ref().map(|s| s.n))
-        })
+    // In SI units, which code needs.
+    let in_si = row(format!("N, {}", Unit::of(Term::N, gyroscope).si), &|c| {
+        Cell::maybe(c.n.as_ref().map(|n| n.value), |n| format!("{n:.2e}"))
     });
     let sensor = if gyroscope {
         "gyroscope"
@@ -97,7 +85,7 @@ fn parameters(channels: &[&ChannelNoise]) -> Table {
     Table::new(sensor)
         .columns([""])
         .columns(channels.iter().map(|c| c.channel.as_str()))
-        .rows(terms.into_iter().chain(others).chain(sheet))
+        .rows(terms.into_iter().chain([in_si]))
 }
 
 fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {

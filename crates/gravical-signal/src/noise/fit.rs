@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{NoiseModel, NoiseTerm};
+use crate::allan::AllanVariance;
 
 /// Real noise follows the model to about this fraction of the variance: without it the first
 /// averaging times, known to a thousandth, would decide all terms.
@@ -65,35 +66,23 @@ pub struct NoisePoints {
 }
 
 impl NoisePoints {
-    /// Points of samples `period_s` apart in segments of these `lengths`: averaging times in samples,
-    /// and Allan variances; octaves where they are fitted.
+    /// Points of samples `period_s` apart in segments of these `lengths`; octaves where they are fitted.
     #[must_use]
-    pub fn new(points: &[(usize, f64)], lengths: &[usize], period_s: f64) -> Self {
-        let m = points.iter().map(|(m, _)| *m as f64).collect::<Vec<f64>>();
-        NoisePoints {
-            variance: points.iter().map(|(_, variance)| *variance).collect(),
-            ..NoisePoints::without_values(&m, lengths, period_s)
-        }
-    }
-
-    fn without_values(m: &[f64], lengths: &[usize], period_s: f64) -> Self {
-        let fits = |m: f64| {
-            lengths
-                .iter()
-                .map(|n| *n as f64)
-                .filter(move |n| *n >= 2.0 * m)
-        };
-        let freedom = |m: &f64| {
+    pub fn new(points: &[AllanVariance], lengths: &[usize], period_s: f64) -> Self {
+        let freedom = |point: &AllanVariance| {
+            let m = point.m as f64;
+            let fitting = lengths.iter().filter(|n| **n >= 2 * point.m);
             NoiseTerm::ALL.map(|term| {
-                fits(*m)
-                    .map(|n| term.degrees_of_freedom(*m, n))
-                    .sum::<f64>()
+                let each = fitting
+                    .clone()
+                    .map(|n| term.degrees_of_freedom(m, *n as f64));
+                each.sum::<f64>()
             })
         };
         NoisePoints {
-            tau_s: m.iter().map(|m| m * period_s).collect(),
-            variance: Vec::new(),
-            freedom: m.iter().map(freedom).collect(),
+            tau_s: points.iter().map(|p| p.m as f64 * period_s).collect(),
+            variance: points.iter().map(|p| p.variance).collect(),
+            freedom: points.iter().map(freedom).collect(),
             longest_s: lengths.iter().max().map_or(0.0, |n| *n as f64 * period_s),
             period_s,
         }
@@ -255,9 +244,15 @@ impl NoisePoints {
         let square = limit.squares[term as usize];
         let shows = |duration_s: &f64| {
             let length = duration_s / self.period_s;
-            let octaves = (0..).map(|k| self.tau_s[0] / self.period_s * 2_f64.powi(k));
-            let m: Vec<f64> = octaves.take_while(|m| *m < 0.4 * length).collect();
-            let longer = NoisePoints::without_values(&m, &[length as usize], self.period_s);
+            let first = (self.tau_s[0] / self.period_s).round() as usize;
+            let octaves = (0..).map(|k| first << k);
+            // Only their number counts: values are those of the model.
+            let planned = octaves.take_while(|m| (*m as f64) < 0.4 * length).map(|m| {
+                let (terms, variance) = (0, f64::NAN);
+                AllanVariance { m, terms, variance }
+            });
+            let planned: Vec<AllanVariance> = planned.collect();
+            let longer = NoisePoints::new(&planned, &[length as usize], self.period_s);
             let variance = longer.square_variance(&limit, term);
             variance.is_some_and(|v| 2.0 * square * square / v >= MIN_FREEDOM)
         };
@@ -341,10 +336,18 @@ pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
 
+    fn point(m: usize, variance: f64) -> AllanVariance {
+        AllanVariance {
+            m,
+            terms: 1,
+            variance,
+        }
+    }
+
     fn exact(squares: [f64; 3], samples: usize) -> NoisePoints {
         let model = NoiseModel { squares };
         let octaves = (0..).map(|k| 1_usize << k).take_while(|m| 2 * m < samples);
-        let points = octaves.map(|m| (m, model.variance(0.01 * m as f64)));
+        let points = octaves.map(|m| point(m, model.variance(0.01 * m as f64)));
         NoisePoints::new(&points.collect::<Vec<_>>(), &[samples], 0.01)
     }
 
@@ -382,7 +385,10 @@ mod tests {
     #[test]
     fn too_few_points_are_no_fit() {
         assert_eq!(fit_noise(&NoisePoints::new(&[], &[], 0.01)), None);
-        assert_eq!(fit_noise(&NoisePoints::new(&[(1, 1.0)], &[3], 0.01)), None);
+        assert_eq!(
+            fit_noise(&NoisePoints::new(&[point(1, 1.0)], &[3], 0.01)),
+            None
+        );
     }
 
     #[test]
@@ -391,7 +397,7 @@ mod tests {
             squares: [1.0, 0.1, 0.01],
         };
         let covariance = |segments: usize| {
-            let points = [(4, 1.0), (512, 1.0)];
+            let points = [point(4, 1.0), point(512, 1.0)];
             NoisePoints::new(&points, &vec![5000; segments], 0.01).covariance(&model)
         };
         assert!((covariance(1) / 10.0 - covariance(10)).abs().max() < 1e-12);

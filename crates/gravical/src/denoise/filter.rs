@@ -1,14 +1,241 @@
-//! A filter designed for a sampling rate.
+//! Filters as text (`savgol:5,2`, `butter:4,5Hz` …), and designed for a sampling rate.
+//!
+//! **Savitzky–Golay** (Analytical Chemistry 36, 1964): a polynomial is fitted to the samples around each
+//! one. Powers of the points lose all but three digits (window 101, order 8); Chebyshev polynomials on
+//! −1 … 1 lose none.
+//!
+//! **Butterworth**, one pass or two. Two passes square the response, so that the filter is designed for
+//! another cutoff, at which |H|⁴ = 1/2: x²ⁿ = √2 − 1. With Ω = tan(πf/f_s) and q = (√2 − 1)^(1/2n) a
+//! low-pass is designed for Ω_c/q, a high-pass for Ω_c·q. The ends are treated as in scipy's
+//! `sosfiltfilt`: 3(n + 1) samples are added at each by odd reflection about the end point, and each pass
+//! starts in the steady state of its first sample (the method of F. Gustafsson, IEEE Transactions on
+//! Signal Processing 44, 1996, is better but needs a fit).
+//!
+//! **Hampel** (JASA 69, 1974; as a filter R. K. Pearson, IEEE Transactions on Control Systems Technology
+//! 10, 2002): a sample that deviates from the median of its window by more than a number of robust
+//! standard deviations is replaced by that median. The standard deviation is 1.4826 times the median
+//! deviation from the median. If that is zero (more than half of the window has one value, as with a
+//! coarse resolution), it is 1.2533 times the mean deviation (Iglewicz and Hoaglin 1993): otherwise every
+//! other value would be an outlier.
 
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+use std::fmt;
+use std::str::FromStr;
 
-use serde::Serialize;
+use gravical_core::filter::biquad::Biquad;
+use gravical_core::filter::butterworth::{MAX_ORDER, high_pass, low_pass, sections_of};
+use nalgebra::{DMatrix, DVector};
 
-use super::butterworth::Butterworth;
-use super::hampel::hampel;
-use super::savgol::Savgol;
-use super::spec::{EXAMPLES, FilterSpec};
+use crate::numfmt::digits;
+use crate::stats::median;
 use crate::{Error, Result};
+
+/// The longest window, samples.
+const MAX_WINDOW: usize = 10_001;
+/// The highest order of a polynomial, tested to 1e-12.
+const MAX_POLYNOMIAL: usize = 12;
+/// Least distance of a cutoff from 0 and from half the rate, as a share of the rate; below it too many
+/// digits are lost: the gain at zero frequency is off by 1e-7 there.
+const MIN_SHARE: f64 = 1e-5;
+/// 1/Φ⁻¹(3/4).
+const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
+/// √(π/2).
+const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
+/// Samples summed at once, so that they stay in the first-level cache.
+const BLOCK: usize = 1024;
+
+/// Hint of every syntax error.
+pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low-pass), highpass:4,0.5Hz, butter1: and highpass1: (causal), hampel:7,3 (window, sigmas), mean:5";
+
+/// Specification of a filter; [`Filter::design`] designs it for a sampling rate.
+///
+/// ```
+/// use gravical::denoise::FilterSpec;
+///
+/// let spec: FilterSpec = "butter:4,5Hz".parse()?;
+/// assert_eq!(spec.to_string(), "butter:4,5Hz");
+/// assert!("butter:4".parse::<FilterSpec>().is_err());
+/// # Ok::<(), gravical::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FilterSpec {
+    /// `savgol:WINDOW,ORDER`: a polynomial fitted to the samples around each one; `mean:WINDOW`, the
+    /// moving average, is the one of order 0.
+    SavitzkyGolay {
+        /// Samples, odd, 1 to 10,001.
+        window: usize,
+        /// Degree of the polynomial, 0 to 12 and below the window.
+        order: usize,
+    },
+    /// `butter:ORDER,CUTOFFHz`, `highpass:ORDER,CUTOFFHz`, `butter1:` and `highpass1:`.
+    Butterworth {
+        /// 1 to 8.
+        order: usize,
+        /// The frequency at which the gain of all passes together is −3 dB, Hz, above 0 and below half
+        /// the rate.
+        cutoff_hz: f64,
+        /// What passes.
+        band: Band,
+        /// One pass or two.
+        passes: Passes,
+    },
+    /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
+    /// that median.
+    Hampel {
+        /// Samples, odd, 3 to 10,001.
+        window: usize,
+        /// Largest accepted deviation in robust standard deviations, 0 to 1e6; 0 gives a running
+        /// median.
+        sigmas: f64,
+    },
+}
+
+/// What a Butterworth filter passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Band {
+    /// Frequencies below the cutoff.
+    Low,
+    /// Frequencies above it.
+    High,
+}
+
+/// Number of passes over the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Passes {
+    /// Forwards only, as on a microcontroller: the output is delayed.
+    Causal,
+    /// Forwards and backwards: no delay.
+    Two,
+}
+
+impl FilterSpec {
+    /// Checks the ranges that do not depend on the rate.
+    ///
+    /// # Errors
+    ///
+    /// `filter-range` (usage), with the range.
+    pub fn validate(&self) -> Result<()> {
+        let is_window = |window: usize, min: usize| {
+            (min..=MAX_WINDOW).contains(&window) && !window.is_multiple_of(2)
+        };
+        let range = match *self {
+            FilterSpec::SavitzkyGolay { window, .. } if !is_window(window, 1) => {
+                format!("the window has to be an odd number of samples up to {MAX_WINDOW}")
+            }
+            FilterSpec::SavitzkyGolay { window, order }
+                if order >= window || order > MAX_POLYNOMIAL =>
+            {
+                format!("the order has to be below the window and at most {MAX_POLYNOMIAL}")
+            }
+            FilterSpec::Hampel { window, .. } if !is_window(window, 3) => {
+                format!("the window has to be an odd number of samples, 3 to {MAX_WINDOW}")
+            }
+            FilterSpec::Hampel { sigmas, .. } if !(0.0..=1e6).contains(&sigmas) => {
+                "sigmas have to be between 0 and 1e6".to_owned()
+            }
+            FilterSpec::Butterworth { order, .. } if !(1..=MAX_ORDER).contains(&order) => {
+                format!("the order has to be 1 to {MAX_ORDER}")
+            }
+            FilterSpec::Butterworth { cutoff_hz, .. }
+                if !(cutoff_hz > 0.0 && cutoff_hz.is_finite()) =>
+            {
+                "the cutoff has to be above 0 Hz".to_owned()
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::usage("filter-range", format!("{self}: {range}")).with_hint(EXAMPLES))
+    }
+
+    /// True if a constant is unchanged.
+    #[must_use]
+    pub fn keeps_constants(&self) -> bool {
+        !matches!(
+            self,
+            FilterSpec::Butterworth {
+                band: Band::High,
+                ..
+            }
+        )
+    }
+
+    /// Its result depends on the time between samples.
+    pub(super) fn needs_even_steps(&self) -> bool {
+        !matches!(self, FilterSpec::Hampel { .. })
+    }
+}
+
+impl fmt::Display for FilterSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            FilterSpec::SavitzkyGolay { window, order: 0 } => write!(f, "mean:{window}"),
+            FilterSpec::SavitzkyGolay { window, order } => write!(f, "savgol:{window},{order}"),
+            FilterSpec::Butterworth {
+                order,
+                cutoff_hz,
+                band,
+                passes,
+            } => {
+                let name = if band == Band::Low {
+                    "butter"
+                } else {
+                    "highpass"
+                };
+                let one = if passes == Passes::Causal { "1" } else { "" };
+                write!(f, "{name}{one}:{order},{cutoff_hz}Hz")
+            }
+            FilterSpec::Hampel { window, sigmas } => write!(f, "hampel:{window},{sigmas}"),
+        }
+    }
+}
+
+impl FromStr for FilterSpec {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let spec = parse(&text.to_ascii_lowercase()).ok_or_else(|| {
+            Error::usage("filter-syntax", format!("\"{text}\" is not a filter")).with_hint(EXAMPLES)
+        })?;
+        spec.validate()?;
+        Ok(spec)
+    }
+}
+
+fn parse(text: &str) -> Option<FilterSpec> {
+    let (name, arguments) = text.split_once(':')?;
+    let (first, second) = match arguments.split_once(',') {
+        Some((first, second)) => (first, Some(second.trim())),
+        None => (arguments, None),
+    };
+    let first: usize = first.trim().parse().ok()?;
+    Some(match (name.trim(), second) {
+        ("mean", None) => FilterSpec::SavitzkyGolay {
+            window: first,
+            order: 0,
+        },
+        ("savgol", Some(order)) => FilterSpec::SavitzkyGolay {
+            window: first,
+            order: order.parse().ok()?,
+        },
+        ("hampel", Some(sigmas)) => FilterSpec::Hampel {
+            window: first,
+            sigmas: sigmas.parse().ok()?,
+        },
+        (name @ ("butter" | "butter1" | "highpass" | "highpass1"), Some(cutoff)) => {
+            let (is_low, is_causal) = (name.starts_with("butter"), name.ends_with('1'));
+            FilterSpec::Butterworth {
+                order: first,
+                cutoff_hz: cutoff.trim_end_matches("hz").trim_end().parse().ok()?,
+                band: if is_low { Band::Low } else { Band::High },
+                passes: if is_causal {
+                    Passes::Causal
+                } else {
+                    Passes::Two
+                },
+            }
+        }
+        _ => return None,
+    })
+}
 
 /// A [`FilterSpec`] designed for a sampling rate.
 ///
@@ -19,25 +246,19 @@ use crate::{Error, Result};
 /// let mut x = [0.0, 1.0, 4.0, 9.0, 16.0, 25.0];
 /// filter.apply(&mut x);
 /// assert!((x[3] - 9.0).abs() < 1e-12, "a parabola is unchanged");
-/// assert!((filter.response().noise_gain.unwrap() - 0.697).abs() < 5e-4);
+/// assert!((filter.noise_gain().unwrap() - 0.697).abs() < 5e-4);
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub struct Filter {
     pub(super) spec: FilterSpec,
-    /// Time between even samples, s; 1 if the rate is unknown.
-    step_s: f64,
-    kind: Kind,
-    response: Response,
-}
-
-enum Kind {
-    /// Also the moving average: a polynomial of order 0.
-    Savgol(Savgol),
-    Butterworth(Butterworth),
-    Hampel {
-        window: usize,
-        sigmas: f64,
-    },
+    /// Fewer samples are left unchanged.
+    pub(super) shortest: usize,
+    /// Samples on each side that affect a value: half a window, or a period of the cutoff.
+    pub(super) reach: usize,
+    /// Samples until its response to an impulse ends; `None` without one.
+    memory: Option<usize>,
+    /// From evenly spaced samples, `shortest` or more, to as many.
+    run: Box<dyn Fn(&[f64]) -> Vec<f64>>,
 }
 
 impl Filter {
@@ -48,187 +269,286 @@ impl Filter {
     ///
     /// # Errors
     ///
-    /// `rate-unknown` (usage) for a filter in Hz or a derivative without a rate; `filter-range`
-    /// (usage) for impossible parameters, for example a cutoff above half the rate.
+    /// `rate-unknown` (usage) for a filter in Hz without a rate; `filter-range` (usage) for impossible
+    /// parameters, for example a cutoff above half the rate.
     pub fn design(spec: &FilterSpec, rate_hz: Option<f64>) -> Result<Filter> {
         spec.validate()?;
-        if rate_hz.is_none() && spec.needs_rate() {
-            return Err(Error::usage(
-                "rate-unknown",
-                format!("{spec} needs the sampling rate, and the recording has no time stamps"),
-            )
-            .of_option("rate")
-            .with_hint("give the rate in Hz"));
-        }
-        let step_s = rate_hz.map_or(1.0, f64::recip);
-        let kind = match *spec {
-            FilterSpec::SavitzkyGolay {
-                window,
-                order,
-                derivative,
-            } => {
-                let savgol = Savgol::new(window, order, derivative, step_s).ok_or_else(|| {
+        match *spec {
+            FilterSpec::SavitzkyGolay { window, order } => {
+                let run = savitzky_golay(window, order).ok_or_else(|| {
                     let what = format!("{spec}: the window does not determine the polynomial");
                     Error::usage("filter-range", what).with_hint(EXAMPLES)
                 })?;
-                Kind::Savgol(savgol)
+                Ok(Filter {
+                    spec: *spec,
+                    shortest: window,
+                    reach: window / 2,
+                    memory: Some(window),
+                    run: Box::new(run),
+                })
             }
             FilterSpec::Butterworth {
                 order,
+                cutoff_hz,
                 band,
                 passes,
-            } => Kind::Butterworth(Butterworth::new(order, band, passes, 1.0 / step_s)?),
-            FilterSpec::Hampel { window, sigmas } => Kind::Hampel { window, sigmas },
-        };
-        let minus_3db_of_rate: Vec<f64> = match (&kind, spec) {
-            (Kind::Savgol(savgol), _) => {
-                let per_sample = step_s.powi(spec.derivative() as i32);
-                let weights: Vec<f64> = savgol.weights().iter().map(|w| w * per_sample).collect();
-                minus_3db(&weights, spec.derivative())
+            } => {
+                let rate_hz = rate_hz.ok_or_else(|| {
+                    let what = "needs the sampling rate, and the recording has no time stamps";
+                    Error::usage("rate-unknown", format!("{spec} {what}"))
+                        .of_option("rate")
+                        .with_hint("give the rate in Hz")
+                })?;
+                let (sections, decay) = butterworth(order, cutoff_hz, band, passes, rate_hz)?;
+                let is_causal = passes == Passes::Causal;
+                let padding = if is_causal { 0 } else { 3 * (order + 1) };
+                Ok(Filter {
+                    spec: *spec,
+                    shortest: padding + 1,
+                    reach: (rate_hz / cutoff_hz).ceil() as usize,
+                    memory: Some(decay + padding + 1),
+                    run: Box::new(move |x: &[f64]| run_sections(&sections, padding, x)),
+                })
             }
-            (_, FilterSpec::Butterworth { band, .. }) => {
-                band.edges_hz().iter().map(|f| f * step_s).collect()
-            }
-            _ => Vec::new(),
-        };
-        let response = Response {
-            noise_gain: kind.noise_gain(),
-            minus_3db_hz: rate_hz.map(|rate| match spec {
-                // Exactly as requested.
-                FilterSpec::Butterworth { band, .. } => band.edges_hz(),
-                _ => minus_3db_of_rate.iter().map(|share| share * rate).collect(),
+            FilterSpec::Hampel { window, sigmas } => Ok(Filter {
+                spec: *spec,
+                shortest: 1,
+                reach: window / 2,
+                memory: None,
+                run: Box::new(move |x: &[f64]| hampel(x, window, sigmas)),
             }),
-            minus_3db_of_rate,
-        };
-        Ok(Filter {
-            spec: *spec,
-            step_s,
-            kind,
-            response,
-        })
-    }
-
-    /// Its effect on white noise and its −3 dB frequencies.
-    #[must_use]
-    pub fn response(&self) -> &Response {
-        &self.response
-    }
-
-    /// Fewer samples than this are left unchanged.
-    #[must_use]
-    pub fn shortest(&self) -> usize {
-        match &self.kind {
-            Kind::Savgol(savgol) => savgol.window(),
-            Kind::Butterworth(butterworth) => butterworth.shortest(),
-            Kind::Hampel { .. } => 1,
         }
     }
 
-    /// Its result depends on the time between samples.
-    pub(super) fn needs_even_steps(&self) -> bool {
-        !matches!(self.kind, Kind::Hampel { .. })
+    /// Standard deviation of white noise after the filter over that before it: the root of the sum of
+    /// squares of its impulse response. `None` for Hampel, which has no impulse response.
+    #[must_use]
+    pub fn noise_gain(&self) -> Option<f64> {
+        let memory = self.memory?;
+        let mut response = vec![0.0; 2 * memory + 1];
+        response[memory] = 1.0;
+        self.apply(&mut response);
+        Some(response.iter().map(|h| h * h).sum::<f64>().sqrt())
     }
 
-    /// Number of samples on each side that affect a value: half a window, or a period of the
-    /// lowest cutoff.
-    pub(super) fn reach(&self) -> usize {
-        match self.spec {
-            FilterSpec::SavitzkyGolay { window, .. } | FilterSpec::Hampel { window, .. } => {
-                window / 2
-            }
-            FilterSpec::Butterworth { band, .. } => {
-                let slowest_hz = band.edges_hz().first().copied().unwrap_or(1.0);
-                (1.0 / (slowest_hz * self.step_s)).ceil() as usize
-            }
-        }
-    }
-
-    /// Filters one channel of equally spaced samples without gaps, in place; fewer than
-    /// [`shortest`](Self::shortest) are left unchanged. Returns the number of outliers that were
-    /// replaced (Hampel; otherwise 0).
+    /// Filters one channel of equally spaced samples without gaps, in place; too few for the filter are
+    /// left unchanged. Returns the number of samples that changed.
     ///
     /// The samples are not checked: a sample that is not finite spoils all results whose window
     /// contains it, and all results of a Butterworth filter. [`denoise`](super::denoise) handles
     /// such samples.
     pub fn apply(&self, samples: &mut [f64]) -> usize {
-        if samples.len() < self.shortest() {
+        if samples.len() < self.shortest {
             return 0;
         }
-        let (filtered, replaced) = self.kind.filter(samples);
-        samples.copy_from_slice(&filtered);
-        replaced
+        let filtered = (self.run)(samples);
+        let mut changed = 0;
+        for (sample, filtered) in samples.iter_mut().zip(filtered) {
+            changed += usize::from(*sample != filtered);
+            *sample = filtered;
+        }
+        changed
     }
 }
 
-impl Kind {
-    /// The filtered samples, and the number of outliers that were replaced.
-    fn filter(&self, x: &[f64]) -> (Vec<f64>, usize) {
-        match self {
-            Kind::Savgol(savgol) => (savgol.filter(x), 0),
-            Kind::Butterworth(butterworth) => (butterworth.filter(x), 0),
-            Kind::Hampel { window, sigmas } => hampel(x, *window, *sigmas),
-        }
+/// The sections of one pass, and the samples in which they decay to e⁻²⁵.
+fn butterworth(
+    order: usize,
+    cutoff_hz: f64,
+    band: Band,
+    passes: Passes,
+    rate_hz: f64,
+) -> Result<(Vec<Biquad<f64>>, usize)> {
+    let share = cutoff_hz / rate_hz;
+    if !(share > MIN_SHARE && share < 0.5 - MIN_SHARE) {
+        let what = format!(
+            "the cutoff has to be between 0 and {} Hz, half the rate, and {} Hz from both",
+            digits(0.5 * rate_hz, 4),
+            digits(MIN_SHARE * rate_hz, 1)
+        );
+        return Err(Error::usage("filter-range", what)
+            .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
     }
-
-    /// Root of the sum of squares of the impulse response; none for a filter that has none.
-    fn noise_gain(&self) -> Option<f64> {
-        let reach = match self {
-            Kind::Savgol(savgol) => savgol.window(),
-            Kind::Butterworth(butterworth) => butterworth.memory(),
-            Kind::Hampel { .. } => return None,
+    let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
+    let mut omega = (PI * share).tan();
+    let mut designed_hz = cutoff_hz;
+    if passes == Passes::Two {
+        omega = if band == Band::Low {
+            omega / q
+        } else {
+            omega * q
         };
-        let mut impulse = vec![0.0; 2 * reach + 1];
-        impulse[reach] = 1.0;
-        let (response, _) = self.filter(&impulse);
-        Some(response.iter().map(|h| h * h).sum::<f64>().sqrt())
+        designed_hz = rate_hz / PI * omega.atan();
     }
+    let mut sections = vec![Biquad::default(); sections_of(order)];
+    match band {
+        Band::Low => low_pass(order, designed_hz, rate_hz, &mut sections),
+        Band::High => high_pass(order, designed_hz, rate_hz, &mut sections),
+    }
+    .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
+    // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
+    let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
+    let squared_radius = (1.0 + omega * omega - near) / (1.0 + omega * omega + near);
+    Ok((sections, (-50.0 / squared_radius.ln()).ceil() as usize))
 }
 
-/// Properties of a filter that do not depend on the recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Response {
-    /// Standard deviation of white noise after the filter over that before it: the root of the
-    /// sum of squares of its impulse response. For a derivative of order d in 1/sᵈ. Null for
-    /// Hampel, which has no impulse response.
-    pub noise_gain: Option<f64>,
-    /// Frequencies with a gain of 1/√2 (−3 dB), as a share of the sampling rate: none if the gain
-    /// never falls so far, two for a band-pass. For a derivative: where it is 1/√2 of the true
-    /// one.
-    pub minus_3db_of_rate: Vec<f64>,
-    /// The same in Hz; null without a sampling rate.
-    pub minus_3db_hz: Option<Vec<f64>>,
-}
-
-/// The frequency as a share of the rate, if there is one, at which the gain of weights falls to −3 dB; for a
-/// derivative of order `derivative` with respect to the sample index, relative to the true one.
-fn minus_3db(weights: &[f64], derivative: usize) -> Vec<f64> {
-    let relative = |share: f64| {
-        let (mut re, mut im) = (0.0, 0.0);
-        for (k, w) in weights.iter().enumerate() {
-            let (sin, cos) = (TAU * share * k as f64).sin_cos();
-            re += w * cos;
-            im += w * sin;
+/// One pass, or two with `padding` samples added at each end.
+fn run_sections(sections: &[Biquad<f64>], padding: usize, x: &[f64]) -> Vec<f64> {
+    // Odd reflection about the end points: value and slope are continuous.
+    let n = x.len();
+    let before = (1..=padding).rev().map(|i| 2.0 * x[0] - x[i]);
+    let after = (1..=padding).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]);
+    let mut y: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
+    let passes = if padding == 0 { 1 } else { 2 };
+    for _ in 0..passes {
+        // From the steady state of the first sample. One section after the other: its state stays in
+        // registers, and the numbers are those of the sections run together.
+        let mut steady = y[0];
+        for mut section in sections.iter().copied() {
+            steady = section.settle(steady);
+            y.iter_mut().for_each(|v| *v = section.update(*v));
         }
-        f64::hypot(re, im) / (TAU * share).powi(derivative as i32)
-    };
-    // Fine enough to find every dip: lobes are about 1/window wide.
-    let step = 1.0 / (32.0 * weights.len().max(4) as f64);
-    let down = |share: f64| relative(share) < FRAC_1_SQRT_2;
-    let steps = (0.5 / step) as usize;
-    let crossing = (1..=steps)
-        .map(|i| i as f64 * step)
-        .find(|share| down(*share))
-        .map(|at| {
-            let (mut low, mut high) = (at - step, at);
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if middle > 0.0 && down(middle) {
-                    high = middle;
-                } else {
-                    low = middle;
-                }
+        if padding > 0 {
+            y.reverse();
+        }
+    }
+    y[padding..padding + n].to_vec()
+}
+
+/// The filter; `window` is odd and above `order`. `None` if the window does not determine the polynomial.
+/// Samples are equally spaced, so that one set of weights is used for all.
+fn savitzky_golay(window: usize, order: usize) -> Option<impl Fn(&[f64]) -> Vec<f64>> {
+    let points = (0..window).flat_map(|i| chebyshev(order, position(i, window)));
+    let qr = DMatrix::from_row_iterator(window, order + 1, points).qr();
+    // Chebyshev coefficients of the fit by the samples of a window: R⁻¹Qᵀ.
+    let fit = qr.r().solve_upper_triangular(&qr.q().transpose())?;
+    // For the middle of a window.
+    let weights = fit.tr_mul(&DVector::from_vec(chebyshev(order, 0.0)));
+    Some(move |x: &[f64]| {
+        let (n, ends) = (x.len(), window / 2);
+        let mut y = vec![0.0; n];
+        for (block, y) in y[ends..n - ends].chunks_mut(BLOCK).enumerate() {
+            for (k, weight) in weights.iter().enumerate() {
+                y.iter_mut()
+                    .zip(&x[BLOCK * block + k..])
+                    .for_each(|(y, x)| *y += weight * x);
             }
-            0.5 * (low + high)
-        });
-    crossing.into_iter().collect()
+        }
+        // At the ends the fit to the last full window goes on (scipy's `interp`).
+        for (start, rows) in [(0, 0..ends), (n - window, n - ends..n)] {
+            let fit = &fit * DVector::from_column_slice(&x[start..start + window]);
+            for row in rows {
+                let basis = chebyshev(order, position(row - start, window));
+                y[row] = basis.iter().zip(&fit).map(|(b, c)| b * c).sum();
+            }
+        }
+        y
+    })
+}
+
+/// `x` with its outliers replaced. A window that reaches beyond `x` is truncated.
+fn hampel(x: &[f64], window: usize, sigmas: f64) -> Vec<f64> {
+    let half = window / 2;
+    let mut values = Vec::with_capacity(window);
+    let filtered = x.iter().enumerate().map(|(i, &value)| {
+        values.clear();
+        values.extend_from_slice(&x[i.saturating_sub(half)..(i + half + 1).min(x.len())]);
+        let middle = median(&mut values).unwrap_or(value);
+        let off = (value - middle).abs();
+        values.iter_mut().for_each(|v| *v = (*v - middle).abs());
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let typical = median(&mut values).unwrap_or(0.0);
+        let deviation = if typical > 0.0 {
+            FROM_MEDIAN * typical
+        } else {
+            FROM_MEAN * mean
+        };
+        if off > sigmas * deviation {
+            middle
+        } else {
+            value
+        }
+    });
+    filtered.collect()
+}
+
+/// Place of a sample in its window, from −1 to 1.
+fn position(i: usize, window: usize) -> f64 {
+    let half_width = 0.5 * (window as f64 - 1.0);
+    (i as f64 - half_width) / half_width.max(1.0)
+}
+
+/// The Chebyshev polynomials T₀ … T_order: T_(m+1) = 2x T_m − T_(m−1).
+fn chebyshev(order: usize, x: f64) -> Vec<f64> {
+    let mut values = vec![1.0, x];
+    for m in 1..order {
+        values.push(2.0 * x * values[m] - values[m - 1]);
+    }
+    values.truncate(order + 1);
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outliers_are_replaced_by_the_median() {
+        let mut x: Vec<f64> = (0..40).map(|i| f64::from(i * 7 % 5)).collect();
+        let clean = x.clone();
+        (x[0], x[20], x[39]) = (50.0, -30.0, 50.0);
+        let filtered = hampel(&x, 7, 3.0);
+        assert_eq!((filtered[0], filtered[20], filtered[39]), (3.0, 2.0, 3.0));
+        assert_eq!(filtered[1..20], clean[1..20]);
+        assert_eq!(filtered[21..39], clean[21..39]);
+        // More than half of a window is one value: steps of a coarse resolution stay.
+        let coarse: Vec<f64> = (0..42).map(|i| f64::from(i % 3 / 2)).collect();
+        assert_eq!(hampel(&coarse, 7, 3.0), coarse);
+        assert_eq!(hampel(&coarse, 3, 0.0)[5], 0.0);
+    }
+
+    #[test]
+    fn text_round_trips() {
+        for text in [
+            "savgol:5,2",
+            "butter:4,5Hz",
+            "butter1:2,44.5Hz",
+            "highpass:4,0.5Hz",
+            "highpass1:1,0.05Hz",
+            "hampel:7,3",
+            "hampel:7,0",
+            "mean:5",
+        ] {
+            let spec: FilterSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string(), text);
+        }
+        for (text, same) in [
+            (" Butter: 4 , 5 hz", "butter:4,5Hz"),
+            ("butter:4,5", "butter:4,5Hz"),
+            ("butter:2,1e-2Hz", "butter:2,0.01Hz"),
+        ] {
+            let spec: FilterSpec = text.parse().unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert_eq!(spec.to_string(), same);
+        }
+    }
+
+    #[test]
+    fn invalid_filters_are_refused() {
+        let syntax = "savgol savgol: savgol:5 savgol:5,2,1 savgol1:5,2 savgol:-5,2 savgol:5.5,2 \
+                      butter:4 butter:4, butter:4,x butter:four,5Hz kalman:1,2 butter:4,1-2Hz \
+                      hampel:5 mean:5,1 butter:4,5-Hz 5,2 mean:99999999999999999999";
+        let range = "savgol:5,5 savgol:0,0 savgol:6,2 savgol:99,13 savgol:99999,2 butter:0,5Hz \
+                     butter:9,5Hz butter:4,0Hz butter:4,-5Hz butter:4,nan \
+                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:5,-1 hampel:5,nan mean:4 mean:0";
+        for (texts, code) in [
+            ("", "filter-syntax"),
+            (syntax, "filter-syntax"),
+            (range, "filter-range"),
+        ] {
+            for text in texts.split(' ') {
+                let error = text.parse::<FilterSpec>().unwrap_err();
+                assert_eq!(error.code(), code, "{text}");
+            }
+        }
+    }
 }

@@ -5,13 +5,10 @@
 //! A [`FilterSpec`] specifies a filter (`savgol:5,2`, `butter:4,5Hz` …), a [`Filter`] is designed
 //! for a sampling rate, and [`denoise`] runs several filters over a recording, [`denoise_file`]
 //! from file to file: not across breaks and gaps, and around empty cells. It reports the effect of
-//! each filter on white noise ([`Response`]) and on the noise of this recording at rest
-//! ([`DenoiseSummary`]).
+//! each filter on white noise and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
-//! - `savgol`: polynomials over a window (Savitzky–Golay), and the moving average, which is the one
-//!   of order 0.
-//! - `butterworth`: second-order sections of `gravical-core`, one pass or two.
-//! - `hampel`: outliers.
+//! - `filter`: polynomials over a window (Savitzky–Golay, moving average), and second-order sections of
+//!   `gravical-core` in one pass or two, Hampel's for outliers.
 //! - `rows`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would
@@ -30,42 +27,35 @@
 //! }
 //! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
 //! let done = denoise(recording, &DenoiseOptions::new(["butter:4,5Hz".parse()?]))?;
-//! let step = &done.summary.filters[0];
-//! assert!(step.response.noise_gain.unwrap() < 0.4);
-//! assert_eq!(step.response.minus_3db_hz.as_deref(), Some(&[5.0][..]));
+//! assert!(done.summary.filters[0].noise_gain.unwrap() < 0.4);
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod butterworth;
 mod filter;
-mod hampel;
 mod rows;
-mod savgol;
-mod spec;
-mod summary;
 #[cfg(test)]
 mod tests;
 
-pub use filter::{Filter, Response};
-pub use spec::{Band, FilterSpec, Passes};
-pub use summary::{DenoiseSummary, FilterOutcome, Sigmas};
+pub use filter::{Band, Filter, FilterSpec, Passes};
 
 use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
-use gravical_recording::Format;
+use gravical_recording::source::open;
 use gravical_recording::write::{NewColumn, Table, input_name};
-use serde::Deserialize;
+use gravical_recording::{BatchReader, Format};
+use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::InputFile;
+use crate::finding::finding;
+use crate::numfmt::count;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
-use gravical_recording::BatchReader;
-use gravical_recording::source::open;
+use rows::Done;
 
 /// Decimals of a filtered value.
 const DECIMALS: u32 = 6;
@@ -135,7 +125,7 @@ impl DenoiseOptions {
     pub fn validate(&self) -> Result<()> {
         if self.filters.is_empty() {
             return Err(Error::usage("no-filter", "no filter was given")
-                .with_hint(format!("give one of: {}", spec::EXAMPLES))
+                .with_hint(format!("give one of: {}", filter::EXAMPLES))
                 .advise("filter", ""));
         }
         self.filters.iter().try_for_each(FilterSpec::validate)
@@ -149,6 +139,65 @@ pub struct Denoised {
     pub recording: Recording,
     /// Results, with all findings.
     pub summary: DenoiseSummary,
+}
+
+/// Result of [`denoise`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DenoiseSummary {
+    /// Path of the recording as given, `-` for standard input.
+    pub input: String,
+    /// Text format in words.
+    pub description: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// The rate that the filters were designed for, Hz; null if unknown.
+    pub rate_hz: Option<f64>,
+    /// Number of parts between breaks, gaps, uneven steps and steps back; filters restart in each.
+    pub segments: usize,
+    /// Number of static intervals in which the noise was measured.
+    pub static_intervals: usize,
+    /// Number of rows of these intervals.
+    pub static_rows: usize,
+    /// Unit of the accelerometer's standard deviations: `m/s^2` if the unit of the file is known,
+    /// otherwise that of the file.
+    pub accel_unit: &'static str,
+    /// Unit of the gyroscope's standard deviations: `rad/s` if that of the file is known.
+    pub gyro_unit: &'static str,
+    /// Noise before filtering.
+    pub recorded: Sigmas,
+    /// The filters in the order in which they ran.
+    pub filters: Vec<FilterOutcome>,
+    /// Names of the columns that were written; empty before writing.
+    pub columns: Vec<String>,
+    /// All findings, including those of reading.
+    pub findings: Vec<Finding>,
+}
+
+/// Result of one filter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FilterOutcome {
+    /// As text: `savgol:5,2`.
+    pub filter: String,
+    /// Standard deviation of white noise after the filter over that before it; null for Hampel, which
+    /// has no impulse response.
+    pub noise_gain: Option<f64>,
+    /// False if it removes constants, as a high-pass does.
+    pub keeps_constants: bool,
+    /// Number of samples replaced as outliers; null for filters that do not replace any.
+    pub replaced: Option<usize>,
+    /// Noise at rest after it.
+    pub sigma: Sigmas,
+}
+
+/// Standard deviation of each axis at rest: the deviations from the mean of each static interval,
+/// pooled. After a filter, without the ends of each interval, into which it spreads motion. Null
+/// if the sensor was not filtered, does not exist or was not static for long enough.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
+pub struct Sigmas {
+    /// In the summary's `accel_unit`.
+    pub accelerometer: Option<[f64; 3]>,
+    /// In the summary's `gyro_unit`.
+    pub gyroscope: Option<[f64; 3]>,
 }
 
 /// Replaces the channels of a recording by filtered ones.
@@ -174,8 +223,7 @@ pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Den
 /// recorded ones, as [`denoise`] filters them.
 ///
 /// Filtered channels keep the name and the unit of their column, so that a calibration for the
-/// recording also applies to the output; for a derivative `_per_s` is appended. Every other
-/// column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
+/// recording also applies to the output. Every other column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
 /// is no measurement stays a row with empty channels.
 ///
 /// Channels and the text of other columns are held in memory.
@@ -224,12 +272,6 @@ pub fn denoise_file(
 
 /// All columns, with the filtered channels in their places.
 fn table(options: &DenoiseOptions, format: &Format) -> Table {
-    let order: usize = options.filters.iter().map(FilterSpec::derivative).sum();
-    let suffix = match order {
-        0 => String::new(),
-        1 => "_per_s".to_owned(),
-        n => format!("_per_s{n}"),
-    };
     let fields = format
         .accel
         .into_iter()
@@ -238,7 +280,7 @@ fn table(options: &DenoiseOptions, format: &Format) -> Table {
         .enumerate()
         .filter(|(channel, _)| options.channels.contain(*channel))
         .map(|(_, field)| NewColumn {
-            name: input_name(format, field) + &suffix,
+            name: input_name(format, field),
             replaces: Some(field),
         });
     Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
@@ -263,11 +305,11 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
     let mut reach = 0;
     for filter in &filters {
         // A filter spreads motion into the ends of a static interval.
-        reach += filter.reach();
+        reach += filter.reach;
         at_rest.push(inner_rows(&rests, reach));
     }
     let done = rows::run(recording, &filters, options.channels, &at_rest)?;
-    Ok(DenoiseSummary::new(recording, &rests, &filters, &done))
+    Ok(summary(recording, &rests, &filters, &done))
 }
 
 fn design(recording: &Recording, filters: &[FilterSpec]) -> Result<Vec<Filter>> {
@@ -288,8 +330,106 @@ pub(crate) fn smooth(
 ) -> Result<(Recording, Vec<Finding>)> {
     let filters = design(&recording, filters)?;
     let done = rows::run(&mut recording, &filters, Channels::Accel, &[])?;
-    let findings = summary::findings(&filters, &done, recording.timing.duration_s);
+    let findings = findings(&filters, &done, recording.timing.duration_s);
     Ok((recording, findings))
+}
+
+/// Of a recording that was filtered; `rests`: the rows of its static intervals.
+fn summary(
+    recording: &Recording,
+    rests: &[Range<usize>],
+    filters: &[Filter],
+    done: &Done,
+) -> DenoiseSummary {
+    let (accel, gyro) = (recording.accel_scale, recording.gyro_scale);
+    let nominal = [accel.nominal(), gyro.and_then(|s| s.nominal())];
+    let mut sigmas = done.noise.iter().map(|channels| {
+        let [accelerometer, gyroscope] = [0, 1].map(|sensor| {
+            let sigma = |axis| channels[3 * sensor + axis] / nominal[sensor].unwrap_or(1.0);
+            let axes: [f64; 3] = std::array::from_fn(sigma);
+            axes.iter().all(|v| v.is_finite()).then_some(axes)
+        });
+        Sigmas {
+            accelerometer,
+            gyroscope,
+        }
+    });
+    let recorded = sigmas.next().unwrap_or_default();
+    let outcomes = filters.iter().zip(&done.treatments).zip(sigmas);
+    let outcome = |((filter, treatment), sigma): ((&Filter, &rows::Treatment), Sigmas)| {
+        let spec = filter.spec;
+        FilterOutcome {
+            filter: spec.to_string(),
+            noise_gain: filter.noise_gain(),
+            keeps_constants: spec.keeps_constants(),
+            replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(treatment.replaced),
+            sigma,
+        }
+    };
+    let mut all = recording.findings.clone();
+    all.extend(findings(filters, done, recording.timing.duration_s));
+    if rests.is_empty() {
+        all.push(finding!(
+            NeverStatic,
+            "no static interval was found: the effect of the filters on the noise of this recording is unknown"
+        ));
+    }
+    let in_file = all.into_iter().map(|f| f.in_file(&recording.name));
+    DenoiseSummary {
+        input: recording.name.clone(),
+        description: recording.description.clone(),
+        rows: recording.rows(),
+        rate_hz: recording.timing.rate_hz(),
+        segments: done.parts,
+        static_intervals: rests.len(),
+        static_rows: rests.iter().map(ExactSizeIterator::len).sum(),
+        accel_unit: nominal[0].map_or(accel.unit.name(), |_| "m/s^2"),
+        gyro_unit: match gyro {
+            Some(scale) if nominal[1].is_none() => scale.unit.name(),
+            _ => "rad/s",
+        },
+        recorded,
+        filters: outcomes.map(outcome).collect(),
+        columns: Vec::new(),
+        findings: in_file.collect(),
+    }
+}
+
+/// Findings of all filters, and about rows.
+fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (filter, treatment) in filters.iter().zip(&done.treatments) {
+        let spec = filter.spec;
+        if treatment.too_short > 0 {
+            let finding = finding!(
+                NotFiltered,
+                "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
+                treatment.short_stretches,
+                filter.shortest,
+                treatment.too_short
+            );
+            findings.push(finding.counting(treatment.too_short as u64));
+        }
+        if let FilterSpec::Butterworth { cutoff_hz, .. } = spec
+            && let Some(duration_s) = duration_s
+            && duration_s * cutoff_hz < 1.0
+        {
+            findings.push(finding!(
+                ShortForCutoff,
+                "{spec}: {cutoff_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends",
+                1.0 / cutoff_hz
+            ));
+        }
+    }
+    if done.restarts > 0 {
+        let times = count(done.restarts, "time");
+        let finding = finding!(
+            Parted,
+            "the filters restart {times}, where a time step is negative, longer than ten usual ones or no whole number of them"
+        );
+        findings.push(finding.counting(done.restarts as u64));
+    }
+    findings
 }
 
 /// The intervals without `reach` rows at both ends, if at least ten rows remain.

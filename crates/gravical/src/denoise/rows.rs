@@ -24,7 +24,7 @@ const FIRST_STAMPS: usize = 2000;
 const MAX_UNEVEN: f64 = 0.01;
 
 /// What a filter did, over all channels.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Treatment {
     /// Outliers that were replaced.
     pub replaced: usize,
@@ -32,9 +32,6 @@ pub(super) struct Treatment {
     pub too_short: usize,
     pub short_stretches: usize,
 }
-
-/// Standard deviation of each channel at rest.
-pub(super) type ChannelSigmas = [Option<f64>; 6];
 
 /// Results.
 pub(super) struct Done {
@@ -44,8 +41,9 @@ pub(super) struct Done {
     pub restarts: usize,
     /// Of each filter.
     pub treatments: Vec<Treatment>,
-    /// Before the filters and after each, if requested.
-    pub noise: Vec<ChannelSigmas>,
+    /// Standard deviation of each channel at rest before the filters and after each, if requested; NaN
+    /// where there is none.
+    pub noise: Vec<[f64; 6]>,
 }
 
 /// Filters the channels of a recording in place. `at_rest`: rows in which noise is measured, before the
@@ -60,15 +58,16 @@ pub(super) fn run(
     channels: Channels,
     at_rest: &[Vec<Range<usize>>],
 ) -> Result<Done> {
-    let grid = Grid::new(recording, filters.iter().any(Filter::needs_even_steps));
-    if grid.is_uneven() {
+    let needs_even = filters.iter().any(|f| f.spec.needs_even_steps());
+    let grid = Grid::new(recording, needs_even);
+    if grid.uneven as f64 > MAX_UNEVEN * grid.steps as f64 {
         return Err(uneven(recording, &grid));
     }
     let mut done = Done {
         parts: grid.starts.len(),
         restarts: grid.restarts,
         treatments: vec![Treatment::default(); filters.len()],
-        noise: vec![ChannelSigmas::default(); at_rest.len()],
+        noise: vec![[f64::NAN; 6]; at_rest.len()],
     };
     let Recording { accel, gyro, .. } = recording;
     let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
@@ -77,9 +76,7 @@ pub(super) fn run(
         let mut noise = done.noise.iter_mut().zip(at_rest);
         let mut measure = |column: &[f64]| {
             if let Some((sigmas, at_rest)) = noise.next() {
-                let intervals = at_rest.iter().filter_map(|rows| column.get(rows.clone()));
-                let sigma = pooled_deviation(intervals);
-                sigmas[c] = sigma.is_finite().then_some(sigma);
+                sigmas[c] = pooled_deviation(at_rest.iter().map(|rows| &column[rows.clone()]));
             }
         };
         measure(column);
@@ -136,36 +133,28 @@ impl Grid {
         // The last stamp and its point.
         let mut last: Option<(f64, usize)> = None;
         for row in 0..recording.rows() {
+            let before = grid.points.last().copied().unwrap_or(0);
             let stamp = stamps.get(row).copied().filter(|t| t.is_finite());
-            let following = grid.points.last().map_or(0, |point| point + 1);
-            let is_start = row == 0 || recording.breaks.binary_search(&row).is_ok();
-            let point = match (stamp, last) {
-                _ if is_start => None,
-                (Some(stamp), Some((before, at))) => {
-                    grid.steps += 1;
-                    let steps = (stamp - before) / step_s;
-                    let most = GAP_STEPS + (following - 1 - at);
-                    let is_whole = is_whole(steps, whole_share) || (!needs_even && steps >= 0.0);
-                    grid.uneven += usize::from(!is_whole && (0.0..=most as f64).contains(&steps));
-                    let is_next = is_whole && steps.round() <= most as f64;
-                    grid.restarts += usize::from(!is_next);
-                    is_next.then(|| (at + steps.round() as usize).max(following - 1))
-                }
-                _ => Some(following),
-            };
-            if point.is_none() {
-                grid.starts.push(row);
-                last = None;
+            let mut is_start = row == 0 || recording.breaks.binary_search(&row).is_ok();
+            let mut point = before + 1;
+            if let (false, Some(stamp), Some((last_s, at))) = (is_start, stamp, last) {
+                let steps = (stamp - last_s) / step_s;
+                let most = (GAP_STEPS + before - at) as f64;
+                let is_even = is_whole(steps, whole_share) || (!needs_even && steps >= 0.0);
+                grid.steps += 1;
+                grid.uneven += usize::from(!is_even && (0.0..=most).contains(&steps));
+                is_start = !is_even || steps.round() > most;
+                grid.restarts += usize::from(is_start);
+                point = (at + steps.round() as usize).max(before);
             }
-            let point = point.unwrap_or(0);
+            if is_start {
+                grid.starts.push(row);
+                (point, last) = (0, None);
+            }
             grid.points.push(point);
             last = stamp.map(|stamp| (stamp, point)).or(last);
         }
         grid
-    }
-
-    fn is_uneven(&self) -> bool {
-        self.uneven as f64 > MAX_UNEVEN * self.steps as f64
     }
 
     /// Rows of a channel between the starts and gaps of its samples; both ends are samples.
@@ -196,13 +185,13 @@ impl Grid {
     ) {
         let rows = stretch.clone().filter(|row| column[*row].is_finite());
         let rows: Vec<usize> = rows.collect();
-        let is_even = filter.needs_even_steps();
+        let is_even = filter.spec.needs_even_steps();
         let mut samples: Vec<f64> = if is_even {
             self.interpolate(&rows, column)
         } else {
             rows.iter().map(|row| column[*row]).collect()
         };
-        if rows.len().min(samples.len()) < filter.shortest() {
+        if rows.len().min(samples.len()) < filter.shortest {
             treatment.too_short += rows.len();
             treatment.short_stretches += 1;
             return;

@@ -333,7 +333,6 @@ impl MotionOptions {
                 options.smooth.push(FilterSpec::SavitzkyGolay {
                     window: 5,
                     order: 2,
-                    derivative: 0,
                 });
             }
         }

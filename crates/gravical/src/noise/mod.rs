@@ -6,14 +6,14 @@
 //! overlapping Allan deviation with its 95 % intervals, the noise density N, the bias instability B
 //! and the random walk K with theirs, or why the recording does not determine them.
 //!
-//! - `series`: rows to samples; the static intervals of [`crate::poses`], gaps, the temperature.
-//! - `gravical_signal`: Allan variances, the fit of the model, the power spectral density.
-//! - `result`: what is written, and data sheets. `words`: what it says.
+//! - `series`: rows to samples; the static intervals of [`crate::poses`], gaps.
+//! - `gravical_signal`: Allan variances, the fit of the model.
+//! - `result`: what is written.
 //!
 //! Everything is in SI units, converted by the nominal scale: 3 % of scale error are 3 % of N.
 //!
 //! It fails where noise is not what the model says: vibration of the place and drift with
-//! temperature look like noise of the sensor. Both are reported, neither can be removed afterwards.
+//! temperature look like noise of the sensor. Neither can be removed afterwards.
 //!
 //! # Example
 //!
@@ -35,57 +35,52 @@
 
 mod result;
 mod series;
-mod words;
 
 use std::ops::Range;
 use std::path::Path;
 
+use gravical_core::rounding;
 use gravical_signal::{
-    BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances, block_len,
-    chi_square_factors, density_ratio, fit_noise, quantile,
+    AllanVariance, BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances,
+    block_len, chi_square_factors, fit_noise,
 };
-use serde::Deserialize;
 
 use crate::calibration_file::{CHANNELS, InputFile};
-use crate::finding::{Finding, finding};
+use crate::finding::{Finding, LineSpans, finding};
+use crate::numfmt;
 use crate::poses::check_units;
-use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
-use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
-use crate::stats::{floors, moments};
+use crate::stats::pooled_deviation;
 use crate::{Error, Result};
 
 pub use gravical_signal::NoiseTerm as Term;
 pub use result::{
-    AllanPoint, ChannelNoise, DataSheet, DensityCheck, Estimate, FittedCurve, Misfit, NOISE_FORMAT,
-    NoiseResult, NotObservable, PARTS, Part, TemperatureDrift, read_noise,
+    AllanPoint, ChannelNoise, Estimate, FittedCurve, Misfit, NOISE_FORMAT, NoiseResult,
+    NotObservable, Unit, duration_text, read_noise,
 };
-pub use words::{Unit, duration_text};
 
-use series::{Pieces, scatter};
+use series::Pieces;
 
 /// Shortest static interval whose noise is analysed, s.
 const MIN_DURATION_S: f64 = 10.0;
 /// Static intervals of less than this fraction of the longest one are left out: a hand lets go of the
 /// sensor at the start of each.
 const MIN_OF_LONGEST: f64 = 0.25;
-/// A block whose standard deviation is this multiple of that of the median one is disturbed.
-const DISTURBED: f64 = 3.0;
 /// A line through the recording that is steeper than the largest noise that fits makes it, by this
 /// many standard deviations, is a steady drift.
 const STEADY_DRIFT: f64 = 3.0;
-
-/// Options of [`noise`].
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-#[serde(default)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct NoiseOptions {
-    /// Compare with MPU6050, MPU9250 or ICM42688P
-    #[serde(deserialize_with = "crate::option_text::optional")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "PART"))]
-    pub part: Option<Part>,
-}
+/// Length of the means about which samples scatter, s.
+const MEAN_S: f64 = 1.0;
+/// Noise before rounding below this fraction of the resolution does not average it away
+/// ([`gravical_core::rounding`]).
+const MIN_OF_RESOLUTION: f64 = 0.34;
+/// Fraction of samples that are replaced beyond which it is a finding.
+const MAX_FILLED: f64 = 0.05;
+/// Change of the temperature beyond which the drift of the bias, up to 1 mg per °C, is more than the bias
+/// instability of most sensors, °C.
+const MAX_CHANGE_C: f64 = 1.0;
 
 /// Analyses the noise of the recording at `path`; `-` is standard input.
 ///
@@ -93,8 +88,8 @@ pub struct NoiseOptions {
 ///
 /// As [`read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
-pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<NoiseResult> {
-    noise_of(&recording::read_samples(path, read)?, options)
+pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
+    noise_of(recording::read_samples(path, read)?)
 }
 
 /// The same of a recording in memory.
@@ -102,32 +97,43 @@ pub fn noise(path: &Path, read: &ReadOptions, options: &NoiseOptions) -> Result<
 /// # Errors
 ///
 /// As [`noise`]; `averaged` (usage) if its rows are means of samples.
-pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseResult> {
+pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     recording.refuse_averaged("use `noise`, which reads the file")?;
-    check_units(std::slice::from_ref(recording))?;
-    let here = Path::new(&recording.name);
+    check_units(std::slice::from_ref(&recording))?;
     let Some(accel_per_si) = recording.accel_scale.nominal() else {
         let what = "counts of unknown scale: the noise has no unit";
         return Err(Error::input("unit-unknown", what)
-            .at(here, None)
+            .at(Path::new(&recording.name), None)
             .with_hint("give the range in g")
             .advise("accel_range", "2"));
     };
-    let (ranges, rate_hz) = used_ranges(recording)?;
+    let (ranges, rate_hz) = used_ranges(&recording)?;
+    let rests = find_rests(&recording);
+    settle(&mut recording, &rests);
+    let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
-    let max_variance = DISTURBED.powi(2) * quiet_variance(recording, &ranges, width);
-    let mut pieces = Pieces::new(recording, &ranges, 1.0 / rate_hz);
-    pieces.leave_out_disturbances(&recording.accel, width, max_variance);
-    let mut findings = recording.findings.clone();
-    let gyro_per_si = gyro_scale(recording, &mut findings);
+    pieces.leave_out_disturbances(&recording.accel, &recording.accel_resolution(), width);
     let period_s = pieces.period_s;
+    let mut findings = recording.findings.clone();
+    let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
+    if recording.gyro.is_some() && gyro_per_si.is_none() {
+        let unknown = finding!(
+            GyroUnitUnknown,
+            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
+        );
+        findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
+    }
     let mut channels = Vec::new();
+    // Of the channel with most gaps.
+    let (mut segment_count, mut filled_count) = (0, 0);
     let accel = recording.accel.iter().map(|c| (c, Some(accel_per_si)));
     let gyro = recording.gyro.iter().flatten().map(|c| (c, gyro_per_si));
     for (i, (column, per_si)) in accel.chain(gyro).enumerate() {
         let Some(per_si) = per_si else { continue };
         let column: Vec<f64> = column.iter().map(|v| v / per_si).collect();
-        let segments = pieces.samples(&column);
+        let (segments, filled) = pieces.samples(&column);
+        segment_count = segment_count.max(segments.len() as u64);
+        filled_count = filled_count.max(filled);
         let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
         if channel.adev.is_empty() {
             findings.push(finding!(
@@ -137,36 +143,49 @@ pub fn noise_of(recording: &Recording, options: &NoiseOptions) -> Result<NoiseRe
             ));
             continue;
         }
-        if let (Some(temperature_c), Some(_)) = (&recording.temperature_c, channel.fit) {
-            let n = channel.n.map_or(0.0, |n| n.value);
-            channel.temperature = pieces.temperature_drift(&column, temperature_c, n);
-        }
         let step = recording.resolution[i] / per_si;
-        let deviation = scatter(&segments, period_s);
-        findings.extend(words::judge(&mut channel, step, deviation, period_s));
-        channel.data_sheet = options.part.map(|part| part.data_sheet(&channel));
+        let hidden = hide_below_resolution(&mut channel, &segments, step, period_s);
+        findings.extend(hidden);
+        findings.extend(channel_findings(&channel));
         channels.push(channel);
     }
-    let counts = pieces.counts;
-    findings.extend(words::of_recording(recording, &ranges, &counts, period_s));
-    findings.extend(words::of_temperature(&channels, counts.temperature_c));
     let rows_s = recording.rows() as f64 * period_s;
+    let temperature = recording.temperature_c.as_deref();
+    let temperature_c = temperature.and_then(|t_c| extent(pieces.rows().map(|row| t_c[row])));
+    findings.extend(of_rests(&recording, &ranges, period_s));
+    let rest: usize = ranges.iter().map(Range::len).sum();
+    let filled_share = filled_count as f64 / rest as f64;
+    if filled_share > MAX_FILLED {
+        let finding = finding!(
+            NoiseSamplesFilled,
+            "{filled_count} missing samples ({:.1} %) are replaced by samples a moment before them",
+            100.0 * filled_share
+        );
+        findings.push(finding.counting(filled_count));
+    }
+    if let Some([low, high]) = temperature_c
+        && high - low > MAX_CHANGE_C
+    {
+        findings.push(finding!(
+            NoiseTemperature,
+            "the temperature moved by {:.1} °C: drift of the bias with temperature looks like bias instability and random walk",
+            high - low
+        ));
+    }
+    let in_file = findings.into_iter().map(|f| f.in_file(&recording.name));
     Ok(NoiseResult {
         format: NOISE_FORMAT.to_owned(),
         tool: crate::TOOL.to_owned(),
-        inputs: InputFile::of(std::slice::from_ref(recording)),
-        description: recording.description.clone(),
+        inputs: InputFile::of(std::slice::from_ref(&recording)),
+        description: recording.description,
         rate_hz: 1.0 / period_s,
         recorded_s: recording.timing.duration_s.unwrap_or(rows_s),
-        used_s: counts.used as f64 * period_s,
+        used_s: pieces.rows().count() as f64 * period_s,
         static_intervals: ranges.len(),
-        segments: counts.segments,
-        temperature_c: counts.temperature_c,
+        segments: segment_count,
+        temperature_c,
         channels,
-        findings: findings
-            .into_iter()
-            .map(|finding| finding.in_file(&recording.name))
-            .collect(),
+        findings: in_file.collect(),
     })
 }
 
@@ -212,47 +231,19 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     Ok((ranges, rate_hz))
 }
 
-/// Variance of the accelerometer in the median block of `width` rows at rest, three axes together.
-fn quiet_variance(recording: &Recording, rests: &[Range<usize>], width: usize) -> f64 {
-    let starts = rests
-        .iter()
-        .flat_map(|rest| rest.clone().step_by(width).take(rest.len() / width));
-    let variances = starts.map(|row| moments(&recording.accel, row..row + width).1);
-    let rounding = floors(&recording.accel_resolution());
-    quantile(variances.filter(|v| v.is_finite()).collect(), 0.5).max(rounding)
-}
-
-/// Units of the gyroscope per rad/s, by the rule of all commands; `None` without a gyroscope or if
-/// its unit is unknown, which is a finding then.
-fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64> {
-    let claims = Claims::of(recording, None)?;
-    let stills = find_rests(recording);
-    let moves = motions(recording, &stills);
-    let evidence = Evidence::of(recording, &stills, &moves);
-    let nominal = decide(claims, &evidence, findings).nominal();
-    if nominal.is_none() {
-        let unknown = finding!(
-            GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
-        );
-        findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
-    }
-    nominal
-}
-
 /// The result of one channel, of segments of samples in SI units.
 fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> ChannelNoise {
     let lengths: Vec<usize> = segments.iter().map(Vec::len).collect();
     let longest = lengths.iter().max().copied().unwrap_or(0);
     let octaves = (0..).map(|octave| 1_usize << octave);
     let octaves: Vec<usize> = octaves.take_while(|m| 2 * m <= longest).collect();
-    let found = variances(segments, &octaves);
-    let points = NoisePoints::new(&found, &lengths, period_s);
+    let variances = allan_variances(segments, &octaves);
+    let points = NoisePoints::new(&variances, &lengths, period_s);
     let mut fit = fit_noise(&points);
-    let drift = fit.is_some().then(|| slope(segments, longest)).flatten();
-    let drift_per_s = drift.and_then(|slope| {
-        let found = variances(&detrended(segments, slope), &octaves);
-        let without = fit_noise(&NoisePoints::new(&found, &lengths, period_s))?;
+    let slope = fit.is_some().then(|| slope(segments, longest)).flatten();
+    let drift_per_s = slope.and_then(|slope| {
+        let variances = allan_variances(&detrended(segments, slope), &octaves);
+        let without = fit_noise(&NoisePoints::new(&variances, &lengths, period_s))?;
         let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
         let per_s = slope / period_s;
         let is_steady = per_s.abs() > STEADY_DRIFT * variance.sqrt();
@@ -263,22 +254,31 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     });
     // Without a fit, white noise: the distribution of the points has to be that of some noise.
     let white = NoiseModel {
-        squares: [found.first().map_or(0.0, |o| o.1) * period_s, 0.0, 0.0],
+        squares: [
+            variances.first().map_or(0.0, |v| v.variance) * period_s,
+            0.0,
+            0.0,
+        ],
     };
     let model = fit.as_ref().map_or(white, |fit| fit.model);
-    let unit = if name.starts_with('g') {
-        "rad/s"
-    } else {
-        "m/s^2"
-    };
+    let freedom = points.degrees_of_freedom(&model);
+    let points = variances.iter().zip(freedom);
+    let is_gyroscope = name.starts_with('g');
     let mut channel = ChannelNoise {
         channel: name.to_owned(),
-        unit: unit.to_owned(),
-        adev: allan_points(&found, &points.degrees_of_freedom(&model), period_s),
+        unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
+        adev: points
+            .filter_map(|(v, edf)| allan_point(v, edf, period_s))
+            .collect(),
         ..ChannelNoise::default()
     };
     let Some(fit) = fit else {
-        words::nothing_fitted(&mut channel, found.iter().any(|o| o.1 > 0.0));
+        let reason = if variances.iter().any(|v| v.variance > 0.0) {
+            "the values change too rarely for any averaging time to show noise"
+        } else {
+            "the values do not change: the noise is below the resolution"
+        };
+        channel.not_observable = none_observable(reason, None);
         return channel;
     };
     take_estimates(&mut channel, &fit, longest as f64 * period_s);
@@ -288,20 +288,7 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
         drift_per_s,
         misfit: fit.misfit.map(|(tau_s, ratio)| Misfit { tau_s, ratio }),
     });
-    let density = density_ratio(segments, period_s, |hz| model.density(hz));
-    channel.density = density.map(|density| DensityCheck {
-        n: (model.squares[Term::N as usize] * density.ratio).sqrt(),
-        band_hz: density.band_hz,
-        ratio: density.ratio,
-        ratio_sd: density.sd,
-    });
     channel
-}
-
-/// Averaging times in samples, and Allan variances.
-fn variances(segments: &[Vec<f64>], factors: &[usize]) -> Vec<(usize, f64)> {
-    let variances = allan_variances(segments, factors);
-    variances.iter().map(|v| (v.m, v.variance)).collect()
 }
 
 /// Slope of the line fitted to the first segment of this length, per sample; `None` with fewer than
@@ -335,46 +322,133 @@ fn largest_model(fit: &NoiseFit) -> NoiseModel {
     NoiseModel { squares }
 }
 
-fn allan_points(points: &[(usize, f64)], freedom: &[f64], period_s: f64) -> Vec<AllanPoint> {
-    let with_interval = |((m, variance), edf): (&(usize, f64), &f64)| {
-        let sigma = variance.sqrt();
-        let [low, high] = chi_square_factors(*edf).filter(|_| sigma.is_finite())?;
-        Some(AllanPoint {
-            tau_s: *m as f64 * period_s,
-            sigma,
-            low: sigma * low,
-            high: sigma * high,
-            edf: *edf,
-        })
-    };
-    points
-        .iter()
-        .zip(freedom)
-        .filter_map(with_interval)
-        .collect()
+fn allan_point(v: &AllanVariance, edf: f64, period_s: f64) -> Option<AllanPoint> {
+    let sigma = v.variance.sqrt();
+    let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
+    Some(AllanPoint {
+        tau_s: v.m as f64 * period_s,
+        sigma,
+        low: sigma * low,
+        high: sigma * high,
+        edf,
+    })
 }
 
 fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64) {
-    for (term, estimate) in Term::ALL.into_iter().zip(fit.estimates) {
+    let places = [&mut channel.n, &mut channel.b, &mut channel.k];
+    for ((term, place), estimate) in Term::ALL.into_iter().zip(places).zip(fit.estimates) {
         match estimate {
             TermEstimate::Known { value, low, high } => {
-                let place = match term {
-                    Term::N => &mut channel.n,
-                    Term::B => &mut channel.b,
-                    Term::K => &mut channel.k,
-                };
                 *place = Some(Estimate { value, low, high });
             }
             TermEstimate::Unknown { at_most, record_s } => {
+                let what = format!("not observable in {}", duration_text(longest_s));
+                let reason = match record_s {
+                    Some(s) => format!("{what}: record at least {}", duration_text(s)),
+                    None => format!("{what}, nor in a thousand times that"),
+                };
                 channel.not_observable.push(NotObservable {
                     term: term.symbol().to_owned(),
-                    reason: words::not_observable(longest_s, record_s),
+                    reason,
                     at_most,
                     record_s,
                 });
             }
         }
     }
+}
+
+/// All terms, for one reason; `n_at_most` limits N.
+fn none_observable(reason: &str, n_at_most: Option<f64>) -> Vec<NotObservable> {
+    let missing = |term: Term| NotObservable {
+        term: term.symbol().to_owned(),
+        reason: reason.to_owned(),
+        at_most: n_at_most.filter(|_| term == Term::N),
+        record_s: None,
+    };
+    Term::ALL.map(missing).into()
+}
+
+/// Takes noise below the resolution `step` out of the result.
+fn hide_below_resolution(
+    channel: &mut ChannelNoise,
+    segments: &[Vec<f64>],
+    step: f64,
+    period_s: f64,
+) -> Option<Finding> {
+    let length = (MEAN_S / period_s).max(2.0) as usize;
+    let deviation = pooled_deviation(segments.iter().flat_map(|s| s.chunks(length)));
+    let rounding = rounding::floor(step);
+    let before = (deviation * deviation - rounding).max(0.0).sqrt();
+    if step <= 0.0 || before >= MIN_OF_RESOLUTION * step {
+        return None;
+    }
+    let unit = numfmt::unit(&channel.unit);
+    let reason = format!("the values change in steps of {step:.2e} {unit}, which hide the noise");
+    let most = (MIN_OF_RESOLUTION * step).hypot(rounding.sqrt()) * period_s.sqrt();
+    (channel.n, channel.b, channel.k, channel.fit) = (None, None, None, None);
+    channel.not_observable = none_observable(&reason, Some(most));
+    Some(finding!(
+        NoiseBelowResolution,
+        "{}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced",
+        channel.channel
+    ))
+}
+
+/// What is odd about the fit of a channel.
+fn channel_findings(channel: &ChannelNoise) -> Vec<Finding> {
+    let (name, mut findings) = (&channel.channel, Vec::new());
+    if let Some(misfit) = channel.fit.and_then(|fit| fit.misfit) {
+        findings.push(finding!(
+            NoiseMisfit,
+            "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
+            duration_text(misfit.tau_s),
+            misfit.ratio
+        ));
+    }
+    if let Some(drift_per_s) = channel.fit.and_then(|fit| fit.drift_per_s) {
+        let unit = Unit::of(Term::B, channel.is_gyroscope());
+        findings.push(finding!(
+            NoiseDrift,
+            "{name}: the bias drifts steadily by {} {} per hour; B and K are what remains without that line",
+            numfmt::digits(unit.factor * 3600.0 * drift_per_s, 2),
+            unit.name
+        ));
+    }
+    findings
+}
+
+/// That the sensor moved, where it was not at rest all the time.
+fn of_rests(recording: &Recording, ranges: &[Range<usize>], period_s: f64) -> Option<Finding> {
+    let rows = recording.rows();
+    let rest: usize = ranges.iter().map(Range::len).sum();
+    if rest as f64 >= 0.95 * rows as f64 {
+        return None;
+    }
+    let mut lines = LineSpans::default();
+    for range in ranges {
+        let (from, to) = (recording.line(range.start), recording.line(range.end - 1));
+        lines.push_range(from, to, range.len() as u64);
+    }
+    let finding = finding!(
+        NoiseFromRests,
+        "the sensor moved: {} used, {} of {}",
+        match ranges.len() {
+            1 => "the longest static interval is".to_owned(),
+            n => format!("the {n} longest static intervals are"),
+        },
+        duration_text(rest as f64 * period_s),
+        duration_text(rows as f64 * period_s)
+    );
+    Some(finding.at_lines(&lines))
+}
+
+/// Lowest and highest of the values that are finite.
+fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.filter(|v| v.is_finite()).fold(None, |extent, v| {
+        let [low, high] = extent.unwrap_or([v; 2]);
+        Some([v.min(low), v.max(high)])
+    })
 }
 
 #[cfg(test)]

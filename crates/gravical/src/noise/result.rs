@@ -1,7 +1,6 @@
-//! The noise of a sensor, as it is written, beside that of data sheets.
+//! The noise of a sensor, as it is written and printed.
 
 use std::path::Path;
-use std::str::FromStr;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
@@ -45,12 +44,6 @@ pub struct NoiseResult {
 }
 
 impl NoiseResult {
-    /// The channel with this name.
-    #[must_use]
-    pub fn channel(&self, name: &str) -> Option<&ChannelNoise> {
-        self.channels.iter().find(|c| c.channel == name)
-    }
-
     /// What a calibration file keeps.
     #[must_use]
     pub fn section(&self) -> NoiseSection {
@@ -81,28 +74,23 @@ pub fn read_noise(path: &Path) -> Result<(NoiseResult, InputFile)> {
 }
 
 fn parse(bytes: &[u8]) -> Result<NoiseResult> {
-    let hint = "give the file of `gravical noise REST.csv -o noise.json`";
-    let result: NoiseResult = serde_json::from_slice(bytes).map_err(|e| {
-        Error::input("not-noise", format!("no result of `gravical noise`: {e}"))
-            .with_hint(hint)
+    let refuse = |what: String| {
+        Error::input("not-noise", what)
+            .with_hint("give the file of `gravical noise REST.csv -o noise.json`")
             .advise("noise", "")
-    })?;
+    };
+    let result: NoiseResult = serde_json::from_slice(bytes)
+        .map_err(|e| refuse(format!("no result of `gravical noise`: {e}")))?;
     if result.format != NOISE_FORMAT {
-        return Err(Error::input(
-            "not-noise",
-            format!("the format is {:?}, not {NOISE_FORMAT}", result.format),
-        )
-        .with_hint(hint)
-        .advise("noise", ""));
+        let format = result.format;
+        return Err(refuse(format!(
+            "the format is {format:?}, not {NOISE_FORMAT}"
+        )));
     }
-    let numbers = result.channels.iter().flat_map(|c| [c.n, c.b, c.k]);
-    if numbers
-        .flatten()
-        .any(|e| !(e.value.is_finite() && e.value > 0.0))
-    {
-        return Err(
-            Error::input("not-noise", "a parameter is not a positive number").with_hint(hint),
-        );
+    let estimates = result.channels.iter().flat_map(|c| [c.n, c.b, c.k]);
+    let mut values = estimates.flatten().map(|e| e.value);
+    if !values.all(|value| value.is_finite() && value > 0.0) {
+        return Err(refuse("a parameter is not a positive number".to_owned()));
     }
     Ok(result)
 }
@@ -127,12 +115,6 @@ pub struct ChannelNoise {
     pub not_observable: Vec<NotObservable>,
     /// The fitted curve; null without one.
     pub fit: Option<FittedCurve>,
-    /// N by the power spectral density.
-    pub density: Option<DensityCheck>,
-    /// N by the data sheet.
-    pub data_sheet: Option<DataSheet>,
-    /// Dependence on the temperature, where it explains most of the slow changes.
-    pub temperature: Option<TemperatureDrift>,
 }
 
 impl ChannelNoise {
@@ -225,30 +207,6 @@ impl FittedCurve {
     }
 }
 
-/// N by the power spectral density.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct DensityCheck {
-    /// N.
-    pub n: f64,
-    /// Band, Hz.
-    pub band_hz: [f64; 2],
-    /// Power in the band over that of the fitted curve.
-    pub ratio: f64,
-    /// Standard deviation of the ratio by chance.
-    pub ratio_sd: f64,
-}
-
-/// Dependence of the slow changes on the temperature.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct TemperatureDrift {
-    /// Change for each °C.
-    pub slope_per_c: f64,
-    /// Share of the variance of slow changes that it explains, 0 to 1.
-    pub explained: f64,
-}
-
 /// A parameter with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -276,104 +234,46 @@ pub struct NotObservable {
     pub record_s: Option<f64>,
 }
 
-/// A part, with the noise densities of its data sheet.
-///
-/// Data sheets state the root of the one-sided power spectral density; N of the Allan deviation is
-/// smaller by √2.
+/// The unit in which a parameter is printed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
+pub struct Unit {
     /// Its name.
     pub name: &'static str,
-    /// Noise density of the accelerometer, µg/√Hz.
-    pub accel_ug_rthz: f64,
-    /// Noise density of the gyroscope, °/s/√Hz.
-    pub gyro_deg_s_rthz: f64,
+    /// Printed values per value in SI units.
+    pub factor: f64,
+    /// The unit in SI.
+    pub si: &'static str,
 }
 
-/// The parts whose data sheets were read, with typical values: MPU-6000/MPU-6050 revision 3.4 (at
-/// 10 Hz), MPU-9250 revision 1.0 (low-noise mode), ICM-42688-P revision 1.7.
-pub const PARTS: &[Part] = &[
-    Part {
-        name: "MPU6050",
-        accel_ug_rthz: 400.0,
-        gyro_deg_s_rthz: 0.005,
-    },
-    Part {
-        name: "MPU9250",
-        accel_ug_rthz: 300.0,
-        gyro_deg_s_rthz: 0.01,
-    },
-    Part {
-        name: "ICM42688P",
-        accel_ug_rthz: 70.0,
-        gyro_deg_s_rthz: 0.0028,
-    },
-];
-
-impl Part {
-    /// N of the accelerometer, m/s²/√Hz, or of the gyroscope, rad/s/√Hz.
+impl Unit {
+    /// The usual unit of a term, of the gyroscope or of the accelerometer.
     #[must_use]
-    pub fn n(&self, gyroscope: bool) -> f64 {
-        let density = if gyroscope {
-            self.gyro_deg_s_rthz.to_radians()
-        } else {
-            self.accel_ug_rthz * 1e-6 * STANDARD_GRAVITY_MPS2
+    pub fn of(term: Term, gyroscope: bool) -> Self {
+        let g = STANDARD_GRAVITY_MPS2;
+        let degrees = 1_f64.to_degrees();
+        let (name, factor, si) = match (gyroscope, term) {
+            (false, Term::N) => ("µg/√Hz", 1e6 / g, "m/s²/√Hz"),
+            (false, Term::B) => ("mg", 1e3 / g, "m/s²"),
+            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0, "m/s²/√s"),
+            (true, Term::N) => ("°/√h", degrees * 60.0, "rad/s/√Hz"),
+            (true, Term::B) => ("°/h", degrees * 3600.0, "rad/s"),
+            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0, "rad/s/√s"),
         };
-        density / 2_f64.sqrt()
-    }
-
-    /// N of a channel beside that of the part.
-    pub(super) fn data_sheet(&self, channel: &ChannelNoise) -> DataSheet {
-        let n = self.n(channel.is_gyroscope());
-        DataSheet {
-            part: self.name.to_owned(),
-            n,
-            ratio: channel.n.map(|e| e.value / n),
-        }
+        Unit { name, factor, si }
     }
 }
 
-impl FromStr for Part {
-    type Err = Error;
-
-    /// The part of that name, whatever its case and hyphens.
-    ///
-    /// # Errors
-    ///
-    /// `usage` (usage), with those that are known.
-    fn from_str(name: &str) -> Result<Self> {
-        let plain = |text: &str| text.replace(['-', ' ', '_'], "").to_ascii_uppercase();
-        let part = PARTS.iter().find(|part| plain(part.name) == plain(name));
-        part.copied().ok_or_else(|| {
-            let known: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
-            Error::usage("usage", format!("{name:?} is no part that is known"))
-                .with_hint(format!("one of {}", known.join(", ")))
-        })
-    }
-}
-
-/// N of a channel beside that of the data sheet.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct DataSheet {
-    /// Name of the part.
-    pub part: String,
-    /// N by the data sheet: its one-sided density over √2.
-    pub n: f64,
-    /// N of the recording over it; null if N is not observable.
-    pub ratio: Option<f64>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_one_sided_density_of_the_mpu6050() {
-        let part: Part = "mpu-6050".parse().unwrap();
-        assert!((part.n(false) - 2.774e-3).abs() < 1e-6);
-        // 0.212 °/√h.
-        assert!((part.n(true).to_degrees() * 60.0 - 0.2121).abs() < 1e-4);
-        assert!("ADXL999".parse::<Part>().is_err());
+/// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
+#[must_use]
+pub fn duration_text(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 120.0 => (s, "s"),
+        s if s < 5400.0 => (s / 60.0, "min"),
+        s if s < 48.0 * 3600.0 => (s / 3600.0, "h"),
+        s => (s / 86400.0, "d"),
+    };
+    match value {
+        v if v < 9.95 => format!("{v:.1} {unit}"),
+        v => format!("{v:.0} {unit}"),
     }
 }

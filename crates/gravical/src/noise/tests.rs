@@ -25,7 +25,7 @@ fn csv(rows: usize, mut change: impl FnMut(usize, &mut Vec<f64>) -> bool) -> Str
 
 fn of(text: &str) -> NoiseResult {
     let recording = read_bytes(text.as_bytes(), "desk.csv", &ReadOptions::default()).unwrap();
-    noise_of(&recording, &NoiseOptions::default()).unwrap()
+    noise_of(recording).unwrap()
 }
 
 fn holds(estimate: Option<Estimate>, truth: f64) -> bool {
@@ -55,8 +55,6 @@ fn white_noise_of_a_sensor_at_rest() {
             "{} {n:?}",
             channel.channel
         );
-        let density = channel.density.unwrap();
-        assert!((density.n / truth - 1.0).abs() < 0.1, "{density:?}");
         assert!(
             channel
                 .adev
@@ -132,7 +130,7 @@ fn only_rest_is_analysed() {
 
     let text = csv(6000, turning);
     let recording = read_bytes(text.as_bytes(), "hand.csv", &ReadOptions::default()).unwrap();
-    let error = noise_of(&recording, &NoiseOptions::default()).unwrap_err();
+    let error = noise_of(recording).unwrap_err();
     assert_eq!(error.code(), "not-at-rest");
 }
 
@@ -183,39 +181,10 @@ fn noise_that_moves_slowly_through_the_steps_is_not_below_them() {
         row[1] = (state / step).round() * step;
         true
     }));
-    let channel = result.channel("ax").unwrap();
+    let channel = &result.channels[0];
     assert!(channel.adev[0].sigma < 0.45 * step);
     let n = channel.n.unwrap().value;
     assert!((n / (1.52 * step * 0.1) - 1.0).abs() < 0.05, "{n}");
-}
-
-#[test]
-fn a_drift_with_temperature_is_told_from_noise() {
-    let mut text = String::new();
-    for (k, line) in csv(40_000, |_, _| true).lines().enumerate() {
-        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if k == 0 {
-            cells.push("temp (C)".to_owned());
-        } else {
-            let t_c = 25.0 + 6.0 * (1.0 - (-(k as f64) / 15_000.0).exp());
-            let ay: f64 = cells[2].parse().unwrap();
-            cells[2] = format!("{:.6}", ay + 0.004 * t_c);
-            cells.push(format!("{t_c:.2}"));
-        }
-        text += &(cells.join(",") + "\n");
-    }
-    let result = of(&text);
-    let drift = result.channel("ay").unwrap().temperature.unwrap();
-    assert!((drift.slope_per_c / 0.004 - 1.0).abs() < 0.05, "{drift:?}");
-    assert!(result.channel("ax").unwrap().temperature.is_none());
-    let finding = result
-        .findings
-        .iter()
-        .find(|f| f.kind == FindingKind::NoiseTemperature);
-    assert!(
-        finding.unwrap().message.contains("of ay 0.4"),
-        "{finding:?}"
-    );
 }
 
 #[test]

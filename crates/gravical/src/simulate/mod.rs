@@ -43,7 +43,7 @@ mod write;
 pub use interactive::InteractiveSensor;
 pub use options::{
     FileOptions, LineOptions, PosesOptions, Scenario, SensorOptions, SimulateOptions,
-    SixPositionOptions, SoakOptions, StaticOptions,
+    SixPositionOptions, StaticOptions,
 };
 pub use record::Row;
 pub use sensor::Reading;

@@ -1,8 +1,5 @@
 //! Scenarios and options of the virtual sensor, with unit, default and range.
 
-use std::str::FromStr;
-
-use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
@@ -63,14 +60,6 @@ impl Scenario {
         }
     }
 
-    /// The chamber, if there is one, and the drift of the gyroscope's bias in it, °/s per °C.
-    pub(super) fn soak(&self) -> Option<(SoakOptions, f64)> {
-        match self {
-            Self::Static(o) => Some((o.soak?, o.gyro_drift_deg_s_per_c)),
-            _ => None,
-        }
-    }
-
     pub(super) fn validate(&self) -> Result<()> {
         match self {
             Self::SixPosition(o) => check(&[
@@ -82,18 +71,7 @@ impl Scenario {
                 ("hold", o.hold_s, 0.1, 3600.0, "s"),
                 ("free", f64::from(o.free), 0.0, 50.0, "poses"),
             ]),
-            Self::Static(o) => {
-                if o.soak.is_some_and(|soak| soak.low_c > soak.high_c) {
-                    return Err(bad("soak: the highest temperature comes first, as 50,-10"));
-                }
-                let soak = o.soak.unwrap_or_default();
-                check(&[
-                    ("duration", o.duration_s, 0.1, 2_592_000.0, "s"),
-                    ("gyro-drift", o.gyro_drift_deg_s_per_c, 0.0, 1.0, "°/s/°C"),
-                    ("soak", soak.high_c, -40.0, 105.0, "°C"),
-                    ("soak", soak.low_c, -40.0, 105.0, "°C"),
-                ])
-            }
+            Self::Static(o) => check(&[("duration", o.duration_s, 0.1, 2_592_000.0, "s")]),
             Self::Line(o) => check(&[
                 ("distance", o.distance_m, -100.0, 100.0, "m"),
                 ("move-time", o.move_time_s, 0.1, 3600.0, "s"),
@@ -168,62 +146,11 @@ pub struct StaticOptions {
     #[serde(rename(deserialize = "duration"))]
     #[cfg_attr(feature = "clap", arg(long = "duration", value_name = "S", default_value_t = StaticOptions::default().duration_s))]
     pub duration_s: f64,
-    /// In a thermal chamber that goes from HIGH to LOW °C and back
-    #[cfg_attr(
-        feature = "clap",
-        arg(long, value_name = "HIGH,LOW", allow_hyphen_values = true)
-    )]
-    #[serde(
-        skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::option_text::optional"
-    )]
-    pub soak: Option<SoakOptions>,
-    /// Drift of the gyroscope's bias in the chamber, °/s per °C
-    #[serde(rename(deserialize = "gyro_drift"))]
-    #[cfg_attr(feature = "clap", arg(long = "gyro-drift", value_name = "DEG_S_C", default_value_t = StaticOptions::default().gyro_drift_deg_s_per_c, requires = "soak"))]
-    pub gyro_drift_deg_s_per_c: f64,
 }
 
 impl Default for StaticOptions {
     fn default() -> Self {
-        Self {
-            duration_s: 10.0,
-            soak: None,
-            gyro_drift_deg_s_per_c: 0.0,
-        }
-    }
-}
-
-/// A temperature chamber: once from the highest temperature to the lowest and back, following a
-/// cosine.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct SoakOptions {
-    /// Temperature at start and end, °C. Default 50; range −40 to 105.
-    pub high_c: f64,
-    /// Temperature in the middle, °C. Default −10; range −40 to 105.
-    pub low_c: f64,
-}
-
-impl Default for SoakOptions {
-    fn default() -> Self {
-        Self {
-            high_c: 50.0,
-            low_c: -10.0,
-        }
-    }
-}
-
-impl FromStr for SoakOptions {
-    type Err = Error;
-
-    /// `50,-10`: highest and lowest temperature, °C.
-    fn from_str(text: &str) -> Result<Self> {
-        let numbers = text
-            .split_once(',')
-            .and_then(|(high, low)| Some((high.trim().parse().ok()?, low.trim().parse().ok()?)));
-        let (high_c, low_c) = numbers
-            .ok_or_else(|| Error::usage("usage", "expected two temperatures such as 50,-10"))?;
-        Ok(SoakOptions { high_c, low_c })
+        Self { duration_s: 10.0 }
     }
 }
 
@@ -342,10 +269,6 @@ impl SimulateOptions {
         if self.file.raw && self.file.wrong_header {
             return Err(bad("raw counts have no header of units"));
         }
-        if self.file.raw && !self.sensor.quantise {
-            let text = "raw counts need a quantised sensor: leave `quantise` on";
-            return Err(bad(text));
-        }
         self.sensor.validate()
     }
 }
@@ -363,10 +286,6 @@ pub struct SensorOptions {
     #[serde(rename(deserialize = "range"))]
     #[cfg_attr(feature = "clap", arg(long = "range", value_name = "G", default_value_t = SensorOptions::default().accel_range_g))]
     pub accel_range_g: u32,
-    /// Range of the gyroscope, °/s: 250, 500, 1000 or 2000. Default 250.
-    #[serde(rename(deserialize = "gyro_range"))]
-    #[cfg_attr(feature = "clap", arg(skip = SensorOptions::default().gyro_range_deg_s))]
-    pub gyro_range_deg_s: u32,
     /// Factor on all noise, 0 to 100
     #[serde(rename(deserialize = "noise"))]
     #[cfg_attr(feature = "clap", arg(long = "noise", value_name = "FACTOR", default_value_t = SensorOptions::default().noise_factor))]
@@ -413,7 +332,6 @@ impl Default for SensorOptions {
     fn default() -> Self {
         Self {
             accel_range_g: 2,
-            gyro_range_deg_s: 250,
             noise_factor: 1.0,
             scale_sd_percent: 2.0,
             temperature_rise_c: 1.5,
@@ -445,20 +363,10 @@ impl SensorOptions {
         }
     }
 
-    /// Counts per °/s; `None` for a range that the part does not have.
-    pub(super) fn gyro_lsb_per_deg_s(&self) -> Option<f64> {
-        mpu6050_gyroscope_lsb_per_deg_s(u16::try_from(self.gyro_range_deg_s).ok()?)
-    }
-
     fn validate(&self) -> Result<()> {
-        let (range_g, range_deg_s) = (self.accel_range_g, self.gyro_range_deg_s);
+        let range_g = self.accel_range_g;
         if ![2, 4, 8, 16].contains(&range_g) {
             let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
-            return Err(bad(text));
-        }
-        if self.gyro_lsb_per_deg_s().is_none() {
-            let text =
-                format!("gyro-range {range_deg_s} °/s: the part has 250, 500, 1000, 2000 °/s");
             return Err(bad(text));
         }
         let low_pass_hz = self.low_pass_hz.unwrap_or(44.0);

@@ -46,38 +46,28 @@ impl Piece {
     }
 }
 
-/// Angular rate, rad/s, and specific force, m/s², in the sensor frame.
-pub(super) struct Inputs {
-    pub rate: Vector3<f64>,
-    pub force: Vector3<f64>,
-}
-
 impl MotionPath {
     /// Length of the path, s.
     pub fn duration_s(&self) -> f64 {
         self.pieces.last().map_or(0.0, Piece::end_s)
     }
 
-    /// The inputs of the sensors at `t_s`. The rate is exact, because the axis of a rotation is also
-    /// fixed in the sensor.
-    pub fn inputs_at(&self, t_s: f64) -> Inputs {
+    /// Specific force, m/s², and angular rate, rad/s, in the sensor frame. The rate is exact, because the
+    /// axis of a rotation is also fixed in the sensor.
+    pub fn force_and_rate(&self, t_s: f64) -> [[f64; 3]; 2] {
         let up = Vector3::z() * self.gravity_mps2;
         let after = self.pieces.partition_point(|p| p.start_s <= t_s);
         // The first piece before the start.
         let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
-            return Inputs {
-                rate: Vector3::zeros(),
-                force: up,
-            };
+            return [up.into(), [0.0; 3]];
         };
         let tau = ((t_s - piece.start_s) / piece.duration_s).clamp(0.0, 1.0);
         let (angle, rate, acceleration) = minimum_jerk(tau);
         let attitude = piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle);
         let per_s = 1.0 / piece.duration_s;
         let acceleration = piece.displacement * (acceleration * per_s * per_s);
-        Inputs {
-            rate: piece.rotation * (rate / piece.duration_s),
-            force: attitude.inverse_transform_vector(&(acceleration + up)),
-        }
+        let force = attitude.inverse_transform_vector(&(acceleration + up));
+        let rate = piece.rotation * (rate / piece.duration_s);
+        [force.into(), rate.into()]
     }
 }

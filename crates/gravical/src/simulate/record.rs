@@ -9,7 +9,7 @@ use rand::RngExt;
 use super::options::SimulateOptions;
 use super::random::{Purpose, stream, uniform};
 use super::scenario::Plan;
-use super::sensor::{Part, Reading, START_TEMPERATURE_C};
+use super::sensor::{Part, Reading};
 use super::truth::FileTruth;
 use crate::Result;
 
@@ -44,8 +44,7 @@ pub(super) fn record(
     let path = &plan.path;
     let per_row = (INSIDE_HZ / options.rate_hz).ceil() as usize;
     let step_s = 1.0 / (options.rate_hz * per_row as f64);
-    let warmer_c = |t_s: f64| warmer_c(options, t_s, plan.on_s + t_s, path.duration_s());
-    let mut part = Part::new(options, step_s, file, path, warmer_c(0.0));
+    let mut part = Part::new(options, step_s, file, path, warmer_c(options, plan.on_s));
     let mut drops = stream(options.seed, Purpose::Drops, file);
     let mut stamps = stream(options.seed, Purpose::Stamps, file);
     let mut truth = FileTruth {
@@ -55,7 +54,7 @@ pub(super) fn record(
     };
     for row in 0..row_count(plan, options) {
         let t_s = row as f64 / options.rate_hz;
-        let warm_c = warmer_c(t_s);
+        let warm_c = warmer_c(options, plan.on_s + t_s);
         let before = if row == 0 { per_row } else { 1 };
         for step in before..per_row {
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
@@ -81,14 +80,8 @@ pub(super) fn record(
     Ok(truth)
 }
 
-/// °C above 25 °C at `t_s`, `on_s` seconds after the part was switched on: it warms up on a table, or follows a
-/// chamber once from the highest temperature to the lowest and back.
-pub(super) fn warmer_c(options: &SimulateOptions, t_s: f64, on_s: f64, duration_s: f64) -> f64 {
-    if let Some((soak, _)) = options.scenario.soak() {
-        let turn = std::f64::consts::TAU * t_s / duration_s;
-        let celsius = soak.low_c + 0.5 * (soak.high_c - soak.low_c) * (1.0 + turn.cos());
-        return celsius - START_TEMPERATURE_C;
-    }
+/// °C above 25 °C, `on_s` seconds after the part was switched on: it warms up.
+pub(super) fn warmer_c(options: &SimulateOptions, on_s: f64) -> f64 {
     let o = &options.sensor;
     o.temperature_rise_c * -(-on_s / o.temperature_time_s).exp_m1()
 }

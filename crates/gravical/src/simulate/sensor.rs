@@ -13,11 +13,14 @@ use super::random::{Purpose, normal, stream, uniform};
 use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
-pub(super) const START_TEMPERATURE_C: f64 = 25.0;
+const START_TEMPERATURE_C: f64 = 25.0;
 
 /// Counts per °C and °C at count 0 (MPU6050 register map, 4.18).
 const TEMPERATURE_LSB_PER_C: f64 = 340.0;
 const TEMPERATURE_AT_ZERO_C: f64 = 36.53;
+
+/// One count of the gyroscope at its range of ±250 °/s.
+const GYRO_LSB_DEG_S: f64 = 1.0 / 131.0;
 
 /// Widths of the errors: cross-axis ±2 % by the data sheet as an angle (sd), bias ±50 mg, gyroscope ±3 % and
 /// ±2 °/s, its sensitivity to acceleration 0.1 °/s per g (sd).
@@ -71,16 +74,12 @@ impl Sensor {
         let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
         let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
         let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
-        let soak = options.scenario.soak();
-        let drift_deg_s = soak.map(|(_, drift_deg_s)| drift_deg_s);
-        let drift = drift_deg_s.map(|d| from_fn(|_| d.to_radians().copysign(uniform(&mut rng))));
         let gyro = GyroscopeTruth {
             matrix,
             bias_rad_s: bias,
-            bias_drift_rad_s_per_c: drift,
             g_sensitivity_rad_s_per_mps2: g_sensitivity,
             noise_rad_rts: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
-            lsb_rad_s: (1.0 / o.gyro_lsb_per_deg_s().unwrap_or(f64::NAN)).to_radians(),
+            lsb_rad_s: GYRO_LSB_DEG_S.to_radians(),
         };
         Self { accel, gyro }
     }
@@ -100,15 +99,14 @@ impl Sensor {
     }
 
     /// Accelerometer, m/s², then gyroscope, rad/s, without noise.
-    fn measure(&self, force: [f64; 3], rate: [f64; 3], warmer_c: f64) -> [f64; 6] {
+    fn measure(&self, [force, rate]: [[f64; 3]; 2], warmer_c: f64) -> [f64; 6] {
         let (a, g) = (&self.accel, &self.gyro);
         let accel = mul_vec(&a.matrix, &force);
         let turned = mul_vec(&g.matrix, &rate);
         let bent = mul_vec(&g.g_sensitivity_rad_s_per_mps2, &force);
-        let drift = g.bias_drift_rad_s_per_c.unwrap_or_default();
         from_fn(|channel| match (channel / 3, channel % 3) {
             (0, i) => accel[i] + a.bias_mps2[i] + a.bias_drift_mps2_per_c[i] * warmer_c,
-            (_, i) => turned[i] + g.bias_rad_s[i] + drift[i] * warmer_c + bent[i],
+            (_, i) => turned[i] + g.bias_rad_s[i] + bent[i],
         })
     }
 }
@@ -135,15 +133,13 @@ impl Reading {
     /// Columns of [`row`](Self::row), with a line end.
     pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
 
-    /// The reading as a line of text, as a board prints it `t_s` seconds after the start, with so
-    /// many decimals.
+    /// The reading as a line of text, as a board prints it with so many decimals.
     #[must_use]
-    pub fn row(&self, t_s: f64, decimals: usize) -> String {
-        let [ax, ay, az] = self.accel_mps2;
-        let [gx, gy, gz] = self.gyro_rad_s;
-        let (t_ms, t_c) = ((t_s * 1e3).round(), self.temperature_c);
+    pub fn row(&self, stamp_ms: u64, decimals: usize) -> String {
+        let ([ax, ay, az], [gx, gy, gz]) = (self.accel_mps2, self.gyro_rad_s);
+        let t_c = self.temperature_c;
         format!(
-            "{t_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.2},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
+            "{stamp_ms},{ax:.decimals$},{ay:.decimals$},{az:.decimals$},{t_c:.decimals$},{gx:.decimals$},{gy:.decimals$},{gz:.decimals$}\n"
         )
     }
 }
@@ -173,8 +169,7 @@ impl Part {
     ) -> Self {
         let o = &options.sensor;
         let sensor = Sensor::draw(options);
-        let inputs = path.inputs_at(0.0);
-        let first = sensor.measure(inputs.force.into(), inputs.rate.into(), 0.0);
+        let first = sensor.measure(path.force_and_rate(0.0), 0.0);
         // The options are valid: the cutoff is below half of the rate.
         let filters = o.low_pass_hz.and_then(|cutoff_hz| {
             let mut filter = [Biquad::default()];
@@ -208,10 +203,7 @@ impl Part {
 
     /// One internal time step: accelerometer, then gyroscope.
     pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
-        let inputs = path.inputs_at(t_s);
-        let mut values = self
-            .sensor
-            .measure(inputs.force.into(), inputs.rate.into(), warmer_c);
+        let mut values = self.sensor.measure(path.force_and_rate(t_s), warmer_c);
         for (channel, value) in values.iter_mut().enumerate() {
             // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
             // not depend on the noise of the other.

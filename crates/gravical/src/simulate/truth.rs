@@ -48,11 +48,8 @@ pub struct AccelerometerTruth {
 pub struct GyroscopeTruth {
     /// M, row-major, dimensionless: reading in rad/s per rad/s.
     pub matrix: [[f64; 3]; 3],
-    /// Bias, rad/s; in a soak at 25 °C.
+    /// Bias, rad/s.
     pub bias_rad_s: [f64; 3],
-    /// Drift of the bias in a soak, rad/s per °C.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bias_drift_rad_s_per_c: Option<[f64; 3]>,
     /// K, row-major, rad/s per m/s².
     pub g_sensitivity_rad_s_per_mps2: [[f64; 3]; 3],
     /// Allan N, rad/√s.

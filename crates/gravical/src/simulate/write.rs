@@ -1,6 +1,5 @@
 //! Writing of recordings and true values to files.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::options::{FileOptions, SimulateOptions};
@@ -77,13 +76,12 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     let scenario = o.scenario.name();
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
-         # seed {}, rate {} Hz, range {} g and {} °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
+         # seed {}, rate {} Hz, range {} g and 250 °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
          # gravity {} m/s², tilt of the poses {}°, jitter {} ms, lost rows {}\n\
          {header}\n",
         o.seed,
         o.rate_hz,
         s.accel_range_g,
-        s.gyro_range_deg_s,
         s.noise_factor * ACCEL_NOISE_MPS_RTS,
         s.noise_factor * GYRO_NOISE_DEG_RTS,
         o.gravity_mps2,
@@ -96,23 +94,11 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
 /// A row as text; `lsb`: m/s² and rad/s of one count.
 fn line(row: &Row, file: FileOptions, lsb: [f64; 2]) -> String {
     let r = &row.reading;
-    let mut text = row.stamp_ms.to_string();
-    // Writing into a String cannot fail.
-    let decimals = usize::from(file.decimals);
-    let mut cell = |value: f64, counts: f64| {
-        let _ = if file.raw {
-            // The values are exact multiples of one count.
-            write!(text, ",{}", counts.round() as i16)
-        } else {
-            write!(text, ",{value:.decimals$}")
-        };
-    };
-    for value in r.accel_mps2 {
-        cell(value, value / lsb[0]);
+    if !file.raw {
+        return r.row(row.stamp_ms, usize::from(file.decimals));
     }
-    cell(r.temperature_c, temperature_counts(r.temperature_c));
-    for value in r.gyro_rad_s {
-        cell(value, value / lsb[1]);
-    }
-    text + "\n"
+    let [ax, ay, az] = r.accel_mps2.map(|v| (v / lsb[0]).round() as i16);
+    let [gx, gy, gz] = r.gyro_rad_s.map(|v| (v / lsb[1]).round() as i16);
+    let (stamp_ms, t) = (row.stamp_ms, temperature_counts(r.temperature_c) as i16);
+    format!("{stamp_ms},{ax},{ay},{az},{t},{gx},{gy},{gz}\n")
 }

@@ -2,7 +2,7 @@
 //! accurate it is, and what is a rest, is tested in `gravical-motion`.
 
 use gravical::motion::{MotionJudgement, MotionOptions, MotionResult, motion, write_table};
-use gravical::noise::{NoiseOptions, noise_of};
+use gravical::noise::noise_of;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
 /// Noise without a generator: the same every time, about ±1.7.
@@ -94,10 +94,7 @@ fn a_velocity_at_the_start_counts_without_zero_velocity() {
 #[test]
 fn what_is_computed_twice_forgets_nothing() {
     let recording = record(20.0, ride(1.0), true, |t| !(1.0..4.0).contains(&t));
-    let noise = noise_of(
-        &record(60.0, |_| 0.0, true, |_| true),
-        &NoiseOptions::default(),
-    );
+    let noise = noise_of(record(60.0, |_| 0.0, true, |_| true));
     let options = [
         MotionOptions::default(),
         options_with(|o| o.noise = Some(noise.unwrap().section())),

@@ -197,7 +197,8 @@ impl Source for Simulated {
         }
         while (self.rows as f64) < self.due_s * RATE_HZ {
             let t_s = self.rows as f64 / RATE_HZ;
-            text += &self.sensor.at(t_s).row(self.offset_s + t_s, DECIMALS);
+            let stamp_ms = (1e3 * (self.offset_s + t_s)).round() as u64;
+            text += &self.sensor.at(t_s).row(stamp_ms, DECIMALS);
             self.rows += 1;
         }
         if text.is_empty() {
