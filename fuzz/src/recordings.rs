@@ -73,7 +73,6 @@ fn with_options(choice: &[u8], files: &[u8]) {
     }
     let rows = recordings.first().map_or(0, Recording::rows);
     let options = SegmentOptions {
-        rows: of(&ROWS, pick(6)),
         sections: of(&SECTIONS, pick(7)).map(|list| {
             list.iter()
                 .map(|&(label, from, to)| Section {
@@ -147,14 +146,6 @@ const RATES_HZ: &str =
     "100 62.5 0.5 1e5 1e20 1.7976931348623157e308 2.2250738585072014e-308 5e-324 inf nan 0 -1";
 const RANGES: &str = "2 16 2000 1.7976931348623157e308 5e-324 0 nan";
 const OFFSETS: &str = "0 32768 -0.5 1.7976931348623157e308 -1.7976931348623157e308 inf nan";
-const ROWS: [Option<usize>; 6] = [
-    None,
-    Some(0),
-    Some(1),
-    Some(10),
-    Some(1000),
-    Some(usize::MAX),
-];
 /// Label, start and end in percent of the rows.
 type Stretch = (&'static str, usize, usize);
 const SECTIONS: [Option<&[Stretch]>; 5] = [

@@ -117,9 +117,6 @@ impl CalibrateOptions {
         {
             return wrong("pose_tilt", format!("{tilt}° is not possible; 0 to 10° is"));
         }
-        if self.segment.rows == Some(0) {
-            return wrong("rows", "0 takes no rows; give 1 or more".to_owned());
-        }
         Ok(())
     }
 }

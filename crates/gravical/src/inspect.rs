@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::TemperatureModel;
 use crate::poses::face::{AXES, AxisMap, Face};
-use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
-use crate::poses::turns::{full_turns, motions};
+use crate::poses::turns::full_turns;
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
@@ -118,15 +118,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         let text = format!("never at rest: {}", why_never_static(recording));
         findings.push(Finding::new(FindingKind::NeverStatic, text).in_file(&recording.name));
     }
-    let moves = motions(recording, &spans);
-    let gyroscope = Claims::of(recording, None).map(|claims| {
-        decide(
-            claims,
-            &Evidence::of(recording, &spans, &moves),
-            &mut findings,
-        )
-    });
-    let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
+    let gyroscope = gyro_unit::judge(recording, None, &spans, &mut findings);
+    let turns = full_turns((0, recording), &spans, gyroscope, std::f64::consts::TAU);
     let held: usize = spans.iter().map(Range::len).sum();
     let (rate, assumed) = recording.working_rate_hz();
     let time = |row: usize| match &recording.time_s {

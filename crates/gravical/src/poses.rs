@@ -37,7 +37,7 @@ use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
-use judge::{check_names, check_rows, check_steadiness};
+use judge::{check_names, check_steadiness};
 use mean::{PoseMean, PoseNoise, plain_mean, pooled_noise, robust_mean};
 use sections::Section;
 pub use turns::Turn;
@@ -55,9 +55,6 @@ pub(crate) const MANY_POSES: usize = 64;
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SegmentOptions {
-    /// First N rows of each pose [default: longest rest]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
-    pub rows: Option<usize>,
     /// Sections of the one recording; default: found.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -105,7 +102,6 @@ impl FacesFrom {
 impl Default for SegmentOptions {
     fn default() -> Self {
         SegmentOptions {
-            rows: None,
             sections: None,
             axes: AxisMap::default(),
             faces_from: FacesFrom::Data,
@@ -117,7 +113,7 @@ impl Default for SegmentOptions {
 /// Which rows of a pose its mean is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
-    /// Given by section, label or `--rows`: plain mean of all rows.
+    /// Given by section or label: plain mean of all rows.
     Given,
     /// A rest that was found: robust mean.
     Found,
@@ -202,7 +198,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(Error::input("no-recordings", "there is no recording"));
     }
     check_units(recordings)?;
-    if options.rows.is_some() || options.sections.is_some() {
+    if options.sections.is_some() {
         let hint = "give the part to be cut as a file of its own: `gravical convert` writes one";
         recordings
             .iter()
@@ -224,7 +220,6 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     check_steadiness(&poses, &held, recordings, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
     check_names(&mut poses, options, &mut findings);
-    check_rows(&poses, options, &mut findings);
     Ok(Segmentation {
         poses,
         turns: named.unwrap_or(found),
@@ -248,17 +243,17 @@ pub(crate) fn cut_recordings(
                 .of_option("sections")
                 .with_hint("calibrate that recording alone, or name each file after its face"));
         };
-        let (intervals, turns) = named::by_sections(one, sections, options)?;
+        let (intervals, turns) = named::by_sections(one, sections)?;
         return Ok((intervals, Some(turns)));
     }
     let (mut intervals, mut named) = (Vec::new(), None);
     for (index, recording) in recordings.iter().enumerate() {
-        if let Some(cut) = named::by_labels(index, recording, options, findings) {
+        if let Some(cut) = named::by_labels(index, recording, findings) {
             let (poses, turns) = cut?;
             intervals.extend(poses);
             named.get_or_insert_with(Vec::new).extend(turns);
         } else {
-            intervals.extend(found::in_recording(index, recordings, options, findings)?);
+            intervals.extend(found::in_recording(index, recordings, findings)?);
         }
     }
     Ok((intervals, named))
@@ -275,31 +270,24 @@ fn between_rests(
 ) -> (Option<GyroScale>, Vec<Turn>) {
     let angle = options.turn_angle_deg.to_radians();
     let mut evidence = gyro_unit::Evidence::default();
-    let mut all = Vec::new();
-    for (index, recording) in recordings.iter().enumerate() {
-        let mut rests: Vec<_> = intervals
-            .iter()
-            .filter(|d| d.recording == index)
-            .map(|d| d.rows.clone())
-            .collect();
-        rests.sort_by_key(|rows| rows.start);
-        let motions = turns::motions(recording, &rests);
-        evidence.add(recording, &rests, &motions);
-        for turn in named.iter().filter(|t| t.recording == index) {
-            if let Some(integral) = turns::plain_integral(recording, &turn.rows, &rests) {
-                evidence.add_known_turn(integral, angle);
-            }
-        }
-        all.push(motions);
+    let mut rests: Vec<Vec<Range<usize>>> = vec![Vec::new(); recordings.len()];
+    for interval in intervals {
+        rests[interval.recording].push(interval.rows.clone());
     }
-    let scale = recordings
-        .iter()
-        .find_map(|r| gyro_unit::Claims::of(r, None))
-        .map(|claims| gyro_unit::decide(claims, &evidence, findings));
+    for (index, (recording, rests)) in recordings.iter().zip(&mut rests).enumerate() {
+        rests.sort_by_key(|rows| rows.start);
+        evidence.add(recording, rests);
+        for turn in named.iter().filter(|t| t.recording == index) {
+            evidence.add_known_turn(recording, &turn.rows, rests, angle);
+        }
+    }
+    let mut recorded = recordings.iter();
+    let scale = recorded.find_map(|r| evidence.judge(r, None, findings));
+    let all = recordings.iter().zip(&rests).enumerate();
     let mut turns: Vec<Turn> = all
-        .iter()
-        .enumerate()
-        .flat_map(|(index, motions)| turns::full_turns(index, motions, scale, angle))
+        .flat_map(|(index, (recording, rests))| {
+            turns::full_turns((index, recording), rests, scale, angle)
+        })
         .collect();
     for turn in &mut turns {
         // Found by the board's channel, meant about an axis of the case.

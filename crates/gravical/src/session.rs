@@ -108,9 +108,8 @@ impl Session<'_> {
     ///
     /// Those of [`read_session`], [`calibrate`] and of a guided session.
     pub fn calibrate(&self) -> Result<SessionCalibration> {
-        let segment = &self.options.segment;
-        // Sections and numbers of rows name rows: the whole recording is needed.
-        let by_rows = segment.sections.is_some() || segment.rows.is_some();
+        // Sections name rows: the whole recording is needed.
+        let by_rows = self.options.segment.sections.is_some();
         let guided = match self.inputs {
             [folder] if !by_rows && self.gyro.is_none() => is_session(folder).then_some(folder),
             _ => None,

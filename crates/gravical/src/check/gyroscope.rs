@@ -7,9 +7,8 @@ use super::intervals::include_slow_noise;
 use super::{GyroscopeCheck, Judgement};
 use crate::calibration_file::CalibrationFile;
 use crate::finding::finding;
-use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::mean::PoseMean;
-use crate::poses::turns::motions;
 use crate::poses::{Pose, cut, means_of};
 use crate::recording::{Finding, Recording};
 
@@ -56,8 +55,7 @@ pub(super) fn gyroscope(
             .filter(|p| p.recording == index)
             .map(|p| p.rows.clone())
             .collect();
-        let evidence = Evidence::of(recording, &rows, &motions(recording, &rows));
-        let scale = Claims::of(recording, Some(section)).map(|c| decide(c, &evidence, findings));
+        let scale = judge(recording, Some(section), &rows, findings);
         if let Some(why) = scale.and_then(|scale| mismatch(section, &scale)) {
             findings.push(
                 finding!(

@@ -49,9 +49,8 @@ use serde::Deserialize;
 use crate::calibration_file::{CHANNELS, InputFile};
 use crate::finding::{Finding, finding};
 use crate::poses::check_units;
-use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::gyro_unit;
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
-use crate::poses::turns::motions;
 use crate::recording::{self, ReadOptions, Recording};
 use crate::stats::{floors, moments};
 use crate::{Error, Result};
@@ -225,11 +224,8 @@ fn quiet_variance(recording: &Recording, rests: &[Range<usize>], width: usize) -
 /// Units of the gyroscope per rad/s, by the rule of all commands; `None` without a gyroscope or if
 /// its unit is unknown, which is a finding then.
 fn gyro_scale(recording: &Recording, findings: &mut Vec<Finding>) -> Option<f64> {
-    let claims = Claims::of(recording, None)?;
-    let stills = find_rests(recording);
-    let moves = motions(recording, &stills);
-    let evidence = Evidence::of(recording, &stills, &moves);
-    let nominal = decide(claims, &evidence, findings).nominal();
+    recording.gyro.as_ref().and(recording.gyro_scale)?;
+    let nominal = gyro_unit::judge(recording, None, &find_rests(recording), findings)?.nominal();
     if nominal.is_none() {
         let unknown = finding!(
             GyroUnitUnknown,

@@ -74,22 +74,6 @@ pub(super) fn check_names(
     }
 }
 
-/// `--rows` beyond what there is.
-pub(super) fn check_rows(poses: &[Pose], options: &SegmentOptions, findings: &mut Vec<Finding>) {
-    let Some(wanted) = options.rows else { return };
-    for pose in poses {
-        let there = pose.rows.len();
-        if there < wanted {
-            let few = finding!(
-                FewRows,
-                "{}: {there} rows in place of the {wanted} that were asked for",
-                pose.label
-            );
-            findings.push(few.in_file(&pose.source));
-        }
-    }
-}
-
 fn mismatch(pose: &Pose, claimed: &str, face: Face) -> Finding {
     let mismatch = finding!(
         OrientationMismatch,

@@ -8,13 +8,12 @@ use crate::{Error, Result};
 
 use super::face::{Claim, claim};
 use super::sections::Section;
-use super::{Interval, SegmentOptions, Selection, Turn};
+use super::{Interval, Selection, Turn};
 
 /// Poses and turns of a section list.
 pub(super) fn by_sections(
     recording: &Recording,
     sections: &[Section],
-    options: &SegmentOptions,
 ) -> Result<(Vec<Interval>, Vec<Turn>)> {
     let rows = recording.rows();
     if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
@@ -29,7 +28,7 @@ pub(super) fn by_sections(
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }
     let named = sections.iter().map(|s| (s.label.as_str(), s.rows.clone()));
-    split(0, recording, named, options)
+    split(0, recording, named)
 }
 
 /// Poses and turns of a label column; none when there is no such column
@@ -37,7 +36,6 @@ pub(super) fn by_sections(
 pub(super) fn by_labels(
     index: usize,
     recording: &Recording,
-    options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) -> Option<Result<(Vec<Interval>, Vec<Turn>)>> {
     let labels = recording.labels.as_ref()?;
@@ -73,7 +71,7 @@ pub(super) fn by_labels(
         );
         findings.push(left_out.counting(rows as u64).in_file(&recording.name));
     }
-    Some(split(index, recording, named.into_iter(), options))
+    Some(split(index, recording, named.into_iter()))
 }
 
 /// Parted by other labels a pose is a repeat, which may lie a little differently, and a turn another one.
@@ -81,7 +79,6 @@ fn split<'a>(
     index: usize,
     recording: &Recording,
     named: impl Iterator<Item = (&'a str, Range<usize>)>,
-    options: &SegmentOptions,
 ) -> Result<(Vec<Interval>, Vec<Turn>)> {
     let (mut intervals, mut turns) = (Vec::new(), Vec::new());
     for (label, rows) in named {
@@ -105,7 +102,7 @@ fn split<'a>(
             claim => intervals.push(Interval {
                 label: label.to_owned(),
                 recording: index,
-                rows: first_rows(rows, options.rows),
+                rows,
                 selection: Selection::Given,
                 claim,
             }),
@@ -125,11 +122,6 @@ fn is_pose(label: &str) -> bool {
         "pose" | "p" | "still" | "hold" | "position" | "placement" => numbered,
         _ => false,
     }
-}
-
-/// The first `limit` of some rows.
-pub(super) fn first_rows(rows: Range<usize>, limit: Option<usize>) -> Range<usize> {
-    rows.start..rows.start + rows.len().min(limit.unwrap_or(usize::MAX))
 }
 
 #[cfg(test)]

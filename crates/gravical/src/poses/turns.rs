@@ -175,37 +175,37 @@ pub(super) fn plain_integral(
     Some(sum(&steps(recording, rows.clone(), bias)?))
 }
 
-/// Turns by `angle_rad` among the moves: one axis carries the turn, its angle in
-/// the unit of the gyroscope is within a sixth of the one wanted, and after a
+/// Turns by `angle_rad` between the rests of a recording, which has this number in the session: one axis
+/// carries the turn, its angle in the unit of the gyroscope is within a sixth of the one wanted, and after a
 /// full turn gravity is back within 10°.
 #[must_use]
 pub fn full_turns(
-    recording_index: usize,
-    motions: &[Motion],
+    (index, recording): (usize, &Recording),
+    rests: &[Range<usize>],
     scale: Option<GyroScale>,
     angle_rad: f64,
 ) -> Vec<Turn> {
     let Some(nominal) = scale.and_then(|s| s.nominal()) else {
         return Vec::new();
     };
-    motions
-        .iter()
-        .filter_map(|motion| {
-            let whole_turns = (angle_rad / TAU).fract().abs() < 1e-9;
-            let back = !whole_turns || angle_deg(motion.gravity[0], motion.gravity[1]) < 10.0;
-            let angles = sum(&motion.steps).map(|v| v / nominal);
-            let axis = (0..3).max_by(|&i, &j| angles[i].abs().total_cmp(&angles[j].abs()))?;
-            let whole = norm(&angles);
-            let carries = angles[axis].abs() > 0.9 * whole;
-            let full = (angles[axis].abs() / angle_rad.abs() - 1.0).abs() < 1.0 / 6.0;
-            (back && carries && full).then(|| Turn {
-                label: format!("turn about {}", super::face::AXES[axis]),
-                axis,
-                recording: recording_index,
-                rows: motion.rows.clone(),
-                integrated: motion.integrated.clone(),
-            })
+    let whole_turns = (angle_rad / TAU).fract().abs() < 1e-9;
+    let turn = |motion: Motion| {
+        let back = !whole_turns || angle_deg(motion.gravity[0], motion.gravity[1]) < 10.0;
+        let angles = sum(&motion.steps).map(|v| v / nominal);
+        let axis = (0..3).max_by(|&i, &j| angles[i].abs().total_cmp(&angles[j].abs()))?;
+        let carries = angles[axis].abs() > 0.9 * norm(&angles);
+        let full = (angles[axis].abs() / angle_rad.abs() - 1.0).abs() < 1.0 / 6.0;
+        (back && carries && full).then(|| Turn {
+            label: format!("turn about {}", super::face::AXES[axis]),
+            axis,
+            recording: index,
+            rows: motion.rows,
+            integrated: motion.integrated,
         })
+    };
+    motions(recording, rests)
+        .into_iter()
+        .filter_map(turn)
         .collect()
 }
 

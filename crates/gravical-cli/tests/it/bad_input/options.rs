@@ -29,7 +29,6 @@ fn options_that_cannot_be_meant() {
         "--latitude 91",
         "--turn-angle 5",
         "--pose-tilt 40",
-        "--rows 0",
         "--rate 0",
     ] {
         fails(
