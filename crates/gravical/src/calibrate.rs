@@ -136,8 +136,7 @@ pub struct Calibrated {
 ///
 /// Input errors with the next thing to do: those of [`segment`];
 /// `underdetermined`, `missing-face`, `left-handed`, `sensors-differ`, `no-such-pose` of the
-/// accelerometer; `missing-gyro`, `rate-unknown`. A result
-/// that fails a quality gate is no error: its verdict is `poor`.
+/// accelerometer. A result that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
     let sensor_id = match &options.record.sensor_id {
@@ -185,7 +184,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let gyroscope = gyro::gyroscope(&session, &estimate)?;
+    let gyroscope = gyro::gyroscope(recordings, &segmentation, &estimate.calibration);
 
     // What do the placements say of the result, and what can they not say?
     let accelerometer = section::accelerometer(&session, &estimate);

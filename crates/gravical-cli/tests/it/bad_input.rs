@@ -108,7 +108,7 @@ fn options_that_name_what_is_not_there() {
 }
 
 /// All six holds one after the other, 500 rows each, and a section list.
-pub fn one_file(folder: &Path, turns: bool) {
+pub fn one_file(folder: &Path) {
     let sensor = Sensor::default();
     let mut text = "ax,ay,az\n".to_owned();
     let mut list = "label,start,end\n".to_owned();
@@ -117,11 +117,6 @@ pub fn one_file(folder: &Path, turns: bool) {
             text += &format!("{:.4},{:.4},{:.4}\n", row[0], row[1], row[2]);
         }
         list += &format!("{name},{},{}\n", 500 * i, 500 * (i + 1));
-    }
-    if turns {
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            list += &format!("{axis}_rot,{},{}\n", 500 * i, 500 * i + 100);
-        }
     }
     write(folder, "session.csv", &text);
     write(folder, "list.csv", &list);

@@ -76,7 +76,7 @@ fn a_calibration_names_and_sums_everything_that_went_in() {
     let path = folder.path();
     let soak = "simulate static -o soak --soak 45,5 --duration 300 --rate 50 --quiet";
     ends(path, soak, 0);
-    crate::bad_input::one_file(path, false);
+    crate::bad_input::one_file(path);
     let session = read(path, "session.csv").replace('\n', ",25.0\n");
     write(
         path,

@@ -130,7 +130,6 @@ kinds! {
     ClippedPose "clipped-pose" Gate "clipped samples in a pose";
     ScaleOff "scale-off" Gate "a scale factor differs by more than 10 % from nominal";
     LargeBias "large-bias" Gate "a bias above 0.35 g";
-    TurnsIncomplete "turns-incomplete" Note "not every axis has a full turn";
     GyroMotionGap "gyro-motion-gap" Warning "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods";
     GyroMotionClipped "gyro-motion-clipped" Warning "motions in which the gyroscope reaches the end of its range";
     GyroMotionOutlier "gyro-motion-outlier" Warning "motions that contradict the others";
@@ -140,7 +139,6 @@ kinds! {
     GyroScaleOff "gyro-scale-off" Warning "the scale factor of the gyroscope differs by more than 10 % from nominal";
     GyroScaleUnknown "gyro-scale-unknown" Note "the range of the gyroscope is not stated, and no motion determines the scale";
     GyroRateUnknown "gyro-rate-unknown" Note "neither time stamps nor `--rate`: rotations cannot be integrated";
-    TurnedOtherWay "turned-other-way" Gate "the direction of a turn contradicts `--turn-angle`";
     PoorCalibration "poor-calibration" Warning "`apply`, `check`, `compare`: the verdict of the calibration is poor";
     AlreadyCalibrated "already-calibrated" Warning "the columns have the names of calibrated columns, or the board says that it calibrates";
     SameFileTwice "same-file-twice" Warning "two inputs are identical";

@@ -112,8 +112,6 @@ pub(crate) struct Estimate {
     pub uses: Vec<Use>,
     /// The tilt of the placements.
     pub tilt: Option<PoseTilt>,
-    /// The six faces in Ferraris' terms, where all are there.
-    pub faces: Option<ferraris::Faces>,
     /// How it was estimated, and how well it is known.
     pub basis: Basis,
     pub noise_assumed: bool,
@@ -193,12 +191,11 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
 
 fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
-    let faces = ferraris::sort_into_faces(placements, session.recordings).ok();
     if session.faces_by_name()
-        && let Some(faces) = &faces
+        && let Ok(faces) = ferraris::sort_into_faces(placements, session.recordings)
     {
         // Names that contradict each other, or --axes, are refused in the words of the closed form.
-        ferraris::accelerometer(faces, options.gravity, Some(session.axes()))?;
+        ferraris::accelerometer(&faces, options.gravity, Some(session.axes()))?;
     }
     let drift_test = if options.drift {
         gravical_fit::test_drift(&found.poses, &options).ok()
@@ -243,7 +240,6 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
             value: fit.tilt().to_degrees(),
             source,
         }),
-        faces,
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
         basis: Basis::Fit(Box::new((fit, trust)), drift_test),
@@ -287,6 +283,5 @@ fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
         basis: Basis::ClosedForm(covariance.map(Box::new)),
         noise_assumed: found.noise_assumed,
         rounding: found.rounding,
-        faces: Some(faces),
     })
 }

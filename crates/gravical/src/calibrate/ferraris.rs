@@ -24,13 +24,13 @@ const REPEAT_WITHIN_DEG: f64 = 5.0;
 #[derive(Debug, Clone)]
 pub struct Faces {
     /// Placements, by index.
-    pub(super) of_face: [Vec<usize>; 6],
+    of_face: [Vec<usize>; 6],
     means: [[f64; 3]; 6],
     standard_errors: Option<[[f64; 3]; 6]>,
 }
 
 /// Means in the order of [`Face::all`] as the closed form takes them.
-pub(super) fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
+fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
     SixPositionMeans {
         plus: std::array::from_fn(|axis| means[2 * axis]),
         minus: std::array::from_fn(|axis| means[2 * axis + 1]),
@@ -245,10 +245,6 @@ pub fn accelerometer(
         parameters,
         calibration,
     })
-}
-
-pub(super) fn turns_are_singular(e: SixPositionError) -> Error {
-    Error::input("singular", format!("the turns determine no gyroscope: {e}"))
 }
 
 /// Faces that were taken from names make a mirror image.

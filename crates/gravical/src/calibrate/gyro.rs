@@ -1,10 +1,8 @@
-//! The gyroscope of a session: by three known turns, by the motions between its static intervals, or
-//! the bias alone.
+//! The gyroscope of a session: by the motions between its static intervals, or the bias alone.
 
 mod readings;
 #[cfg(test)]
 mod tests;
-mod turns;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
@@ -17,9 +15,6 @@ use crate::poses::face::axes_where;
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
-use super::estimate::Estimate;
-use super::session::Session;
-use crate::Result;
 use readings::Readings;
 
 /// A scale that is further from nominal is not the one of the data sheet.
@@ -36,36 +31,13 @@ pub(super) struct Gyroscope {
     pub findings: Vec<Finding>,
 }
 
-/// The gyroscope from the pauses and the known turns, else from the motions between the static intervals.
-///
-/// # Errors
-///
-/// Those of the known turns.
-pub(super) fn gyroscope(session: &Session<'_>, estimate: &Estimate) -> Result<Gyroscope> {
-    let turns = turns::gyroscope(session, estimate)?;
-    if turns.section.is_some() {
-        return Ok(turns);
-    }
-    let mut gyroscope = of_session(
-        session.recordings,
-        session.segmentation,
-        &estimate.calibration,
-    );
-    let method = gyroscope.section.as_ref().map(|s| s.method);
-    // Missing turns are reported only if the motions did not calibrate the gyroscope.
-    if method != Some(GyroMethod::Motion) {
-        gyroscope.findings.splice(0..0, turns.findings);
-    }
-    Ok(gyroscope)
-}
-
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone
 /// where they do not determine more: that is a finding. Neither section nor finding where there is no
 /// gyroscope.
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-fn of_session(
+pub(super) fn gyroscope(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,

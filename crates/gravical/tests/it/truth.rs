@@ -158,35 +158,3 @@ fn found_holds_are_not_surer_than_they_may_be() {
     println!("mean square of z: bias {bias:.3}; coverage {covered:.4}");
     assert!((0.5..=1.25).contains(&bias) && covered > 0.92);
 }
-
-#[test]
-fn a_session_with_turns_gives_the_gyroscope_back() {
-    for seed in 1..=8 {
-        let mut simulated = SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
-            continuous: true,
-            hold_s: 4.0,
-            rest_s: 1.5,
-            ..Default::default()
-        }));
-        simulated.seed = seed;
-        // A turn's axis is the vertical of its placement: tilt is misalignment.
-        simulated.tilt_sd_deg = 0.0;
-        let simulation = simulate(&simulated).unwrap();
-        let result = calibrated(&recordings(&simulation), &options(0.0, None));
-        assert_eq!(result.segmentation.turns.len(), 3, "seed {seed}");
-        let truth = &simulation.truth.gyroscope;
-        let gyro = result.file.gyroscope.unwrap();
-        for i in 0..3 {
-            close(gyro.bias[i], truth.bias_rad_s[i], 1e-3);
-            for j in 0..3 {
-                // The low-pass and rounding to milliseconds leave a little.
-                let model = gyro.scale[i] * gyro.orientation[i][j];
-                close(model, truth.matrix[i][j], 2e-3);
-                let reaction = truth.g_sensitivity_rad_s_per_mps2[i][j];
-                close(gyro.g_sensitivity[i][j], reaction, 1e-4);
-            }
-        }
-        let kinds: Vec<_> = result.file.findings.iter().map(|f| f.kind.name()).collect();
-        assert!(!kinds.contains(&"turned-other-way"), "{kinds:?}");
-    }
-}

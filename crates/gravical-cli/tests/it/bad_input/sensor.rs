@@ -48,16 +48,6 @@ fn clipped_holds() {
 }
 
 #[test]
-fn turns_the_other_way() {
-    let folder = tempfile::tempdir().unwrap();
-    let line = "simulate six-position --continuous --hold 4 --rest 2 --turn-angle 360 -o . --quiet";
-    ends(folder.path(), line, 0);
-    poor(folder.path(), "session.csv", "turned-other-way");
-    let reported = calibrate(folder.path(), "session.csv --turn-angle 360", 0);
-    assert!(!kinds(&reported).contains(&"turned-other-way".to_owned()));
-}
-
-#[test]
 fn a_unit_that_nothing_tells() {
     let folder = six_files(&Sensor {
         unit: 3.3,

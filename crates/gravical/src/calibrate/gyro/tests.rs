@@ -58,7 +58,7 @@ fn fitted(simulation: &Simulation, recording: &Recording) -> Gyroscope {
 
 fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> Gyroscope {
     let session = segment(recordings, &SegmentOptions::default()).unwrap();
-    of_session(recordings, &session, &true_accelerometer(simulation))
+    gyroscope(recordings, &session, &true_accelerometer(simulation))
 }
 
 fn kinds(fit: &Gyroscope) -> Vec<&str> {
@@ -259,7 +259,7 @@ fn too_few_motions_leave_the_bias() {
     let accelerometer = true_accelerometer(&simulation);
     session.poses.sort_by_key(|p| p.rows.start);
     session.poses.truncate(4);
-    let fit = of_session(&recording, &session, &accelerometer);
+    let fit = gyroscope(&recording, &session, &accelerometer);
     let section = fit.section.clone().unwrap();
     assert_eq!(section.method, GyroMethod::Bias);
     assert_eq!(kinds(&fit), ["gyro-undetermined"]);
@@ -270,7 +270,7 @@ fn too_few_motions_leave_the_bias() {
     // Without a unit there is not even a matrix.
     session.poses.truncate(1);
     session.gyro_scale = None;
-    let fit = of_session(&recording, &session, &accelerometer);
+    let fit = gyroscope(&recording, &session, &accelerometer);
     assert!(fit.section.is_none());
     assert_eq!(kinds(&fit), ["gyro-scale-unknown"]);
 }
@@ -302,7 +302,7 @@ fn a_bias_of_coarse_digits_is_not_exact() {
         })
         .collect();
     let cut = segment(&session, &SegmentOptions::default()).unwrap();
-    let section = of_session(&session, &cut, &Calibration::identity())
+    let section = gyroscope(&session, &cut, &Calibration::identity())
         .section
         .unwrap();
     let deviation = section.covariance.unwrap().values[0][0].sqrt();
