@@ -257,12 +257,7 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
     let Ok(found) = segment(recordings, options) else {
         return;
     };
-    let Segmentation {
-        poses,
-        turns,
-        noise,
-        ..
-    } = &found;
+    let Segmentation { poses, noise, .. } = &found;
     for placement in poses {
         check_range(recordings, placement.recording, &placement.rows);
         let rows = placement.rows.len();
@@ -276,10 +271,6 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         if let Some((_, rows)) = placement.gyro_sum {
             assert!(rows > 0, "{placement:?}");
         }
-    }
-    for turn in turns {
-        assert!(turn.axis < 3, "{turn:?}");
-        check_range(recordings, turn.recording, &turn.rows);
     }
     assert!(noise.vif >= 1.0, "{noise:?}");
 }

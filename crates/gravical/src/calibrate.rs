@@ -105,13 +105,6 @@ impl CalibrateOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         let wrong = |option, what: String| Err(Error::range(option, what));
-        let turn = self.segment.turn_angle_deg;
-        if !(turn.is_finite() && turn.abs() >= 30.0) {
-            return wrong(
-                "turn_angle",
-                format!("{turn}° is too small; at least 30° are needed"),
-            );
-        }
         if let Some(tilt) = self.estimate.pose_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
         {

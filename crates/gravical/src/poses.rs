@@ -20,8 +20,6 @@ mod samples;
 #[doc(hidden)]
 pub mod sections;
 mod spikes;
-#[doc(hidden)]
-pub mod turns;
 
 pub(crate) use found::{intervals_of, is_too_short};
 
@@ -40,7 +38,6 @@ use face::{AxisMap, Claim, Face};
 use judge::{check_names, check_steadiness};
 use mean::{PoseMean, PoseNoise, plain_mean, pooled_noise, robust_mean};
 use sections::Section;
-pub use turns::Turn;
 
 /// A reading further than this from every axis is no face, degrees.
 #[doc(hidden)]
@@ -51,7 +48,7 @@ pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 pub(crate) const MANY_POSES: usize = 64;
 
 /// How a session is cut into poses.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SegmentOptions {
@@ -75,10 +72,6 @@ pub struct SegmentOptions {
         )
     )]
     pub faces_from: FacesFrom,
-    /// Angle of the turns, degrees
-    #[serde(rename = "turn_angle")]
-    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", allow_negative_numbers = true, default_value_t = SegmentOptions::default().turn_angle_deg, hide_short_help = true))]
-    pub turn_angle_deg: f64,
 }
 
 /// What decides which face was up.
@@ -96,17 +89,6 @@ pub enum FacesFrom {
 impl FacesFrom {
     pub(crate) fn are_names(self) -> bool {
         self == FacesFrom::Names
-    }
-}
-
-impl Default for SegmentOptions {
-    fn default() -> Self {
-        SegmentOptions {
-            sections: None,
-            axes: AxisMap::default(),
-            faces_from: FacesFrom::Data,
-            turn_angle_deg: -360.0,
-        }
     }
 }
 
@@ -159,11 +141,9 @@ pub struct Pose {
 pub struct Segmentation {
     /// Poses in the order of the session.
     pub poses: Vec<Pose>,
-    /// Full turns about the axes.
-    pub turns: Vec<Turn>,
     /// Noise of all poses together.
     pub noise: PoseNoise,
-    /// The gyroscope's unit after the turns had their say.
+    /// The gyroscope's unit, by the motions between the poses if they show it.
     pub gyro_scale: Option<GyroScale>,
     /// What is odd.
     pub findings: Vec<Finding>,
@@ -186,7 +166,7 @@ pub(crate) struct Measured {
     pub noise: PoseNoise,
 }
 
-/// Cuts a session into poses and turns.
+/// Cuts a session into poses.
 ///
 /// # Errors
 ///
@@ -205,13 +185,12 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             .try_for_each(|r| r.refuse_averaged(hint))?;
     }
     let mut findings = Vec::new();
-    let (intervals, named) = cut_recordings(recordings, options, &mut findings)?;
+    let intervals = cut_recordings(recordings, options, &mut findings)?;
     if intervals.is_empty() {
         let error = found::never_still(recordings);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
-    let known = named.as_deref().unwrap_or_default();
-    let (gyro_scale, found) = between_rests(recordings, &intervals, known, options, &mut findings);
+    let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
         mut poses,
         held,
@@ -222,19 +201,18 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     check_names(&mut poses, options, &mut findings);
     Ok(Segmentation {
         poses,
-        turns: named.unwrap_or(found),
         noise,
         gyro_scale,
         findings,
     })
 }
 
-/// The poses of a session, and the turns that sections or labels name; none where nothing is named.
+/// The poses of a session: named by sections or labels, or found.
 pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Result<(Vec<Interval>, Option<Vec<Turn>>)> {
+) -> Result<Vec<Interval>> {
     if let Some(sections) = &options.sections {
         let [one] = recordings else {
             let count = recordings.len();
@@ -243,57 +221,33 @@ pub(crate) fn cut_recordings(
                 .of_option("sections")
                 .with_hint("calibrate that recording alone, or name each file after its face"));
         };
-        let (intervals, turns) = named::by_sections(one, sections)?;
-        return Ok((intervals, Some(turns)));
+        return named::by_sections(one, sections);
     }
-    let (mut intervals, mut named) = (Vec::new(), None);
+    let mut intervals = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
-        if let Some(cut) = named::by_labels(index, recording, findings) {
-            let (poses, turns) = cut?;
-            intervals.extend(poses);
-            named.get_or_insert_with(Vec::new).extend(turns);
-        } else {
-            intervals.extend(found::in_recording(index, recordings, findings)?);
-        }
+        intervals.extend(match named::by_labels(index, recording, findings) {
+            Some(poses) => poses,
+            None => found::in_recording(index, recordings, findings)?,
+        });
     }
-    Ok((intervals, named))
+    Ok(intervals)
 }
 
-/// What the moves between the rests of each recording say of the gyroscope: its
-/// unit, and full turns. The turns that are `named` tell the unit, too.
-fn between_rests(
+/// The unit of the gyroscope, by all recordings of a session.
+fn judge_gyroscope(
     recordings: &[Recording],
     intervals: &[Interval],
-    named: &[Turn],
-    options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> (Option<GyroScale>, Vec<Turn>) {
-    let angle = options.turn_angle_deg.to_radians();
+) -> Option<GyroScale> {
     let mut evidence = gyro_unit::Evidence::default();
-    let mut rests: Vec<Vec<Range<usize>>> = vec![Vec::new(); recordings.len()];
-    for interval in intervals {
-        rests[interval.recording].push(interval.rows.clone());
-    }
-    for (index, (recording, rests)) in recordings.iter().zip(&mut rests).enumerate() {
+    for (index, recording) in recordings.iter().enumerate() {
+        let own = intervals.iter().filter(|i| i.recording == index);
+        let mut rests: Vec<Range<usize>> = own.map(|i| i.rows.clone()).collect();
         rests.sort_by_key(|rows| rows.start);
-        evidence.add(recording, rests);
-        for turn in named.iter().filter(|t| t.recording == index) {
-            evidence.add_known_turn(recording, &turn.rows, rests, angle);
-        }
+        evidence.add(recording, &rests);
     }
-    let mut recorded = recordings.iter();
-    let scale = recorded.find_map(|r| evidence.judge(r, None, findings));
-    let all = recordings.iter().zip(&rests).enumerate();
-    let mut turns: Vec<Turn> = all
-        .flat_map(|(index, (recording, rests))| {
-            turns::full_turns((index, recording), rests, scale, angle)
-        })
-        .collect();
-    for turn in &mut turns {
-        // Found by the board's channel, meant about an axis of the case.
-        turn.axis = options.axes.case_axis(turn.axis);
-    }
-    (scale, turns)
+    let mut recordings = recordings.iter();
+    recordings.find_map(|recording| evidence.judge(recording, None, findings))
 }
 
 /// One known unit of the accelerometer in all recordings.

@@ -1,19 +1,21 @@
 //! The unit of a gyroscope: one rule, whoever asks.
 //!
-//! The user's word; else what the turns of gravity between rests show, or turns
-//! by a known angle; else the calibration that is there; else the header, which
+//! The user's word; else what the turns of gravity between rests show; else the calibration that is there; else the header, which
 //! is then said to be unverified; else whole numbers are counts. Turns may refute
 //! header and calibration. Where nothing claims a unit, where the header is wrong
 //! about the accelerometer and where it contradicts the calibration, the noise at
 //! rest chooses between rad/s and °/s: gyroscopes that people can afford have 0.02
 //! to 0.5 °/s of it per sample, which read as rad/s would be 0.0004 to 0.009.
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
+use gravical_core::matrix3::norm;
 use gravical_recording::judge::resolution;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;
-use super::turns::{motions, plain_integral, residual_deg};
+use super::rests::with_slow_ends;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
@@ -50,8 +52,6 @@ fn alike(a: &GyroScale, b: &GyroScale) -> bool {
 const MIN_TURN_DEG: f64 = 10.0;
 /// So many turns decide against a header or a calibration.
 const ENOUGH: usize = 3;
-/// A known turn comes out right within this factor.
-const KNOWN_TURN: f64 = 1.25;
 /// A turn that a scale does not fit counts for no more than this, in limits.
 const MAX_MISFIT: f64 = 3.0;
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
@@ -111,39 +111,23 @@ impl Evidence {
         if fractions && self.noise.is_none() {
             self.noise = noise(gyro, rests);
         }
-        for motion in motions(recording, rests) {
-            let delta_deg = angle_deg(motion.gravity[0], motion.gravity[1]);
-            if delta_deg >= MIN_TURN_DEG {
-                self.test(
-                    |nominal| residual_deg(&motion, nominal),
-                    (0.15 * delta_deg).max(3.0),
-                );
+        for pair in rests.windows(2) {
+            // Of the rests rows may be left out, of the move none.
+            let is_broken = recording.is_broken(&(pair[0].start..pair[1].end));
+            let gravity = [0, 1].map(|i: usize| moments(&recording.accel, pair[i].clone()).0);
+            let delta_deg = angle_deg(gravity[0], gravity[1]);
+            if is_broken || pair[0].end >= pair[1].start || delta_deg < MIN_TURN_DEG {
+                continue;
             }
+            let Some(steps) = steps(recording, gyro, pair) else {
+                return;
+            };
+            let residual_deg = |scale: GyroScale| residual_deg(&steps, gravity, scale);
+            self.turns.push(TurnTest {
+                residuals_deg: hypotheses().into_iter().map(residual_deg).collect(),
+                limit_deg: (0.15 * delta_deg).max(3.0),
+            });
         }
-    }
-
-    /// A turn by `angle_rad` in these rows.
-    pub fn add_known_turn(
-        &mut self,
-        recording: &Recording,
-        rows: &Range<usize>,
-        rests: &[Range<usize>],
-        angle_rad: f64,
-    ) {
-        if let Some(integral) = plain_integral(recording, rows, rests) {
-            let size = gravical_core::matrix3::norm(&integral) / angle_rad.abs();
-            let angle_deg = angle_rad.abs().to_degrees();
-            let off_deg = |nominal: f64| (size / nominal).ln().abs() * angle_deg;
-            self.test(off_deg, KNOWN_TURN.ln() * angle_deg);
-        }
-    }
-
-    fn test(&mut self, residual_deg: impl Fn(f64) -> f64, limit_deg: f64) {
-        let of_scale = |scale: GyroScale| residual_deg(scale.nominal().unwrap_or(f64::NAN));
-        self.turns.push(TurnTest {
-            residuals_deg: hypotheses().into_iter().map(of_scale).collect(),
-            limit_deg,
-        });
     }
 
     /// The scale that the turns agree with best, and how many show that it is no other: those that fit it,
@@ -310,6 +294,49 @@ fn is_header_wrong(recording: &Recording) -> bool {
         && recording
             .header_unit
             .is_some_and(|claim| claim != scale.unit)
+}
+
+/// Angle that each row of the motion between two rests turns by, less the bias that both show, unit of the
+/// file · s. Where the gyroscope was not read its last reading holds. None without stamps and a rate.
+fn steps(
+    recording: &Recording,
+    gyro: &[Vec<f64>; 3],
+    rests: &[Range<usize>],
+) -> Option<Vec<[f64; 3]>> {
+    let [before, after] = [0, 1].map(|i: usize| moments(gyro, rests[i].clone()).0);
+    let usual_s = recording.timing.rate_hz().map(f64::recip);
+    let mut rate = [0.0; 3];
+    let step = |row: usize| {
+        let reading: [f64; 3] =
+            std::array::from_fn(|i| gyro[i][row] - 0.5 * (before[i] + after[i]));
+        if reading.iter().all(|v| v.is_finite()) {
+            rate = reading;
+        }
+        let stamps = recording.time_s.as_ref();
+        let period_s = stamps.and_then(|t| Some(t.get(row + 1)? - t[row]));
+        // Across a gap, a repeat or a step back the usual period stands.
+        let is_usual = |s: &f64| *s > 0.0 && usual_s.is_none_or(|usual_s| *s < 4.0 * usual_s);
+        let period_s = period_s.filter(is_usual).or(usual_s)?;
+        Some(rate.map(|v| v * period_s))
+    };
+    with_slow_ends(recording, &rests[0], &rests[1])
+        .map(step)
+        .collect()
+}
+
+/// Angle between gravity turned by the steps of a motion and gravity as it was found in the rest after.
+/// 180 where a row turns by more than half a turn, as no recording can tell.
+fn residual_deg(steps: &[[f64; 3]], gravity: [[f64; 3]; 2], scale: GyroScale) -> f64 {
+    let nominal = scale.nominal().unwrap_or(f64::NAN);
+    if steps.iter().any(|step| norm(step) > PI * nominal) {
+        return 180.0;
+    }
+    // A direction fixed in space turns the other way.
+    let back = |v: Vector3<f64>, step: &[f64; 3]| {
+        UnitQuaternion::from_scaled_axis(-Vector3::from(*step) / nominal) * v
+    };
+    let turned: Vector3<f64> = steps.iter().fold(Vector3::from(gravity[0]), back);
+    angle_deg(turned.into(), gravity[1])
 }
 
 /// Standard deviation of a sample in the quietest quarter of short blocks at

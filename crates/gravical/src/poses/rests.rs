@@ -89,6 +89,24 @@ pub(crate) fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
         .collect()
 }
 
+/// How far a motion may reach into the rests around it, s: it begins and ends so slowly
+/// that this is taken for rest.
+const SLOW_END_S: f64 = 0.5;
+
+/// The rows from the end of one rest to the start of the next, and as much of both as
+/// may hide the slow beginning and end of the motion between them: less the bias, what
+/// is rest adds but noise.
+pub(crate) fn with_slow_ends(
+    recording: &Recording,
+    before: &Range<usize>,
+    after: &Range<usize>,
+) -> Range<usize> {
+    let most = (SLOW_END_S * recording.working_rate_hz().0) as usize;
+    // The greater part of a static interval is rest.
+    let hidden = |rest: &Range<usize>| most.min(rest.len() / 3);
+    before.end - hidden(before)..after.start + hidden(after)
+}
+
 /// The shortest static interval in words: blocks have five rows or more.
 fn min_rest(recording: &Recording) -> String {
     match recording.timing.rate_hz() {

@@ -9,8 +9,8 @@ pub enum Claim {
     Face(Face),
     /// A placement along this axis, either way (`x_axis.csv`).
     Axis(usize),
-    /// A turn about this axis.
-    Turn(usize),
+    /// A turn about an axis.
+    Turn,
 }
 
 /// Reads a claim off a label or the stem of a file name: `x_axis_neg`,
@@ -35,7 +35,7 @@ pub fn claim(name: &str) -> Option<Claim> {
     }
     let axis = words.axis?;
     Some(match (words.turn, words.up.or(words.letter)) {
-        (true, _) => Claim::Turn(axis),
+        (true, _) => Claim::Turn,
         (false, Some(up)) => Claim::Face(Face { axis, up }),
         (false, None) => Claim::Axis(axis),
     })
@@ -151,7 +151,7 @@ mod tests {
                 other => panic!("{name}: {other:?}"),
             }
         }
-        assert_eq!(claim("x_rot"), Some(Claim::Turn(0)));
+        assert_eq!(claim("x_rot"), Some(Claim::Turn));
         assert_eq!(claim("y_axis"), Some(Claim::Axis(1)));
         for name in ["session", "calibration", "flat", "data2", "recording_01"] {
             assert_eq!(claim(name), None, "{name}");
