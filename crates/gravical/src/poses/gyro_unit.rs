@@ -16,6 +16,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;
 use super::rests::with_slow_ends;
+use super::samples::MAX_NOISE_RAD_S;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
@@ -54,9 +55,6 @@ const MIN_TURN_DEG: f64 = 10.0;
 const ENOUGH: usize = 3;
 /// A turn that a scale does not fit counts for no more than this, in limits.
 const MAX_MISFIT: f64 = 3.0;
-/// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
-/// 0.0016 rad/s, and this is their geometric mean.
-pub(super) const MAX_NOISE_RAD_S: f64 = 0.012;
 /// Rows that noise is looked at over.
 const BLOCK: usize = 50;
 
