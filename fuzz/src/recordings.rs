@@ -7,7 +7,7 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
-use gravical::poses::{FacesFrom, SegmentOptions, Segmentation, segment};
+use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{
     AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, parse_columns, read_bytes,
 };
@@ -84,12 +84,6 @@ fn with_options(choice: &[u8], files: &[u8]) {
         axes: of(&AXES, pick(7) / 8)
             .and_then(|text| text.parse().ok())
             .unwrap_or_default(),
-        faces_from: if pick(7) & 0x80 != 0 {
-            FacesFrom::Names
-        } else {
-            FacesFrom::Data
-        },
-        ..SegmentOptions::default()
     };
     check_session(&recordings, &options);
     for recording in recordings {

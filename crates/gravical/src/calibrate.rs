@@ -187,9 +187,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let read = recordings.iter().flat_map(|r| &r.findings);
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
-    if !options.segment.faces_from.are_names() {
-        findings.extend(checks::names(&options.segment.axes, placements));
-    }
+    findings.extend(checks::names(&options.segment.axes, placements));
     findings.extend(checks::accelerometer(
         &accelerometer,
         &estimate,

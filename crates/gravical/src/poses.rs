@@ -60,36 +60,6 @@ pub struct SegmentOptions {
     #[serde(deserialize_with = "crate::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
-    /// data or names, where they disagree
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "WHAT",
-            default_value = "data",
-            hide_possible_values = true,
-            hide_short_help = true
-        )
-    )]
-    pub faces_from: FacesFrom,
-}
-
-/// What decides which face was up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum FacesFrom {
-    /// The measured direction of gravity.
-    #[default]
-    Data,
-    /// Names of files and labels.
-    Names,
-}
-
-impl FacesFrom {
-    pub(crate) fn are_names(self) -> bool {
-        self == FacesFrom::Names
-    }
 }
 
 /// Which rows of a pose its mean is over.
@@ -198,7 +168,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
     check_steadiness(&poses, &held, recordings, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
-    check_names(&mut poses, options, &mut findings);
+    findings.extend(check_names(&poses));
     Ok(Segmentation {
         poses,
         noise,

@@ -5,8 +5,8 @@ use crate::recording::{Finding, Recording};
 use crate::stats::floors;
 use crate::stats::moments;
 
-use super::face::{self, Claim, Face, angle_deg};
-use super::{Pose, SegmentOptions};
+use super::Pose;
+use super::face::{self, Claim};
 
 /// Poses that shake many times as much as the usual one of the session.
 pub(super) fn check_steadiness(
@@ -42,44 +42,22 @@ pub(super) fn check_steadiness(
 /// Poses that shake so many times as much as the median one are worth a word.
 const UNSTEADY: f64 = 6.0;
 
-/// Compares names with data. The data win, with a warning, unless the user
-/// believes the names.
-pub(super) fn check_names(
-    poses: &mut [Pose],
-    options: &SegmentOptions,
-    findings: &mut Vec<Finding>,
-) {
-    for pose in poses {
-        let Some(Claim::Face(claimed)) = pose.claim else {
-            if let (Some(Claim::Axis(axis)), Some(face)) = (pose.claim, pose.face)
-                && axis != face.axis
-            {
-                findings.push(mismatch(
-                    pose,
-                    &format!("the {} axis", face::AXES[axis]),
-                    face,
-                ));
-            }
-            continue;
+/// Names that the data contradict. The data win.
+pub(super) fn check_names(poses: &[Pose]) -> Vec<Finding> {
+    let mismatch = |pose: &Pose| {
+        let face = pose.face?;
+        let claimed = match pose.claim? {
+            Claim::Face(claimed) if claimed != face => claimed.name(),
+            Claim::Axis(axis) if axis != face.axis => format!("the {} axis", face::AXES[axis]),
+            _ => return None,
         };
-        if options.faces_from.are_names() {
-            let reading = options.axes.to_case(pose.mean);
-            pose.angle_deg = angle_deg(reading, claimed.direction());
-            pose.face = Some(claimed);
-        } else if let Some(face) = pose.face
-            && face != claimed
-        {
-            findings.push(mismatch(pose, &claimed.name(), face));
-        }
-    }
-}
-
-fn mismatch(pose: &Pose, claimed: &str, face: Face) -> Finding {
-    let mismatch = finding!(
-        OrientationMismatch,
-        "\"{}\" claims {claimed}, but {} points up there; the data are believed",
-        pose.label,
-        face.name()
-    );
-    mismatch.in_file(&pose.source)
+        let mismatch = finding!(
+            OrientationMismatch,
+            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
+            pose.label,
+            face.name()
+        );
+        Some(mismatch.in_file(&pose.source))
+    };
+    poses.iter().filter_map(mismatch).collect()
 }
