@@ -243,24 +243,4 @@ mod tests {
             assert!(rests[1].start + slow >= rest + turn, "{rests:?}");
         }
     }
-
-    #[test]
-    fn rows_of_a_sensor_that_hung_are_no_rest() {
-        let row = |i: usize| match i {
-            0..400 | 800.. => at_rest(i),
-            // Moved, and hung in the move for 1.5 s.
-            500..650 => {
-                let [x, y, z, u, v, w] = at_rest(500);
-                [y, z, x, u, v, w]
-            }
-            _ => at_rest(i).map(|v| v + 3.0 * (0.2 * i as f64).sin()),
-        };
-        let rests = found((0..1200).map(row));
-        assert_eq!(rests.len(), 2, "{rests:?}");
-        // The reader sets the rows aside that repeat.
-        assert!(
-            rests[0].end <= 400 && rests[1].start >= 800 - 149,
-            "{rests:?}"
-        );
-    }
 }

@@ -37,26 +37,6 @@ fn named(name: &str, text: &str) -> Recording {
 }
 
 #[test]
-fn the_first_rows_only_as_the_report_takes_them() {
-    let sensor = Sensor::default();
-    let session = six_files(&sensor, 600);
-    let options = CalibrateOptions {
-        segment: SegmentOptions {
-            rows: Some(100),
-            ..SegmentOptions::default()
-        },
-        ..given_gravity()
-    };
-    let file = calibrated(&session, &options).file;
-    for (position, recording) in file.accelerometer.poses.iter().zip(&session) {
-        assert_eq!(position.rows, 100);
-        for i in 0..3 {
-            close(position.raw[i], mean(&recording.accel[i][..100]), 1e-12);
-        }
-    }
-}
-
-#[test]
 fn a_bump_in_a_hold_does_not_move_the_mean() {
     let sensor = Sensor::default();
     let mut session = six_files(&sensor, 731);
