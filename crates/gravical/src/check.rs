@@ -7,7 +7,6 @@
 //! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
-mod gyroscope;
 mod intervals;
 
 use gravical_core::matrix3::norm;
@@ -21,14 +20,13 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
-use crate::finding::after_losses;
-use crate::finding::finding;
+use crate::finding::{after_losses, finding};
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, mg, milli_g, signed};
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::{Pose, Selection};
-use crate::recording::{Finding, GyroUnit, Recording, why_calibrated};
+use crate::recording::{Finding, Recording, why_calibrated};
 
 use intervals::static_intervals;
 
@@ -104,8 +102,6 @@ pub struct CheckReport {
     pub one_way_axes: Vec<&'static str>,
     /// The calibration was fitted to all intervals that count.
     pub only_fitted: bool,
-    /// The gyroscope at rest; null where file or recording has none.
-    pub gyroscope: Option<GyroscopeCheck>,
     /// What is odd.
     pub findings: Vec<Finding>,
     /// The judgement.
@@ -144,23 +140,6 @@ pub struct StillCheck {
     /// Whether it counts: not with clipped samples, nor where the calibration was fitted to it,
     /// unless no other is left.
     pub counts: bool,
-}
-
-/// The gyroscope at rest, where it has to read zero.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GyroscopeCheck {
-    /// Unit of the calibration's bias.
-    pub input_unit: GyroUnit,
-    /// Calibrated rate at rest, °/s.
-    pub rate_deg_s: [f64; 3],
-    /// Its standard error, °/s.
-    pub standard_error_deg_s: Option<[f64; 3]>,
-    /// The bias that would make it zero, input unit.
-    pub bias_now: [f64; 3],
-    /// What it is judged against, °/s.
-    pub limit_deg_s: f64,
-    /// The judgement; that of the accelerometer does not depend on it.
-    pub judgement: Judgement,
 }
 
 /// Holds `calibration` (its file is called `name`) against the static intervals of `recordings`.
@@ -238,9 +217,6 @@ pub fn check(
     if let Some(here) = options.gravity {
         findings.extend(gravity_differs(calibration, &here));
     }
-    let forces: Vec<[f64; 3]> = result.lengths.iter().map(|l| l.force.into()).collect();
-    let gyroscope =
-        gyroscope::gyroscope(calibration, recordings, &intervals, &forces, &mut findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = counted.iter().all(|i| fitted[*i]);
     let judgement = if result.p < SIGNIFICANCE {
@@ -274,7 +250,6 @@ pub fn check(
         untested_axes,
         one_way_axes,
         only_fitted,
-        gyroscope,
         findings,
         verdict: Verdict {
             judgement,
@@ -327,7 +302,6 @@ fn reasons(report: &CheckReport, has_covariance: bool, gravity: &Gravity) -> Vec
             milli_g(2.0 * gravity.uncertainty_mps2())
         ));
     }
-    reasons.extend(report.gyroscope.as_ref().map(GyroscopeCheck::reason));
     reasons
 }
 

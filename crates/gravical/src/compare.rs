@@ -29,9 +29,6 @@ const SAME_SCALE: f64 = 0.2;
 /// an MPU6050 moves by 1.5 to 2.7 mg over that.
 const TEMPERATURE_STEP_C: f64 = 3.0;
 
-/// Scales of gyroscopes further apart than this are of two ranges, %.
-const SAME_RANGE_PERCENT: f64 = 20.0;
-
 /// Two calibrations, compared. A is the first one, B the second; every difference is B − A.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
@@ -48,8 +45,6 @@ pub struct Comparison {
     /// How the frames are turned against each other; null when one is the mirror image of the
     /// other.
     pub orientation: Option<OrientationDifference>,
-    /// Bias and scale of the gyroscopes; null unless both files have one.
-    pub gyroscope: Option<GyroscopeDifference>,
     /// Names or types, where the files are of two sensors.
     pub two_sensors: Option<[String; 2]>,
     /// What has to be known to read the result.
@@ -152,20 +147,6 @@ pub struct OrientationDifference {
     pub judgement: Judgement,
 }
 
-/// The gyroscopes, without a judgement: the bias of one changes with every start by more than the
-/// uncertainty of its file says.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GyroscopeDifference {
-    /// Bias in A as an angular rate about the axes of the case, °/s.
-    pub bias_a_deg_s: [f64; 3],
-    /// Bias in B, °/s.
-    pub bias_b_deg_s: [f64; 3],
-    /// B − A, °/s.
-    pub bias_difference_deg_s: [f64; 3],
-    /// Scale of each channel of B against A, %; null where the input units differ.
-    pub scale_difference_percent: Option<[f64; 3]>,
-}
-
 /// Compares two calibrations; `names` are the files as they were given.
 ///
 /// # Errors
@@ -203,10 +184,17 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     circumstances(pair, names, &mut findings);
     let evidence = Evidence::new(pair, &mut findings);
     let parameters = parameters(&found, evidence.has_covariances);
-    let test = evidence.test(found.magnitude.test);
+    let (test, judgement, reason) = evidence.judge(
+        ["bias, scale and misalignment", "differ", "agree"],
+        Some(found.magnitude.test),
+    );
+    let mut reasons = vec![reason];
+    if judgement.is_change() {
+        reasons.extend(most(&parameters[..9]));
+    }
     let magnitude = MagnitudeDifference {
         test,
-        judgement: evidence.judge(test),
+        judgement,
         norm_rms_mps2: found.norm.rms_mps2,
         predicted_rms_mps2: Some(found.norm.predicted_rms_mps2)
             .filter(|_| evidence.has_covariances),
@@ -214,40 +202,57 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         largest_at: found.norm.largest_at.into(),
     };
     let orientation = found.turn.map(|turn| {
-        let (angle, test) = (turn.value.norm(), evidence.test(turn.test));
-        let test = test.filter(|_| evidence.is_oriented);
-        let axis = |i: usize| {
-            if angle > 0.0 {
-                turn.value[i] / angle
-            } else {
-                0.0
-            }
-        };
+        let is_oriented = pair
+            .iter()
+            .all(|f| f.accelerometer.fit.is_none_or(|fit| fit.oriented));
+        let (test, judgement, reason) = evidence.judge(
+            [
+                "the orientation of the axes in the case",
+                "differs",
+                "agrees",
+            ],
+            Some(turn.test).filter(|_| is_oriented),
+        );
+        reasons.push(reason);
         OrientationDifference {
-            angle_deg: angle.to_degrees(),
-            axis: [0, 1, 2].map(axis),
+            angle_deg: turn.value.norm().to_degrees(),
+            axis: turn
+                .value
+                .try_normalize(0.0)
+                .map_or([0.0; 3], |axis| [axis[0], axis[1], axis[2]]),
             test,
-            judgement: evidence.judge(test),
+            judgement,
         }
     });
+    // Mirror images differ, whatever their uncertainty. A rotation that agrees may be a convention;
+    // ‖a‖ does not depend on it.
+    let judgement = match &orientation {
+        Some(orientation) if !orientation.judgement.is_change() => magnitude.judgement,
+        _ => Judgement::Differ,
+    };
     if orientation.is_none() {
+        reasons.push(
+            "the orientation of the axes differs: one is the mirror image of the other".to_owned(),
+        );
         findings.push(finding!(
             FramesMirrored,
             "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign"
         ));
+    }
+    if judgement.is_change() {
+        reasons.extend(circumstance(pair));
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     Ok(Comparison {
         files: names.map(str::to_owned),
         gravity_mps2: pair.map(|f| f.gravity_mps2),
         temperature_c: pair.map(|f| f.temperature_c),
-        gyroscope: gyroscope(a, b),
         two_sensors: two_sensors(pair),
-        verdict: evidence.verdict(pair, &magnitude, orientation.as_ref(), &parameters),
         parameters,
         magnitude,
         orientation,
         findings,
+        verdict: Verdict { judgement, reasons },
     })
 }
 
@@ -258,8 +263,6 @@ struct Evidence {
     is_same: bool,
     /// Recordings of one are recordings of the other, too: agreement proves nothing.
     is_shared: bool,
-    /// The frames of both sit in the case in a way that is known.
-    is_oriented: bool,
 }
 
 impl Evidence {
@@ -274,78 +277,40 @@ impl Evidence {
             has_covariances: has_covariance(x) && has_covariance(y),
             is_same,
             is_shared,
-            is_oriented: [x, y].iter().all(|s| s.fit.is_none_or(|fit| fit.oriented)),
         }
     }
 
-    fn judge(&self, test: Option<Test>) -> Judgement {
-        match test {
-            Some(test) if !self.is_same && test.p_value < PART_SIGNIFICANCE => Judgement::Differ,
-            Some(_) if !self.is_same && !self.is_shared => Judgement::Agree,
-            _ => Judgement::Undecided,
-        }
-    }
-
-    fn test(&self, test: Test) -> Option<Test> {
-        (self.has_covariances && test.degrees_of_freedom > 0).then_some(test)
-    }
-
-    /// Did it change? What most, and what may explain it?
-    fn verdict(
+    /// The test of a part, if there is one, and what comes of it; the part is `named` with its verbs.
+    fn judge(
         &self,
-        pair: [&CalibrationFile; 2],
-        magnitude: &MagnitudeDifference,
-        orientation: Option<&OrientationDifference>,
-        parameters: &[ParameterDifference],
-    ) -> Verdict {
-        let named = ["bias, scale and misalignment", "differ", "agree"];
-        let mut reasons = vec![self.part(named, magnitude.judgement, magnitude.test)];
-        if magnitude.judgement.is_change() {
-            reasons.extend(most(&parameters[..9]));
-        }
-        reasons.push(match orientation {
-            None => "the orientation of the axes differs: one is the mirror image of the other"
-                .to_owned(),
-            Some(o) => {
-                let part = "the orientation of the axes in the case";
-                self.part([part, "differs", "agrees"], o.judgement, o.test)
+        [part, differs, agrees]: [&str; 3],
+        test: Option<Test>,
+    ) -> (Option<Test>, Judgement, String) {
+        let test = test.filter(|test| self.has_covariances && test.degrees_of_freedom > 0);
+        let (test_of_part, judgement, verb) = match test.filter(|_| !self.is_same) {
+            Some(test) if test.p_value < PART_SIGNIFICANCE => {
+                (test, Judgement::Differ, format!("{differs} by more than"))
             }
-        });
-        // Mirror images differ, whatever their uncertainty. A rotation that agrees may be a
-        // convention; ‖a‖ does not depend on it.
-        let judgement = match orientation {
-            Some(o) if !o.judgement.is_change() => magnitude.judgement,
-            _ => Judgement::Differ,
+            Some(test) if !self.is_shared => (test, Judgement::Agree, format!("{agrees} within")),
+            _ => {
+                let why = if self.is_same {
+                    "both files contain the same parameters"
+                } else if !self.has_covariances {
+                    "one of the files has no covariance"
+                } else if self.is_shared {
+                    "both were made from the same recordings"
+                } else {
+                    "one of the sessions has faces on less than two axes"
+                };
+                let reason = format!("{part}: not tested, {why}");
+                return (test, Judgement::Undecided, reason);
+            }
         };
-        if judgement.is_change() {
-            reasons.extend(circumstance(pair));
-        }
-        Verdict { judgement, reasons }
-    }
-
-    /// What came of a part, which is `named` with its verbs.
-    fn part(&self, named: [&str; 3], judgement: Judgement, test: Option<Test>) -> String {
-        let [part, differs, agrees] = named;
-        let Some(test) = test.filter(|_| judgement != Judgement::Undecided) else {
-            let why = if self.is_same {
-                "both files contain the same parameters"
-            } else if !self.has_covariances {
-                "one of the files has no covariance"
-            } else if self.is_shared {
-                "both were made from the same recordings"
-            } else {
-                "one of the sessions has faces on less than two axes"
-            };
-            return format!("{part}: not tested, {why}");
-        };
-        let verb = match judgement {
-            Judgement::Differ => format!("{differs} by more than"),
-            _ => format!("{agrees} within"),
-        };
-        let (p, chi_square) = (probability(test.p_value), chi_square(&test));
-        format!(
+        let (p, chi_square) = (probability(test_of_part.p_value), chi_square(&test_of_part));
+        let reason = format!(
             "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
-        )
+        );
+        (test, judgement, reason)
     }
 }
 
@@ -459,17 +424,4 @@ fn units_differ(pair: [&AccelerometerSection; 2], [name_a, name_b]: [&str; 2]) -
         .with_hint("calibrate again with the range given, so that counts can be converted")
         .advise("accel_unit", "counts")
         .advise("accel_range", "2")
-}
-
-fn gyroscope(a: &CalibrationFile, b: &CalibrationFile) -> Option<GyroscopeDifference> {
-    let (ga, gb) = (a.gyroscope.as_ref()?, b.gyroscope.as_ref()?);
-    let (bias_a, bias_b) = (ga.bias_deg_s(), gb.bias_deg_s());
-    let ratios = [0, 1, 2].map(|i| 100.0 * (gb.scale[i] / ga.scale[i] - 1.0));
-    let is_alike = ratios.iter().all(|r| r.abs() < SAME_RANGE_PERCENT);
-    Some(GyroscopeDifference {
-        bias_a_deg_s: bias_a,
-        bias_b_deg_s: bias_b,
-        bias_difference_deg_s: [0, 1, 2].map(|i| bias_b[i] - bias_a[i]),
-        scale_difference_percent: (ga.input_unit == gb.input_unit && is_alike).then_some(ratios),
-    })
 }

@@ -194,13 +194,6 @@ impl GyroscopeSection {
             GyroUnit::Counts | GyroUnit::Unknown => None,
         }
     }
-
-    /// The bias as an angular rate about the axes of the case, °/s, without the offset of
-    /// unsigned counts.
-    pub(crate) fn bias_deg_s(&self) -> [f64; 3] {
-        let offset = self.zero_offset();
-        matrix3::mul_vec(&self.matrix, &self.bias.map(|b| b - offset)).map(f64::to_degrees)
-    }
 }
 
 /// Poses are proposed if all of them together bring an error below this share.

@@ -54,10 +54,7 @@ pub(super) fn static_intervals(
         held,
         ..
     } = measure_intervals(recordings, intervals, &options.axes, findings);
-    let errors = intervals
-        .iter_mut()
-        .map(|p| (p.recording, p.count, &mut p.standard_error));
-    include_slow_noise(recordings, &held, errors);
+    include_slow_noise(recordings, &held, &mut intervals);
     for interval in &mut intervals {
         let offset = recordings[interval.recording].zero_offset;
         interval.mean = interval.mean.map(|m| m + offset);
@@ -93,36 +90,26 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
     intervals.into_iter().map(of_this).collect()
 }
 
-/// Raises standard errors of means to what averages of samples say of them. `errors` are in the
-/// order of `held`, each with its recording and the rows of its mean.
-pub(super) fn include_slow_noise<'a>(
-    recordings: &[Recording],
-    held: &[[Vec<f64>; 3]],
-    errors: impl Iterator<Item = (usize, usize, &'a mut Option<[f64; 3]>)>,
-) {
-    let errors = errors.map(|(recording, rows, error)| {
-        let (rate_hz, _) = recordings[recording].working_rate_hz();
-        (((rate_hz / SLOW_RATE_HZ) as usize).max(1), rows, error)
-    });
-    let errors: Vec<_> = errors.collect();
-    let averages: Vec<[Vec<f64>; 3]> = held
-        .iter()
-        .zip(&errors)
-        .map(|(held, (group, ..))| {
-            let average = |values: &Vec<f64>| -> Vec<f64> {
-                values.chunks_exact(*group).map(mean_of_finite).collect()
-            };
-            held.each_ref().map(average)
-        })
-        .collect();
+/// Raises standard errors of means to what averages of the samples, `held`, say of them.
+fn include_slow_noise(recordings: &[Recording], held: &[[Vec<f64>; 3]], intervals: &mut [Pose]) {
+    let group = |interval: &Pose| {
+        let (rate_hz, _) = recordings[interval.recording].working_rate_hz();
+        ((rate_hz / SLOW_RATE_HZ) as usize).max(1)
+    };
+    let average = |(interval, held): (&Pose, &[Vec<f64>; 3])| {
+        let size = group(interval);
+        held.each_ref()
+            .map(|values| values.chunks_exact(size).map(mean_of_finite).collect())
+    };
+    let averages: Vec<[Vec<f64>; 3]> = intervals.iter().zip(held).map(average).collect();
     let slices: Vec<[&[f64]; 3]> = averages.iter().map(slices).collect();
     // Averages come in no steps.
     let slow = pooled_noise(&slices, [0.0; 3], 1.0);
-    for (group, rows, error) in errors {
-        let groups = (rows / group).max(1) as f64;
-        if let Some(error) = error {
-            *error =
-                std::array::from_fn(|i| error[i].max(slow.sigma[i] * (slow.vif / groups).sqrt()));
+    for interval in intervals {
+        let groups = (interval.count / group(interval)).max(1) as f64;
+        if let Some(error) = &mut interval.standard_error {
+            let widening = (slow.vif / groups).sqrt();
+            *error = std::array::from_fn(|i| error[i].max(slow.sigma[i] * widening));
         }
     }
 }
