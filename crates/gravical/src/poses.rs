@@ -36,7 +36,7 @@ use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
 use judge::{check_names, check_steadiness};
-use mean::{PoseMean, PoseNoise, plain_mean, pooled_noise, robust_mean};
+use mean::{PoseNoise, pooled_noise, pose_mean};
 use sections::Section;
 
 /// A reading further than this from every axis is no face, degrees.
@@ -291,51 +291,22 @@ pub(crate) fn measure_intervals(
     findings: &mut Vec<Finding>,
 ) -> Measured {
     let held = without_spikes(recordings, &intervals, findings);
-    let selected = intervals.iter().map(|i| (i.recording, i.selection));
-    let step = Recording::accel_resolution;
-    let (means, noise) = means_of(recordings, selected, &held, step);
-    let poses = intervals
-        .into_iter()
-        .zip(held.iter().zip(means))
-        .map(|(interval, (held, mean))| pose(interval, held, mean, recordings, axes))
-        .collect();
-    Measured { poses, held, noise }
-}
-
-/// Means of a sensor in static intervals, each of a recording and a selection, and the noise of
-/// all together; `resolution` is the sensor's.
-pub(crate) fn means_of(
-    recordings: &[Recording],
-    intervals: impl Iterator<Item = (usize, Selection)>,
-    held: &[[Vec<f64>; 3]],
-    resolution: fn(&Recording) -> [f64; 3],
-) -> (Vec<PoseMean>, PoseNoise) {
-    let coarsest = recordings
-        .iter()
-        .map(resolution)
-        .fold([0.0; 3], |most: [f64; 3], step| {
-            std::array::from_fn(|i| step[i].max(most[i]))
-        });
+    let steps = recordings.iter().map(Recording::accel_resolution);
+    let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
+        std::array::from_fn(|i| step[i].max(most[i]))
+    });
     let channels: Vec<[&[f64]; 3]> = held.iter().map(slices).collect();
     let noise = pooled_noise(&channels, coarsest, Recording::samples_per_row(recordings));
-    let mean = |((recording, selection), values): ((usize, Selection), &[&[f64]; 3])| {
-        let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
-        match selection {
-            Selection::Given => plain_mean(values, &noise, rate),
-            Selection::Found => robust_mean(values, &noise, rate),
-        }
-    };
-    (intervals.zip(&channels).map(mean).collect(), noise)
+    let measured = intervals.into_iter().zip(&held);
+    let poses = measured
+        .map(|(interval, held)| pose(interval, held, &noise, recordings, axes))
+        .collect();
+    Measured { poses, held, noise }
 }
 
 /// The channels of a sensor as slices.
 pub(crate) fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
     channels.each_ref().map(|c| &c[..])
-}
-
-/// The values of a sensor in some rows.
-pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &Range<usize>) -> [Vec<f64>; 3] {
-    sensor.each_ref().map(|c| c[rows.clone()].to_vec())
 }
 
 /// The accelerometer in every static interval, rows with a spike empty.
@@ -348,15 +319,13 @@ fn without_spikes(
     let mut counts = vec![[0_usize; 3]; recordings.len()];
     let take_out = |interval: &Interval| {
         let recording = &recordings[interval.recording];
-        let mut values = cut(&recording.accel, &interval.rows);
+        let accel = recording.accel.each_ref();
+        let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
         let spikes = spikes::take_out(&mut values, recording.accel_resolution());
         if spikes > 0 {
             let count = &mut counts[interval.recording];
-            *count = [
-                count[0] + spikes,
-                count[1] + 1,
-                count[2] + interval.rows.len(),
-            ];
+            let rows = interval.rows.len();
+            *count = [count[0] + spikes, count[1] + 1, count[2] + rows];
         }
         values
     };
@@ -377,11 +346,18 @@ fn without_spikes(
 fn pose(
     interval: Interval,
     held: &[Vec<f64>; 3],
-    mean: PoseMean,
+    noise: &PoseNoise,
     recordings: &[Recording],
     axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
+    let is_found = interval.selection == Selection::Found;
+    let mean = pose_mean(
+        &slices(held),
+        noise,
+        recording.working_rate_hz().0,
+        is_found,
+    );
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
