@@ -53,9 +53,7 @@ pub(super) fn in_recording(
     }
     let segments = recording.segments();
     if is_alone && few {
-        refuse_scattered(recording)?;
-        // A handful of rows of one pose.
-        return Ok(intervals_of(index, segments, None, Selection::Given));
+        return Err(too_few(recording));
     }
     if is_alone {
         let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
@@ -258,21 +256,13 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
         && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
 }
 
-/// Refuses a few rows that point in several directions and are no table of means. Rows of one pose, however
-/// shaken, are many in few directions.
-fn refuse_scattered(recording: &Recording) -> Result<()> {
-    let rows = readings(recording);
-    let directions = count_directions(&rows, usize::MAX);
-    if directions < 2 || rows.len() > 4 * directions {
-        return Ok(());
-    }
-    let what = format!(
-        "{} rows that point in {directions} directions more than {FAR_APART_DEG}° apart: no recording of a pose, and no table of means",
-        rows.len()
-    );
-    Err(Error::input("never-static", what)
+/// A few rows are no recording of poses.
+fn too_few(recording: &Recording) -> Error {
+    let rows = recording.rows();
+    let what = format!("{rows} rows: no recording of poses, and no table of means");
+    Error::input("never-static", what)
         .at(Path::new(&recording.name), None)
-        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"))
+        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")
 }
 
 /// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is

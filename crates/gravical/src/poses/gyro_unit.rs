@@ -358,12 +358,6 @@ pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<
     /// Beyond what any sensor is off, below the next range.
     const ANOTHER_RANGE: f64 = 1.25;
     let (unit, wanted) = (scale.unit, section.input_unit);
-    let how = match scale.origin {
-        Origin::Given => " as given",
-        Origin::Header => " as its header says",
-        Origin::Data => " as its values show",
-        Origin::Assumed => "",
-    };
     if wanted == GyroUnit::Unknown || unit == GyroUnit::Unknown && wanted != GyroUnit::Counts {
         return None;
     }
@@ -374,8 +368,7 @@ pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<
     }
     if unit != wanted {
         return Some(format!(
-            "the gyroscope is in {}{how}, the calibration is for {}",
-            unit, wanted
+            "the gyroscope is in {unit}, the calibration is for {wanted}"
         ));
     }
     let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
