@@ -200,11 +200,7 @@ impl Evidence {
             let taken = GyroScale {
                 unit: wanted,
                 lsb_per_deg_s: (wanted == GyroUnit::Counts).then_some(lsb),
-                origin: if header == Some(wanted) {
-                    Origin::Header
-                } else {
-                    Origin::Assumed
-                },
+                origin: Origin::Assumed,
             };
             if let Some(said) = header.filter(|said| *said != wanted) {
                 let why = if header_is_wrong {
@@ -268,15 +264,9 @@ impl Evidence {
             .advise("gyro_range", ""),
             unit => {
                 let by = if header.is_some() { ", as the header says" } else { "" };
-                // One wrong unit in a header makes the other doubtful.
-                let doubt = if header.is_some() && header_is_wrong {
-                    ", and the same header is wrong about the accelerometer"
-                } else {
-                    ""
-                };
                 finding!(
                     GyroUnitUnverified,
-                    "the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals{doubt}"
+                    "the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals"
                 )
             }
         });
