@@ -4,6 +4,7 @@
 use gravical::calibrate::CalibrateOptions;
 use gravical::gravity::Gravity;
 use gravical::poses::SegmentOptions;
+use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 use gravical::simulate::{
     Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions, simulate,
@@ -13,22 +14,43 @@ use crate::support::*;
 
 /// The recordings of a simulation, as if its files had been read.
 pub fn recordings(simulation: &Simulation) -> Vec<Recording> {
-    let read = |file: &SimulatedFile| {
-        let mut text = HEADER.to_owned() + "\n";
-        for row in &file.rows {
-            let ([x, y, z], [u, v, w]) = (row.reading.accel_mps2, row.reading.gyro_rad_s);
-            let (stamp, t) = (row.stamp_ms, row.reading.temperature_c);
-            text += &format!("{stamp},{x:.5},{y:.5},{z:.5},{t:.2},{u:.6},{v:.6},{w:.6}\n");
-        }
-        read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
-    };
-    simulation.files.iter().map(read).collect()
+    let files = simulation.files.iter();
+    files.map(|file| read(&file.name, &lines(file))).collect()
 }
 
-fn options(tilt_deg: f64, rows: Option<usize>) -> CalibrateOptions {
+fn lines(file: &SimulatedFile) -> String {
+    let mut text = String::new();
+    for row in &file.rows {
+        let ([x, y, z], [u, v, w]) = (row.reading.accel_mps2, row.reading.gyro_rad_s);
+        let (stamp, t) = (row.stamp_ms, row.reading.temperature_c);
+        text += &format!("{stamp},{x:.5},{y:.5},{z:.5},{t:.2},{u:.6},{v:.6},{w:.6}\n");
+    }
+    text
+}
+
+fn read(name: &str, lines: &str) -> Recording {
+    let text = format!("{HEADER}\n{lines}");
+    read_bytes(text.as_bytes(), name, &ReadOptions::default()).unwrap()
+}
+
+/// The files of a simulation in one recording, and the first rows of each as a section.
+fn sections(simulation: &Simulation, rows: usize) -> (Vec<Recording>, Vec<Section>) {
+    let (mut text, mut sections, mut from) = (String::new(), Vec::new(), 0);
+    for file in &simulation.files {
+        text += &lines(file);
+        sections.push(Section {
+            label: file.name.trim_end_matches(".csv").to_owned(),
+            rows: from..from + rows.min(file.rows.len()),
+        });
+        from += file.rows.len();
+    }
+    (vec![read("session.csv", &text)], sections)
+}
+
+fn options(tilt_deg: f64, sections: Option<Vec<Section>>) -> CalibrateOptions {
     CalibrateOptions {
         segment: SegmentOptions {
-            rows,
+            sections,
             ..SegmentOptions::default()
         },
         gravity: Gravity::given(9.80665).unwrap(),
@@ -70,7 +92,9 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         simulated.sensor.bias_drift_mg_per_c = 0.0;
         let simulation = simulate(&simulated).unwrap();
         let truth = &simulation.truth.accelerometer;
-        let file = calibrated(&recordings(&simulation), &options(tilt_deg, rows)).file;
+        let given = rows.map(|rows| sections(&simulation, rows)).unzip();
+        let session = given.0.unwrap_or_else(|| recordings(&simulation));
+        let file = calibrated(&session, &options(tilt_deg, given.1)).file;
         let a = &file.accelerometer;
         let c = &a.covariance.as_ref().unwrap().values;
         for i in 0..3 {
