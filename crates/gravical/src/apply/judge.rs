@@ -63,7 +63,7 @@ pub(super) fn judge_gyroscope(
     let rests = if recording.gyro_file.is_some() {
         find_rests(recording)
     } else {
-        vec![0..recording.rows()]
+        std::iter::once(0..recording.rows()).collect()
     };
     let judged = gyro_unit::judge(recording, Some(section), &rests, findings);
     let Some(scale) = judged else {

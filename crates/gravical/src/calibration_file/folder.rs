@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
-use super::unit::TOLERANCE;
+use super::unit::other_range;
 use super::{CalibrationFile, InputFile};
 use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
 use crate::utc::UtcTime;
@@ -46,12 +44,9 @@ impl FoundCalibration {
     /// Unit, and range of counts, of the recording.
     fn takes(&self, scale: AccelScale) -> bool {
         let section = &self.file.accelerometer;
-        let counts_per_g = section.mean_scale() * STANDARD_GRAVITY_MPS2;
-        let is_near = |lsb: f64| (lsb / counts_per_g - 1.0).abs() <= TOLERANCE;
-        let (own, unit) = (section.input_unit, scale.unit);
-        let known = own != AccelUnit::Unknown && unit != AccelUnit::Unknown;
-        let same_range = unit != AccelUnit::Counts || scale.lsb_per_g.is_none_or(is_near);
-        !known || own == unit && same_range
+        let is_known = |unit| unit != AccelUnit::Unknown;
+        let is_same = section.input_unit == scale.unit && other_range(section, scale).is_none();
+        is_same || !is_known(section.input_unit) || !is_known(scale.unit)
     }
 
     fn line(&self) -> String {

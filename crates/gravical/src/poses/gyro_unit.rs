@@ -1,11 +1,12 @@
 //! The unit of a gyroscope: one rule, whoever asks.
 //!
-//! The user's word; else what the turns of gravity between rests show; else the calibration that is there; else the header, which
-//! is then said to be unverified; else whole numbers are counts. Turns may refute
-//! header and calibration. Where nothing claims a unit, where the header is wrong
-//! about the accelerometer and where it contradicts the calibration, the noise at
-//! rest chooses between rad/s and °/s: gyroscopes that people can afford have 0.02
-//! to 0.5 °/s of it per sample, which read as rad/s would be 0.0004 to 0.009.
+//! The user's word; else what the turns of gravity between rests show; else the
+//! calibration that is there; else the header, which is then said to be unverified;
+//! else whole numbers are counts. Turns may refute header and calibration. Where
+//! nothing claims a unit, where the header is wrong about the accelerometer and where
+//! it contradicts the calibration, the noise at rest chooses between rad/s and °/s:
+//! gyroscopes that people can afford have 0.02 to 0.5 °/s of it per sample, which read
+//! as rad/s would be 0.0004 to 0.009.
 
 use std::f64::consts::PI;
 use std::ops::Range;
