@@ -51,22 +51,20 @@ pub(super) fn in_recording(
     if (is_alone || few) && is_table_of_means(recording, few, is_hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
-    let segments = recording.segments();
-    if is_alone && few {
-        return Err(too_few(recording));
-    }
     if is_alone {
         let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
         // Without a rate a rest may be a pause of a motion.
         let is_assumed = recording.working_rate_hz().1;
-        if rests.is_empty() {
-            return Err(never_still(recordings));
-        }
-        if is_brief || is_assumed && is_hardly_static {
-            return Err(hardly_still(recording, rows_at_rest, &rests));
-        }
-        return Ok(intervals_of(index, rests, None, Selection::Found));
+        return match &rests[..] {
+            [] if few => Err(too_few(recording)),
+            [] => Err(never_still(recordings)),
+            _ if is_brief || is_assumed && is_hardly_static => {
+                Err(hardly_still(recording, rows_at_rest, &rests))
+            }
+            _ => Ok(intervals_of(index, rests, None, Selection::Found)),
+        };
     }
+    let segments = recording.segments();
     let stem = gravical_recording::source::stem(&recording.name);
     // A name with a sign speaks of one pose; with two stretches in the
     // file it can speak of neither.
