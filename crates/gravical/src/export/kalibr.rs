@@ -2,7 +2,7 @@
 
 use super::Export;
 use super::template::{Values, fill_template, nine_digits};
-use crate::calibration_file::NoiseSection;
+use crate::calibration_file::{NoiseParameters, NoiseSection};
 use crate::{Error, Result};
 
 /// The `imu.yaml` of Kalibr: noise density N and random walk K of accelerometer and gyroscope, each
@@ -38,33 +38,24 @@ fn find_largest(
     symbol: char,
     upper_limit: bool,
 ) -> Result<(f64, bool)> {
-    let letter = &sensor[..1];
-    let channels = noise.channels.iter();
-    let channels = channels.filter(|c| c.channel.starts_with(letter));
-    let (mut largest, mut count) = ((0.0, false), 0);
-    for channel in channels {
-        count += 1;
+    let own = noise.channels.iter();
+    let own = own.filter(|c| c.channel.starts_with(&sensor[..1]));
+    let value = |channel: &NoiseParameters| {
         let (known, limit) = match symbol {
             'N' => (channel.n, channel.n_at_most),
             _ => (channel.k, channel.k_at_most),
         };
-        let value = match (known, limit.filter(|_| upper_limit)) {
-            (Some(value), _) => (value, false),
-            (None, Some(limit)) => (limit, true),
-            (None, None) => {
-                let what = format!("{symbol} of {} is not determined", channel.channel);
-                return Err(unknown(&what, upper_limit));
-            }
-        };
-        if value.0 > largest.0 {
-            largest = value;
-        }
-    }
-    if count != 3 {
+        let limit = limit.filter(|_| upper_limit).map(|limit| (limit, true));
+        let what = || format!("{symbol} of {} is not determined", channel.channel);
+        let value = known.map(|value| (value, false)).or(limit);
+        value.ok_or_else(|| unknown(&what(), upper_limit))
+    };
+    let values = own.map(value).collect::<Result<Vec<(f64, bool)>>>()?;
+    let largest = values.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    largest.filter(|_| values.len() == 3).ok_or_else(|| {
         let what = format!("the noise of the {sensor} is not known");
-        return Err(unknown(&what, true));
-    }
-    Ok(largest)
+        unknown(&what, true)
+    })
 }
 
 fn unknown(what: &str, limits_used: bool) -> Error {
