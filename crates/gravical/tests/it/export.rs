@@ -19,7 +19,6 @@ use crate::support::*;
 use calibration::{G, made};
 
 type Vector = [f64; 3];
-type Matrix = [[f64; 3]; 3];
 
 /// An MPU6050 at ±2 g and ±250 °/s, in counts.
 fn in_counts() -> CalibrationFile {
