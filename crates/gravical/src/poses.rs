@@ -10,7 +10,6 @@ pub mod face;
 pub(crate) mod for_fit;
 mod found;
 pub(crate) mod gyro_unit;
-mod judge;
 #[doc(hidden)]
 pub mod mean;
 mod named;
@@ -35,7 +34,6 @@ use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
-use judge::{check_names, check_steadiness};
 use mean::{PoseNoise, pooled_noise, pose_mean};
 use sections::Section;
 
@@ -162,13 +160,10 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
-        mut poses,
-        held,
-        noise,
+        mut poses, noise, ..
     } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
-    check_steadiness(&poses, &held, recordings, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
-    findings.extend(check_names(&poses));
+    findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
         noise,

@@ -6,9 +6,9 @@ use crate::finding::finding;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
-use super::face::{Claim, claim};
+use super::face::{AXES, Claim, claim};
 use super::sections::Section;
-use super::{Interval, Selection};
+use super::{Interval, Pose, Selection};
 
 /// Poses of a section list.
 pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
@@ -81,6 +81,26 @@ fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Option<Int
         selection: Selection::Given,
         claim,
     })
+}
+
+/// Names that the data contradict. The data win.
+pub(super) fn check_names(poses: &[Pose]) -> Vec<Finding> {
+    let mismatch = |pose: &Pose| {
+        let face = pose.face?;
+        let claimed = match pose.claim? {
+            Claim::Face(claimed) if claimed != face => claimed.name(),
+            Claim::Axis(axis) if axis != face.axis => format!("the {} axis", AXES[axis]),
+            _ => return None,
+        };
+        let mismatch = finding!(
+            OrientationMismatch,
+            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
+            pose.label,
+            face.name()
+        );
+        Some(mismatch.in_file(&pose.source))
+    };
+    poses.iter().filter_map(mismatch).collect()
 }
 
 /// True for a label that counts poses without naming a face: `pose 7`,
