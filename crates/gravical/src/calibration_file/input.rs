@@ -120,11 +120,6 @@ impl InputFile {
             role,
         }
     }
-
-    /// True if its samples determined the parameters.
-    pub fn is_recording(&self) -> bool {
-        matches!(self.role, InputRole::Recording | InputRole::Gyroscope)
-    }
 }
 
 #[cfg(test)]

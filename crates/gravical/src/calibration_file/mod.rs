@@ -114,7 +114,9 @@ impl CalibrationFile {
 
     /// The recordings among the input files.
     pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
-        self.inputs.iter().filter(|i| i.is_recording())
+        let samples = [InputRole::Recording, InputRole::Gyroscope];
+        let inputs = self.inputs.iter();
+        inputs.filter(move |input| samples.contains(&input.role))
     }
 
     /// The same from memory.

@@ -99,29 +99,6 @@ impl AxisMap {
             .unwrap_or(board)
     }
 
-    /// Rows of a matrix, one a channel of the board, in the order and with the
-    /// signs of the case's axes.
-    #[must_use]
-    pub fn rows_to_case(&self, rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-        self.rows.map(|(axis, same)| {
-            if same {
-                rows[axis]
-            } else {
-                rows[axis].map(|v| -v)
-            }
-        })
-    }
-
-    /// A face of the case as a face of the board.
-    #[must_use]
-    pub fn face_to_board(&self, face: Face) -> Face {
-        let (axis, same) = self.rows[face.axis];
-        Face {
-            axis,
-            up: face.up == same,
-        }
-    }
-
     /// The map whose case calls the faces of this one's case by other names:
     /// `sent` is what the names call each face that the data show, in the order of
     /// [`Face::all`]. None where no way of mounting and no sign of the sensor
@@ -134,8 +111,8 @@ impl AxisMap {
             if sent[shown.opposite().index()] != face.opposite() {
                 return None;
             }
-            let board = self.face_to_board(shown);
-            *row = (board.axis, board.up);
+            let (axis, same) = self.rows[shown.axis];
+            *row = (axis, shown.up == same);
         }
         let map = AxisMap { rows };
         (!map.mirrors() || map.inverts()).then_some(map)
