@@ -10,10 +10,11 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection};
+use gravical::calibration_file::{CalibrationFile, NoiseSection};
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::finding::Advice;
 use gravical::recording::{AccelUnit, GyroUnit};
+use serde_json::json;
 
 use crate::support::*;
 use calibration::{G, made};
@@ -222,22 +223,12 @@ fn what_a_target_cannot_hold_is_said_and_a_text_from_outside_stays_in_its_commen
 
 #[test]
 fn kalibr_reads_every_key_and_what_is_unknown_is_refused_or_a_limit() {
-    let section = |k: Option<f64>| {
-        let channels = ["ax", "ay", "az", "gx", "gy", "gz"];
-        let parameters = |(i, channel): (usize, &&str)| NoiseParameters {
-            channel: (*channel).to_owned(),
-            n: Some(1e-3 * (i + 1) as f64),
-            b: None,
-            k,
-            n_at_most: None,
-            b_at_most: None,
-            k_at_most: Some(2e-4),
-        };
-        NoiseSection {
-            rate_hz: 100.0,
-            used_s: 7200.0,
-            channels: channels.iter().enumerate().map(parameters).collect(),
-        }
+    let section = |k: Option<f64>| -> NoiseSection {
+        let channel = |(i, name): (usize, &str)| json!({ "channel": name, "n": 1e-3 * (i + 1) as f64, "k": k, "k_at_most": 2e-4 });
+        let channels = ["ax", "ay", "az", "gx", "gy", "gz"].into_iter().enumerate();
+        let channels: Vec<_> = channels.map(channel).collect();
+        let noise = json!({ "rate_hz": 100.0, "used_s": 7200.0, "channels": channels });
+        serde_json::from_value(noise).unwrap()
     };
     let text = kalibr(&section(Some(1e-5)), false).unwrap().text;
     let keys: Vec<&str> = text
