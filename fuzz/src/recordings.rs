@@ -7,7 +7,7 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
-use gravical::poses::{FacesFrom, SegmentOptions, Segmentation, segment};
+use gravical::poses::{SegmentOptions, Segmentation, segment};
 use gravical::recording::{
     AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, parse_columns, read_bytes,
 };
@@ -73,7 +73,6 @@ fn with_options(choice: &[u8], files: &[u8]) {
     }
     let rows = recordings.first().map_or(0, Recording::rows);
     let options = SegmentOptions {
-        rows: of(&ROWS, pick(6)),
         sections: of(&SECTIONS, pick(7)).map(|list| {
             list.iter()
                 .map(|&(label, from, to)| Section {
@@ -85,12 +84,6 @@ fn with_options(choice: &[u8], files: &[u8]) {
         axes: of(&AXES, pick(7) / 8)
             .and_then(|text| text.parse().ok())
             .unwrap_or_default(),
-        faces_from: if pick(7) & 0x80 != 0 {
-            FacesFrom::Names
-        } else {
-            FacesFrom::Data
-        },
-        ..SegmentOptions::default()
     };
     check_session(&recordings, &options);
     for recording in recordings {
@@ -147,14 +140,6 @@ const RATES_HZ: &str =
     "100 62.5 0.5 1e5 1e20 1.7976931348623157e308 2.2250738585072014e-308 5e-324 inf nan 0 -1";
 const RANGES: &str = "2 16 2000 1.7976931348623157e308 5e-324 0 nan";
 const OFFSETS: &str = "0 32768 -0.5 1.7976931348623157e308 -1.7976931348623157e308 inf nan";
-const ROWS: [Option<usize>; 6] = [
-    None,
-    Some(0),
-    Some(1),
-    Some(10),
-    Some(1000),
-    Some(usize::MAX),
-];
 /// Label, start and end in percent of the rows.
 type Stretch = (&'static str, usize, usize);
 const SECTIONS: [Option<&[Stretch]>; 5] = [
@@ -266,12 +251,7 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
     let Ok(found) = segment(recordings, options) else {
         return;
     };
-    let Segmentation {
-        poses,
-        turns,
-        noise,
-        ..
-    } = &found;
+    let Segmentation { poses, noise, .. } = &found;
     for placement in poses {
         check_range(recordings, placement.recording, &placement.rows);
         let rows = placement.rows.len();
@@ -282,10 +262,6 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         let mut errors = placement.standard_error.iter().flatten();
         let is_error = |e: &f64| *e >= 0.0 && e.is_finite();
         assert!(errors.all(is_error), "{placement:?}");
-    }
-    for turn in turns {
-        assert!(turn.axis < 3, "{turn:?}");
-        check_range(recordings, turn.recording, &turn.rows);
     }
     assert!(noise.vif >= 1.0, "{noise:?}");
 }

@@ -60,7 +60,6 @@ pub const COMMANDS: &[&str] = &[
     "motion long/line.csv -c {golden}/mps2.json --json --causal",
     "export {golden}/mps2.json --to c",
     "export {golden}/counts.json --to arduino",
-    "export {golden}/counts.json --to px4",
     "export {golden}/mps2.json --to ros2",
     "export {golden}/mps2.json --to imucal",
     "live --replay faces8/poses.csv --events - --plain --gravity 9.80665",

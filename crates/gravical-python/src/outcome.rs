@@ -143,7 +143,7 @@ impl Outcome {
         let target = Target::find(to).ok_or_else(unknown)?;
         let written = match &self.kind {
             Kind::Noise(result) if target.name == "kalibr" => {
-                kalibr(&result.section(), None, options.upper_limit)?
+                kalibr(&result.section(), options.upper_limit)?
             }
             _ => export(&*self.file()?, target, options)?,
         };

@@ -104,7 +104,7 @@ GRAVITY = ["gravity", "latitude", "altitude", "axes"]
 OWN: dict[str, list[str]] = {
     "read": ["gyro"],
     "inspect": ["axes"],
-    "calibrate": [*GRAVITY, "method", "sections", "rows", "faces_from", "turn_angle", "pose_tilt",
+    "calibrate": [*GRAVITY, "method", "sections", "pose_tilt",
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],

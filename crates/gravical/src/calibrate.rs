@@ -105,20 +105,10 @@ impl CalibrateOptions {
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
         let wrong = |option, what: String| Err(Error::range(option, what));
-        let turn = self.segment.turn_angle_deg;
-        if !(turn.is_finite() && turn.abs() >= 30.0) {
-            return wrong(
-                "turn_angle",
-                format!("{turn}° is too small; at least 30° are needed"),
-            );
-        }
         if let Some(tilt) = self.estimate.pose_tilt_deg
             && !(0.0..=10.0).contains(&tilt)
         {
             return wrong("pose_tilt", format!("{tilt}° is not possible; 0 to 10° is"));
-        }
-        if self.segment.rows == Some(0) {
-            return wrong("rows", "0 takes no rows; give 1 or more".to_owned());
         }
         Ok(())
     }
@@ -187,9 +177,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let read = recordings.iter().flat_map(|r| &r.findings);
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
-    if !options.segment.faces_from.are_names() {
-        findings.extend(checks::names(&options.segment.axes, placements));
-    }
+    findings.extend(checks::names(&options.segment.axes, placements));
     findings.extend(checks::accelerometer(
         &accelerometer,
         &estimate,

@@ -5,10 +5,9 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::TemperatureModel;
-use crate::poses::face::{AXES, AxisMap, Face};
-use crate::poses::gyro_unit::{Claims, Evidence, decide};
+use crate::poses::face::{AxisMap, Face};
+use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
-use crate::poses::turns::{full_turns, motions};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
 use crate::recording::Timing;
 use crate::recording::units::{AccelScale, GyroScale};
@@ -44,8 +43,6 @@ pub struct Inspection {
     pub labels: Vec<(String, u64)>,
     /// The static intervals, in order.
     pub static_intervals: Vec<StillSpan>,
-    /// Full turns about an axis.
-    pub turns: Vec<TurnSpan>,
     /// Share of the rows in static intervals, 0 to 1.
     pub static_share: f64,
     /// Faults found.
@@ -87,17 +84,6 @@ pub struct StillSpan {
     pub face_angle_deg: f64,
 }
 
-/// A full turn.
-#[derive(Debug, Clone, Serialize)]
-pub struct TurnSpan {
-    /// `x`, `y` or `z`.
-    pub axis: char,
-    /// First row, from 0.
-    pub start_row: usize,
-    /// Row after the last.
-    pub end_row: usize,
-}
-
 /// Options of [`inspect`].
 #[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(default)]
@@ -118,15 +104,7 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         let text = format!("never at rest: {}", why_never_static(recording));
         findings.push(Finding::new(FindingKind::NeverStatic, text).in_file(&recording.name));
     }
-    let moves = motions(recording, &spans);
-    let gyroscope = Claims::of(recording, None).map(|claims| {
-        decide(
-            claims,
-            &Evidence::of(recording, &spans, &moves),
-            &mut findings,
-        )
-    });
-    let turns = full_turns(0, &moves, gyroscope, std::f64::consts::TAU);
+    let gyroscope = gyro_unit::judge(recording, None, &spans, &mut findings);
     let held: usize = spans.iter().map(Range::len).sum();
     let (rate, assumed) = recording.working_rate_hz();
     let time = |row: usize| match &recording.time_s {
@@ -172,14 +150,6 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         temperature_drift: study(std::slice::from_ref(recording)).ok(),
         labels: label_counts(recording),
         static_intervals: stills,
-        turns: turns
-            .iter()
-            .map(|turn| TurnSpan {
-                axis: AXES[turn.axis],
-                start_row: turn.rows.start,
-                end_row: turn.rows.end,
-            })
-            .collect(),
         static_share: held as f64 / recording.rows().max(1) as f64,
         findings,
     }

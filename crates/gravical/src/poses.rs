@@ -10,7 +10,6 @@ pub mod face;
 pub(crate) mod for_fit;
 mod found;
 pub(crate) mod gyro_unit;
-mod judge;
 #[doc(hidden)]
 pub mod mean;
 mod named;
@@ -20,8 +19,6 @@ mod samples;
 #[doc(hidden)]
 pub mod sections;
 mod spikes;
-#[doc(hidden)]
-pub mod turns;
 
 pub(crate) use found::{intervals_of, is_too_short};
 
@@ -37,10 +34,8 @@ use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
-use judge::{check_names, check_rows, check_steadiness};
-use mean::{PoseMean, PoseNoise, plain_mean, pooled_noise, robust_mean};
+use mean::{PoseNoise, pooled_noise, pose_mean};
 use sections::Section;
-pub use turns::Turn;
 
 /// A reading further than this from every axis is no face, degrees.
 #[doc(hidden)]
@@ -51,13 +46,10 @@ pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 pub(crate) const MANY_POSES: usize = 64;
 
 /// How a session is cut into poses.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct SegmentOptions {
-    /// First N rows of each pose [default: longest rest]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
-    pub rows: Option<usize>,
     /// Sections of the one recording; default: found.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -66,58 +58,12 @@ pub struct SegmentOptions {
     #[serde(deserialize_with = "crate::option_text::one")]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub axes: AxisMap,
-    /// data or names, where they disagree
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "WHAT",
-            default_value = "data",
-            hide_possible_values = true,
-            hide_short_help = true
-        )
-    )]
-    pub faces_from: FacesFrom,
-    /// Angle of the turns, degrees
-    #[serde(rename = "turn_angle")]
-    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", allow_negative_numbers = true, default_value_t = SegmentOptions::default().turn_angle_deg, hide_short_help = true))]
-    pub turn_angle_deg: f64,
-}
-
-/// What decides which face was up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum FacesFrom {
-    /// The measured direction of gravity.
-    #[default]
-    Data,
-    /// Names of files and labels.
-    Names,
-}
-
-impl FacesFrom {
-    pub(crate) fn are_names(self) -> bool {
-        self == FacesFrom::Names
-    }
-}
-
-impl Default for SegmentOptions {
-    fn default() -> Self {
-        SegmentOptions {
-            rows: None,
-            sections: None,
-            axes: AxisMap::default(),
-            faces_from: FacesFrom::Data,
-            turn_angle_deg: -360.0,
-        }
-    }
 }
 
 /// Which rows of a pose its mean is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
-    /// Given by section, label or `--rows`: plain mean of all rows.
+    /// Given by section or label: plain mean of all rows.
     Given,
     /// A rest that was found: robust mean.
     Found,
@@ -161,11 +107,9 @@ pub struct Pose {
 pub struct Segmentation {
     /// Poses in the order of the session.
     pub poses: Vec<Pose>,
-    /// Full turns about the axes.
-    pub turns: Vec<Turn>,
     /// Noise of all poses together.
     pub noise: PoseNoise,
-    /// The gyroscope's unit after the turns had their say.
+    /// The gyroscope's unit, by the motions between the poses if they show it.
     pub gyro_scale: Option<GyroScale>,
     /// What is odd.
     pub findings: Vec<Finding>,
@@ -188,7 +132,7 @@ pub(crate) struct Measured {
     pub noise: PoseNoise,
 }
 
-/// Cuts a session into poses and turns.
+/// Cuts a session into poses.
 ///
 /// # Errors
 ///
@@ -200,44 +144,38 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         return Err(Error::input("no-recordings", "there is no recording"));
     }
     check_units(recordings)?;
-    if options.rows.is_some() || options.sections.is_some() {
+    if options.sections.is_some() {
         let hint = "give the part to be cut as a file of its own: `gravical convert` writes one";
         recordings
             .iter()
             .try_for_each(|r| r.refuse_averaged(hint))?;
     }
     let mut findings = Vec::new();
-    let (intervals, named) = cut_recordings(recordings, options, &mut findings)?;
+    let intervals = cut_recordings(recordings, options, &mut findings)?;
     if intervals.is_empty() {
         let error = found::never_still(recordings);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
-    let known = named.as_deref().unwrap_or_default();
-    let (gyro_scale, found) = between_rests(recordings, &intervals, known, options, &mut findings);
+    let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
-        mut poses,
-        held,
-        noise,
+        mut poses, noise, ..
     } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
-    check_steadiness(&poses, &held, recordings, &mut findings);
     leave_out_empty(&mut poses, &mut findings);
-    check_names(&mut poses, options, &mut findings);
-    check_rows(&poses, options, &mut findings);
+    findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
-        turns: named.unwrap_or(found),
         noise,
         gyro_scale,
         findings,
     })
 }
 
-/// The poses of a session, and the turns that sections or labels name; none where nothing is named.
+/// The poses of a session: named by sections or labels, or found.
 pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Result<(Vec<Interval>, Option<Vec<Turn>>)> {
+) -> Result<Vec<Interval>> {
     if let Some(sections) = &options.sections {
         let [one] = recordings else {
             let count = recordings.len();
@@ -246,64 +184,33 @@ pub(crate) fn cut_recordings(
                 .of_option("sections")
                 .with_hint("calibrate that recording alone, or name each file after its face"));
         };
-        let (intervals, turns) = named::by_sections(one, sections, options)?;
-        return Ok((intervals, Some(turns)));
+        return named::by_sections(one, sections);
     }
-    let (mut intervals, mut named) = (Vec::new(), None);
+    let mut intervals = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
-        if let Some(cut) = named::by_labels(index, recording, options, findings) {
-            let (poses, turns) = cut?;
-            intervals.extend(poses);
-            named.get_or_insert_with(Vec::new).extend(turns);
-        } else {
-            intervals.extend(found::in_recording(index, recordings, options, findings)?);
-        }
+        intervals.extend(match named::by_labels(index, recording, findings) {
+            Some(poses) => poses,
+            None => found::in_recording(index, recordings, findings)?,
+        });
     }
-    Ok((intervals, named))
+    Ok(intervals)
 }
 
-/// What the moves between the rests of each recording say of the gyroscope: its
-/// unit, and full turns. The turns that are `named` tell the unit, too.
-fn between_rests(
+/// The unit of the gyroscope, by all recordings of a session.
+fn judge_gyroscope(
     recordings: &[Recording],
     intervals: &[Interval],
-    named: &[Turn],
-    options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> (Option<GyroScale>, Vec<Turn>) {
-    let angle = options.turn_angle_deg.to_radians();
+) -> Option<GyroScale> {
     let mut evidence = gyro_unit::Evidence::default();
-    let mut all = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
-        let mut rests: Vec<_> = intervals
-            .iter()
-            .filter(|d| d.recording == index)
-            .map(|d| d.rows.clone())
-            .collect();
+        let own = intervals.iter().filter(|i| i.recording == index);
+        let mut rests: Vec<Range<usize>> = own.map(|i| i.rows.clone()).collect();
         rests.sort_by_key(|rows| rows.start);
-        let motions = turns::motions(recording, &rests);
-        evidence.add(recording, &rests, &motions);
-        for turn in named.iter().filter(|t| t.recording == index) {
-            if let Some(integral) = turns::plain_integral(recording, &turn.rows, &rests) {
-                evidence.add_known_turn(integral, angle);
-            }
-        }
-        all.push(motions);
+        evidence.add(recording, &rests);
     }
-    let scale = recordings
-        .iter()
-        .find_map(|r| gyro_unit::Claims::of(r, None))
-        .map(|claims| gyro_unit::decide(claims, &evidence, findings));
-    let mut turns: Vec<Turn> = all
-        .iter()
-        .enumerate()
-        .flat_map(|(index, motions)| turns::full_turns(index, motions, scale, angle))
-        .collect();
-    for turn in &mut turns {
-        // Found by the board's channel, meant about an axis of the case.
-        turn.axis = options.axes.case_axis(turn.axis);
-    }
-    (scale, turns)
+    let mut recordings = recordings.iter();
+    recordings.find_map(|recording| evidence.judge(recording, None, findings))
 }
 
 /// One known unit of the accelerometer in all recordings.
@@ -377,51 +284,22 @@ pub(crate) fn measure_intervals(
     findings: &mut Vec<Finding>,
 ) -> Measured {
     let held = without_spikes(recordings, &intervals, findings);
-    let selected = intervals.iter().map(|i| (i.recording, i.selection));
-    let step = Recording::accel_resolution;
-    let (means, noise) = means_of(recordings, selected, &held, step);
-    let poses = intervals
-        .into_iter()
-        .zip(held.iter().zip(means))
-        .map(|(interval, (held, mean))| pose(interval, held, mean, recordings, axes))
-        .collect();
-    Measured { poses, held, noise }
-}
-
-/// Means of a sensor in static intervals, each of a recording and a selection, and the noise of
-/// all together; `resolution` is the sensor's.
-pub(crate) fn means_of(
-    recordings: &[Recording],
-    intervals: impl Iterator<Item = (usize, Selection)>,
-    held: &[[Vec<f64>; 3]],
-    resolution: fn(&Recording) -> [f64; 3],
-) -> (Vec<PoseMean>, PoseNoise) {
-    let coarsest = recordings
-        .iter()
-        .map(resolution)
-        .fold([0.0; 3], |most: [f64; 3], step| {
-            std::array::from_fn(|i| step[i].max(most[i]))
-        });
+    let steps = recordings.iter().map(Recording::accel_resolution);
+    let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
+        std::array::from_fn(|i| step[i].max(most[i]))
+    });
     let channels: Vec<[&[f64]; 3]> = held.iter().map(slices).collect();
     let noise = pooled_noise(&channels, coarsest, Recording::samples_per_row(recordings));
-    let mean = |((recording, selection), values): ((usize, Selection), &[&[f64]; 3])| {
-        let (rate, _) = Recording::working_rate_hz(&recordings[recording]);
-        match selection {
-            Selection::Given => plain_mean(values, &noise, rate),
-            Selection::Found => robust_mean(values, &noise, rate),
-        }
-    };
-    (intervals.zip(&channels).map(mean).collect(), noise)
+    let measured = intervals.into_iter().zip(&held);
+    let poses = measured
+        .map(|(interval, held)| pose(interval, held, &noise, recordings, axes))
+        .collect();
+    Measured { poses, held, noise }
 }
 
 /// The channels of a sensor as slices.
 pub(crate) fn slices(channels: &[Vec<f64>; 3]) -> [&[f64]; 3] {
     channels.each_ref().map(|c| &c[..])
-}
-
-/// The values of a sensor in some rows.
-pub(crate) fn cut(sensor: &[Vec<f64>; 3], rows: &Range<usize>) -> [Vec<f64>; 3] {
-    sensor.each_ref().map(|c| c[rows.clone()].to_vec())
 }
 
 /// The accelerometer in every static interval, rows with a spike empty.
@@ -434,15 +312,13 @@ fn without_spikes(
     let mut counts = vec![[0_usize; 3]; recordings.len()];
     let take_out = |interval: &Interval| {
         let recording = &recordings[interval.recording];
-        let mut values = cut(&recording.accel, &interval.rows);
+        let accel = recording.accel.each_ref();
+        let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
         let spikes = spikes::take_out(&mut values, recording.accel_resolution());
         if spikes > 0 {
             let count = &mut counts[interval.recording];
-            *count = [
-                count[0] + spikes,
-                count[1] + 1,
-                count[2] + interval.rows.len(),
-            ];
+            let rows = interval.rows.len();
+            *count = [count[0] + spikes, count[1] + 1, count[2] + rows];
         }
         values
     };
@@ -463,11 +339,18 @@ fn without_spikes(
 fn pose(
     interval: Interval,
     held: &[Vec<f64>; 3],
-    mean: PoseMean,
+    noise: &PoseNoise,
     recordings: &[Recording],
     axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
+    let is_found = interval.selection == Selection::Found;
+    let mean = pose_mean(
+        &slices(held),
+        noise,
+        recording.working_rate_hz().0,
+        is_found,
+    );
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))

@@ -91,16 +91,6 @@ pub struct SessionCalibration {
     pub recordings: Vec<Recording>,
 }
 
-impl SessionCalibration {
-    fn new(recordings: Vec<Recording>, done: Calibrated) -> Self {
-        SessionCalibration {
-            file: done.file,
-            segmentation: done.segmentation,
-            recordings,
-        }
-    }
-}
-
 impl Session<'_> {
     /// Reads the files and calibrates.
     ///
@@ -108,22 +98,28 @@ impl Session<'_> {
     ///
     /// Those of [`read_session`], [`calibrate`] and of a guided session.
     pub fn calibrate(&self) -> Result<SessionCalibration> {
-        let segment = &self.options.segment;
-        // Sections and numbers of rows name rows: the whole recording is needed.
-        let by_rows = segment.sections.is_some() || segment.rows.is_some();
-        let guided = match self.inputs {
-            [folder] if !by_rows && self.gyro.is_none() => is_session(folder).then_some(folder),
-            _ => None,
-        };
-        if let Some(folder) = guided {
+        if let [folder] = self.inputs
+            // Sections name rows: the whole recording is needed.
+            && self.options.segment.sections.is_none()
+            && self.gyro.is_none()
+            && is_session(folder)
+        {
             let (recordings, done) =
                 calibrate_session(folder, self.read, self.options, self.gravity)?;
-            return Ok(SessionCalibration::new(recordings, done));
+            return Ok(with_recordings(recordings, done));
         }
         let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read)?;
         let mut done = calibrate_recordings(recordings, self.options)?;
         done.file.findings.extend(left_out);
         Ok(done)
+    }
+}
+
+fn with_recordings(recordings: Vec<Recording>, done: Calibrated) -> SessionCalibration {
+    SessionCalibration {
+        file: done.file,
+        segmentation: done.segmentation,
+        recordings,
     }
 }
 
@@ -137,7 +133,7 @@ pub fn calibrate_recordings(
     options: &CalibrateOptions,
 ) -> Result<SessionCalibration> {
     let done = calibrate(&recordings, options)?;
-    Ok(SessionCalibration::new(recordings, done))
+    Ok(with_recordings(recordings, done))
 }
 
 /// Endings of files in a folder that may be recordings.
@@ -195,25 +191,24 @@ pub fn is_summary(path: &Path) -> bool {
     matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
 }
 
-/// The error of a folder without a recording, with what was left out.
+/// The error of a folder without a recording, with the first that was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
-    let inside = left_out
-        .iter()
-        .find(|f| f.kind == FindingKind::FolderLeftOut);
-    let hint = match (inside.and_then(|f| f.file.as_deref()), left_out) {
-        (Some(inside), _) => {
-            let inside = path_word(Path::new(inside));
-            format!("folders inside are not read; name one: {inside}")
-        }
-        (None, []) => format!("recordings are files that end in .{}", ENDINGS.join(", .")),
-        (None, _) => "`gravical inspect` says of each file what helps".to_owned(),
+    let error = Error::input("no-recordings", "there is no recording in this folder");
+    let Some(first) = left_out.first() else {
+        let hint = format!("recordings are files that end in .{}", ENDINGS.join(", ."));
+        return error.at(folder, None).with_hint(hint);
     };
-    let mut error = Error::input("no-recordings", "there is no recording in this folder");
-    if let [first, ..] = left_out {
-        let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
-        error = error.with_detail(&format!("; {file}: {why}"));
-    }
-    error.at(folder, None).with_hint(hint)
+    let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
+    let hint = if first.kind == FindingKind::FolderLeftOut {
+        let inside = path_word(Path::new(file));
+        format!("folders inside are not read; name one: {inside}")
+    } else {
+        "`gravical inspect` says of each file what helps".to_owned()
+    };
+    error
+        .with_detail(&format!("; {file}: {why}"))
+        .at(folder, None)
+        .with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
@@ -288,52 +283,49 @@ pub fn several_with_gyro(inputs: usize) -> Error {
     .with_hint("give one continuous recording, or files that hold both sensors")
 }
 
-/// What a file of a session is.
-enum Part {
-    Recording(Box<Recording>),
-    /// A gyroscope alone.
-    Gyroscope,
-    /// No recording: why.
-    Other(Finding),
-}
-
-/// Reads a file; `of_folder`: nobody said that it is a recording. With other files beside it, a gyroscope may
-/// be theirs.
-fn read_part(
-    path: &Path,
-    (of_folder, is_only): (bool, bool),
+/// The recordings among files, and those that hold a gyroscope alone; `of_folder`: nobody said that they are
+/// recordings, and what is none goes to `left_out`. With other files beside it, a gyroscope may be theirs.
+fn read_files<'a>(
+    paths: &'a [PathBuf],
+    of_folder: bool,
     [of_recordings, of_gyroscopes]: [&ReadOptions; 2],
-) -> Result<Part> {
-    if of_folder && is_rescued(path) {
-        return Ok(Part::Other(finding!(
-            NoRecording,
-            "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
-        )));
+    left_out: &mut Vec<Finding>,
+) -> Result<(Vec<Recording>, Vec<&'a PathBuf>)> {
+    let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
+    for path in paths {
+        let mut leave_out = |why: Finding| left_out.push(why.in_file(&path.display().to_string()));
+        if of_folder && is_rescued(path) {
+            leave_out(finding!(
+                NoRecording,
+                "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
+            ));
+            continue;
+        }
+        let recording = if of_folder {
+            read_listed(path, of_recordings)
+        } else {
+            read(path, of_recordings)
+        };
+        let is_doubtful = recording
+            .as_ref()
+            .map_or(true, |r| r.gyro.is_none() && is_named_gyroscope(path));
+        if is_doubtful && paths.len() > 1 && holds_gyroscope_alone(path, of_gyroscopes) {
+            gyroscopes.push(path);
+            continue;
+        }
+        match recording {
+            // A result beside its sources is no placement.
+            Ok(recording) if of_folder && recording.is_result() => leave_out(finding!(
+                AlreadyCalibrated,
+                "a result of this program, by its column names, not a recording; left out"
+            )),
+            Err(error) if of_folder && is_something_else(&error) => {
+                leave_out(finding!(NoRecording, "{}; left out", error.message()));
+            }
+            recording => recordings.push(recording?),
+        }
     }
-    let recording = if of_folder {
-        read_listed(path, of_recordings)
-    } else {
-        read(path, of_recordings)
-    };
-    let is_doubtful = recording
-        .as_ref()
-        .map_or(true, |r| r.gyro.is_none() && is_named_gyroscope(path));
-    if is_doubtful && !is_only && holds_gyroscope_alone(path, of_gyroscopes) {
-        return Ok(Part::Gyroscope);
-    }
-    match recording {
-        // A result beside its sources is no placement.
-        Ok(recording) if of_folder && recording.is_result() => Ok(Part::Other(finding!(
-            AlreadyCalibrated,
-            "a result of this program, by its column names, not a recording; left out"
-        ))),
-        Err(error) if of_folder && is_something_else(&error) => Ok(Part::Other(finding!(
-            NoRecording,
-            "{}; left out",
-            error.message()
-        ))),
-        recording => recording.map(|recording| Part::Recording(Box::new(recording))),
-    }
+    Ok((recordings, gyroscopes))
 }
 
 /// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
@@ -364,14 +356,12 @@ pub fn read_session(
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
     };
-    let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
-    for path in &paths {
-        match read_part(path, (folder.is_some(), is_only), [&of_recordings, options])? {
-            Part::Recording(recording) => recordings.push(*recording),
-            Part::Gyroscope => gyroscopes.push(path),
-            Part::Other(why) => left_out.push(why.in_file(&path.display().to_string())),
-        }
-    }
+    let (mut recordings, gyroscopes) = read_files(
+        &paths,
+        folder.is_some(),
+        [&of_recordings, options],
+        &mut left_out,
+    )?;
     if folder.is_some() {
         leave_out_linear(&mut recordings, &mut left_out);
     }

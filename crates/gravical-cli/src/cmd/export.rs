@@ -18,7 +18,7 @@ use crate::text;
 Examples:
   gravical export --to list
   gravical export cal.json --to c -o imu_left.h --name imu_left
-  gravical export cal.json --to px4 --device-id 2621448 -o accel.params")]
+  gravical export cal.json --to ros2 -o imu.yaml")]
 pub struct Args {
     /// Calibration file, of gravical or imucal
     #[arg(value_name = "CAL")]

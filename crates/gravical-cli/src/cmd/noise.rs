@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     // What is refused here does not take the analysis away.
     let written = if args.to.is_some() {
-        let export = kalibr(&result.section(), None, args.upper_limit)?;
+        let export = kalibr(&result.section(), args.upper_limit)?;
         for note in export.notes.iter().filter(|_| !args.quiet) {
             text::say(&format!("note: {note}"));
         }

@@ -11,9 +11,7 @@ fn the_list_explains_every_target_and_needs_no_calibration() {
         .lines()
         .filter_map(|l| l.split(' ').next())
         .collect();
-    for target in [
-        "c", "arduino", "rust", "python", "ros", "px4", "mpu6050", "gravical",
-    ] {
+    for target in ["c", "arduino", "rust", "python", "ros", "gravical"] {
         assert!(names.contains(&target), "{}", list.out);
     }
     assert!(list.out.lines().all(|l| l.len() > 30), "{}", list.out);
@@ -30,14 +28,13 @@ fn a_file_is_written_once_and_what_is_lost_goes_to_standard_error() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
     calibrate(path, ". --gravity 9.81 -o cal.json", 0);
-    let line = "export cal.json --to px4 --device-id 2621448 --rotation -y,x,z -o a.params";
+    let line = "export cal.json --to ros -o a.yaml";
     let first = ends(path, line, 0);
-    assert!(first.out.is_empty() && first.err.contains("note: Without cross-axis terms"));
-    let text = std::fs::read_to_string(path.join("a.params")).unwrap();
-    assert!(text.contains("1\t1\tCAL_ACC0_ID\t2621448\t6\n"), "{text}");
+    assert!(first.out.is_empty() && first.err.contains("note: Without the gyroscope"));
+    let text = std::fs::read_to_string(path.join("a.yaml")).unwrap();
     // What stderr says is in the file, too; it is the same on standard output.
-    assert!(text.contains("mg rms over all directions"));
-    let printed = run_in(path, words(line.strip_suffix(" -o a.params").unwrap()));
+    assert!(text.contains("Without the gyroscope"), "{text}");
+    let printed = run_in(path, words(line.strip_suffix(" -o a.yaml").unwrap()));
     assert_eq!(printed.out, text);
     ends(path, line, 2);
     ends(path, &format!("{line} --force"), 0);

@@ -23,7 +23,7 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
     done("simulate poses -o poses --free 3 --quiet");
     done("calibrate poses/poses.csv --gravity 9.80665 --noise noise.json -o cal.json --quiet");
     let yaml = done("export cal.json --to kalibr --upper-limit").out;
-    assert!(yaml.contains("calibrated = matrix"), "{yaml}");
+    assert!(yaml.contains("gyroscope_random_walk: "), "{yaml}");
     ends(path, "export cal.json --to c --upper-limit", 2);
 
     done("simulate line -o line --quiet");

@@ -143,8 +143,8 @@ class Result(Record):
         to ``output``, too. It states what the target cannot hold, as warnings do
         (:class:`gravical.ExportWarning`); :func:`gravical.export_targets` says what each holds.
 
-        Some targets have options, as of the program: ``name``, ``device_id``, ``rotation``
-        (``"y,-x,z"``), ``counts_per_g``, ``counts_per_deg_s``, ``upper_limit``.
+        Some targets have options, as of the program: ``name``, ``counts_per_g``,
+        ``counts_per_deg_s``, ``upper_limit``.
         """
         text, notes = self._computed().export(to, keywords(options))
         for note in notes:

@@ -54,9 +54,6 @@ def calibrate(session: Any, *, noise: Result | Path | None = None, **options: An
         - ``pose_tilt``: expected tilt of the faces, ° (standard deviation); by default estimated.
         - ``prior``: limits of the data sheet: ``"data-sheet"`` or ``"off"``.
         - ``free_pose``, ``face_pose``: names of poses to be treated as free, or as faces.
-        - ``rows``: the first so many of each pose; by default its longest static interval.
-        - ``faces_from``: what decides which face was up: ``"data"`` or ``"names"``.
-        - ``turn_angle``: signed angle of the turns about each axis, °; by default −360.
         - ``axes``: the sensor's axes that point along x, y and z of the case: ``"y,-x,z"``.
         - ``gyro``: path of the gyroscope of the one recording.
         - ``sections``: path of the poses as ranges of rows: JSON of imucal, or CSV label,start,end.

@@ -103,7 +103,6 @@ kinds! {
     LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn";
     EmptyPose "empty-pose" Warning "a pose given by a section or label has no value of one axis in all its rows";
     ShortPose "short-pose" Warning "an interval too short to search for a static interval";
-    FewRows "few-rows" Warning "`--rows` is larger than the number of rows of a pose";
     NoStaticInterval "no-static-interval" Warning "an interval in which the sensor never rests";
     UnsteadyPose "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand";
     SpikesLeftOut "spikes-left-out" Warning "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations";

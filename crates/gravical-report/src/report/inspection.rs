@@ -18,11 +18,6 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels: Vec<String> = labels
         .map(|(name, rows)| format!("{name} {rows}"))
         .collect();
-    let turns: Vec<String> = inspection
-        .turns
-        .iter()
-        .map(|t| t.axis.to_string())
-        .collect();
     let listed = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
     let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
@@ -52,10 +47,6 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         ),
         ("labels", listed(labels)),
         ("static", Some(stillness(inspection))),
-        (
-            "turns",
-            listed(turns).map(|axes| format!("full turns about {axes}")),
-        ),
     ]);
     let reading = Section::new("reading", "How it was read");
     let intervals = &inspection.static_intervals;

@@ -8,7 +8,6 @@ use gravical_recording::judge::quiet_norm;
 use crate::calibration_file::{Applied, CalibrationFile};
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
-use crate::poses::turns::motions;
 use crate::recording::{Finding, GyroUnit, Recording};
 use crate::{Error, Result};
 
@@ -58,30 +57,18 @@ pub(super) fn judge_gyroscope(
     recording: &Recording,
     findings: &mut Vec<Finding>,
 ) -> Result<Option<GyroUnit>> {
-    let (Some(section), Some(gyro), Some(scale)) = (
-        &calibration.gyroscope,
-        &recording.gyro,
-        recording.gyro_scale,
-    ) else {
+    let Some(section) = &calibration.gyroscope else {
         return Ok(None);
     };
-    let evidence = if recording.gyro_file.is_some() {
-        let rests = find_rests(recording);
-        gyro_unit::Evidence::of(recording, &rests, &motions(recording, &rests))
+    let rests = if recording.gyro_file.is_some() {
+        find_rests(recording)
     } else {
-        let mut evidence = gyro_unit::Evidence::default();
-        evidence.add_rest(gyro, std::slice::from_ref(&(0..recording.rows())));
-        evidence
+        std::iter::once(0..recording.rows()).collect()
     };
-    let claims = gyro_unit::Claims {
-        file: &recording.name,
-        scale,
-        calibration: Some(section),
-        header_is_wrong: recording
-            .header_unit
-            .is_some_and(|claim| claim != recording.accel_scale.unit),
+    let judged = gyro_unit::judge(recording, Some(section), &rests, findings);
+    let Some(scale) = judged else {
+        return Ok(None);
     };
-    let scale = gyro_unit::decide(claims, &evidence, findings);
     match gyro_unit::mismatch(section, &scale) {
         None => Ok(Some(section.input_unit)),
         Some(why) => Err(Error::input("unit-mismatch", why)

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
 use crate::poses::face::Face;
-use crate::poses::for_fit::{Names, Poses, poses, start};
+use crate::poses::for_fit::{Names, Poses, poses};
 use crate::{Error, Result};
 
 use super::ferraris;
@@ -167,13 +167,8 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
         nominal: session.nominal(),
         prior: options.prior == Prior::DataSheet,
         tilt: options.pose_tilt_deg.map(f64::to_radians),
-        start: Some(start(
-            session.segmentation,
-            session.axes(),
-            scale,
-            gravity,
-            session.faces_by_name(),
-        )),
+        // As the board sits in its case.
+        start: Some(matrix3::diagonal([scale; 3]).map(|row| session.axes().to_case(row))),
         drift,
     };
     if session.recordings.len() > 1 {
@@ -190,13 +185,6 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
 }
 
 fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
-    let placements = &session.segmentation.poses;
-    if session.faces_by_name()
-        && let Ok(faces) = ferraris::sort_into_faces(placements, session.recordings)
-    {
-        // Names that contradict each other, or --axes, are refused in the words of the closed form.
-        ferraris::accelerometer(&faces, options.gravity, Some(session.axes()))?;
-    }
     let drift_test = if options.drift {
         gravical_fit::test_drift(&found.poses, &options).ok()
     } else {
@@ -210,7 +198,9 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     let hand = matrix3::det(&model) * matrix3::det(&mounting)
         / matrix3::row_norms(&model).iter().product::<f64>();
     if hand <= 0.0 {
-        return Err(ferraris::left_handed(&format!("det R = {hand:.3}")));
+        let what = format!("the faces make a left-handed sensor (det R = {hand:.3})");
+        return Err(Error::input("left-handed", what)
+            .with_hint("`gravical inspect` shows what each pose reads"));
     }
     let matrix = matrix3::inverse(&model).ok_or_else(|| {
         Error::input("singular", "the fitted model has no inverse")
@@ -255,8 +245,7 @@ fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
     let gravity = session.gravity_mps2();
     let faces = ferraris::sort_into_faces(placements, session.recordings)?;
-    let names = session.faces_by_name().then(|| session.axes());
-    let fit = ferraris::accelerometer(&faces, gravity, names)?;
+    let fit = ferraris::accelerometer(&faces, gravity)?;
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
     let seen = fit.face_angle_rms_deg(&faces) / std::f64::consts::SQRT_2;

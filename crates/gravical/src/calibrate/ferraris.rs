@@ -9,7 +9,7 @@ use gravical_core::six_position::{
 use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
-use crate::poses::face::{AXES, AxisMap, Face, angle_deg, in_words};
+use crate::poses::face::{Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
 use crate::{Error, Result};
@@ -185,18 +185,12 @@ impl AccelerometerFit {
     }
 }
 
-/// Fits K, R and b. `names` is how the board sits in the case whose faces the
-/// names tell; none when the faces are the data's own.
+/// Fits K, R and b.
 ///
 /// # Errors
 ///
-/// `singular`; `left-handed` when the faces were taken from names
-/// and contradict each other.
-pub fn accelerometer(
-    faces: &Faces,
-    gravity: f64,
-    names: Option<&AxisMap>,
-) -> Result<AccelerometerFit> {
+/// `singular`.
+pub fn accelerometer(faces: &Faces, gravity: f64) -> Result<AccelerometerFit> {
     let failed = |e: SixPositionError| {
         Error::input(
             "singular",
@@ -206,11 +200,6 @@ pub fn accelerometer(
     };
     let parameters =
         ferraris_accelerometer(&six_positions(&faces.means), gravity).map_err(failed)?;
-    if let Some(axes) = names
-        && let Some(why) = mirrored(faces, &parameters, axes)
-    {
-        return Err(left_handed(&why));
-    }
     let calibration = parameters
         .calibration()
         .ok_or_else(|| failed(SixPositionError::Singular))?;
@@ -218,36 +207,4 @@ pub fn accelerometer(
         parameters,
         calibration,
     })
-}
-
-/// Faces that were taken from names make a mirror image.
-pub(super) fn left_handed(why: &str) -> Error {
-    Error::input(
-        "left-handed",
-        format!("the faces as named make a left-handed sensor ({why}): two poses are swapped"),
-    )
-    .with_hint("take the faces from the data")
-    .advise("faces_from", "data")
-}
-
-/// Why faces that were taken from names cannot be those of a real sensor.
-fn mirrored(
-    faces: &Faces,
-    parameters: &AccelerometerParameters<f64>,
-    axes: &AxisMap,
-) -> Option<String> {
-    let determinant = parameters.orientation_determinant();
-    let seen = |reading: [f64; 3], axis: usize| axes.to_case(reading)[axis];
-    let column = |axis: usize| parameters.orientation.map(|row| row[axis]);
-    // Each axis of the case is measured by the channel that --axes says, one
-    // way or the other.
-    let as_told = (0..3).all(|i| seen(column(i), i).abs() > 0.7);
-    let reads = |i: usize| [2 * i, 2 * i + 1].map(|face| seen(faces.means[face], i));
-    let clash = (0..3).map(|i| (AXES[i], reads(i)));
-    match clash.into_iter().find(|(_, [up, down])| up <= down) {
-        Some((a, [up, down])) if as_told => Some(format!(
-            "{a} reads less with +{a} up ({up:.4}) than with −{a} up ({down:.4})"
-        )),
-        _ => (determinant <= 0.0).then(|| format!("det R = {determinant:.3}")),
-    }
 }

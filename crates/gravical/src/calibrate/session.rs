@@ -26,11 +26,6 @@ impl Session<'_> {
         &self.options.segment.axes
     }
 
-    /// Names of placements are believed, not data.
-    pub fn faces_by_name(&self) -> bool {
-        self.options.segment.faces_from.are_names()
-    }
-
     pub fn gravity_mps2(&self) -> f64 {
         self.options.gravity.value_mps2
     }

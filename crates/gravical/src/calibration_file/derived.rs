@@ -221,19 +221,13 @@ impl AccelerometerSection {
         }
     }
 
-    /// The number of the pose with the largest leave-one-out error, in its own standard deviations, and
-    /// that ratio.
-    pub fn least_consistent(&self) -> Option<(usize, f64)> {
+    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
+    /// its standard deviations it is off.
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
         let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
         let each = self.poses.iter().enumerate();
         let each = each.filter_map(|(i, p)| Some((i, ratio(p)?)));
         each.max_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
-    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
-    /// its standard deviations it is off.
-    pub fn contradiction(&self) -> Option<(usize, f64)> {
-        self.least_consistent()
             .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
     }
 

@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-
-use super::unit::TOLERANCE;
+use super::unit::other_range;
 use super::{CalibrationFile, InputFile};
 use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
 use crate::utc::UtcTime;
@@ -46,12 +44,9 @@ impl FoundCalibration {
     /// Unit, and range of counts, of the recording.
     fn takes(&self, scale: AccelScale) -> bool {
         let section = &self.file.accelerometer;
-        let counts_per_g = section.mean_scale() * STANDARD_GRAVITY_MPS2;
-        let is_near = |lsb: f64| (lsb / counts_per_g - 1.0).abs() <= TOLERANCE;
-        let (own, unit) = (section.input_unit, scale.unit);
-        let known = own != AccelUnit::Unknown && unit != AccelUnit::Unknown;
-        let same_range = unit != AccelUnit::Counts || scale.lsb_per_g.is_none_or(is_near);
-        !known || own == unit && same_range
+        let is_known = |unit| unit != AccelUnit::Unknown;
+        let is_same = section.input_unit == scale.unit && other_range(section, scale).is_none();
+        is_same || !is_known(section.input_unit) || !is_known(scale.unit)
     }
 
     fn line(&self) -> String {
@@ -93,64 +88,50 @@ pub fn find_calibration(
     }
     let all = calibrations(folder)?;
     let sensor = named.or_else(|| origin.sensor_id.clone());
-    let mut own: Vec<&FoundCalibration> = match &sensor {
-        Some(id) => all.iter().filter(|c| c.sensor() == Some(id)).collect(),
-        None => all.iter().collect(),
-    };
-    let refuse = |what: &str| {
-        let what = format!("{what}{}", there_is(&all));
-        Error::input("no-calibration", what).at(folder, None)
-    };
-    if own.is_empty() {
-        let of = sensor.map_or(String::new(), |id| format!(" of the sensor {id}"));
-        return Err(refuse(&format!("no calibration{of} is in this folder"))
-            .with_hint("calibrate the sensor with -o in this folder, or name a file"));
-    }
     // Calibrations that name no sensor may be of several.
-    let is_one = |c: &&FoundCalibration| c.sensor().is_some() && c.sensor() == own[0].sensor();
-    if sensor.is_none() && own.len() > 1 && !own.iter().all(is_one) {
-        let what =
-            "the recording names no sensor, and the calibrations in the folder may be of several";
-        return Err(
-            Error::usage("sensor-id-missing", format!("{what}{}", there_is(&all)))
-                .at(folder, None)
-                .with_hint("name the sensor, or the file of its calibration")
-                .advise("sensor_id", ""),
+    let is_one = |c: &FoundCalibration| c.sensor().is_some() && c.sensor() == all[0].sensor();
+    if sensor.is_none() && all.len() > 1 && !all.iter().all(is_one) {
+        let what = format!(
+            "the recording names no sensor, and the calibrations in the folder may be of several{}",
+            there_is(&all)
         );
+        return Err(Error::usage("sensor-id-missing", what)
+            .at(folder, None)
+            .with_hint("name the sensor, or the file of its calibration")
+            .advise("sensor_id", ""));
     }
-    if let Some(scale) = recordings.first().map(|r| r.accel_scale) {
-        own.retain(|c| c.takes(scale));
-        if own.is_empty() {
-            let unit = scale.unit;
-            let lsb = scale
-                .lsb_per_g
-                .map_or(String::new(), |n| format!(", {n:.0} per g"));
-            return Err(refuse(&format!(
-                "the recording is in {unit}{lsb}, and no calibration is"
-            ))
-            .with_hint("calibrate the sensor at this setting"));
-        }
-    }
+    let scale = recordings.first().map(|r| r.accel_scale);
     let stamps = recordings.iter().filter_map(Recording::recorded_at).min();
     let recorded = origin.recorded.or(stamps);
-    if let Some(recorded) = recorded {
-        own.retain(|c| c.time.is_none_or(|time| time <= recorded));
+    let fits = |c: &&FoundCalibration| {
+        (sensor.is_none() || c.sensor() == sensor.as_deref())
+            && scale.is_none_or(|scale| c.takes(scale))
+            && recorded.is_none_or(|recorded| c.time.is_none_or(|time| time <= recorded))
+    };
+    if let Some(last) = all.iter().filter(fits).max_by_key(|c| c.time) {
+        let reason = match recorded {
+            Some(time) => format!("the last before the recording of {}", time.minute()),
+            None => "the last; the recording has no date, and none is given".to_owned(),
+        };
+        return Ok(FoundCalibration {
+            reason,
+            ..last.clone()
+        });
     }
-    let Some(last) = own.into_iter().max_by_key(|c| c.time) else {
-        let when = recorded.map_or(String::new(), UtcTime::minute);
-        return Err(refuse(&format!(
-            "no calibration was made before the recording of {when}"
-        ))
-        .with_hint("name the file of a later one"));
-    };
-    let reason = match recorded {
-        Some(time) => format!("the last before the recording of {}", time.minute()),
-        None => "the last; the recording has no date, and none is given".to_owned(),
-    };
-    Ok(FoundCalibration {
-        reason,
-        ..last.clone()
-    })
+    let mut wanted = String::new();
+    if !all.is_empty() {
+        let of = sensor.map(|id| format!(" of the sensor {id}"));
+        let unit = scale.map(|scale| match scale.lsb_per_g {
+            Some(lsb) => format!(" in {}, {lsb:.0} per g,", scale.unit),
+            None => format!(" in {}", scale.unit),
+        });
+        let before = recorded.map(|time| format!(" from before {}", time.minute()));
+        wanted.extend([of, unit, before].into_iter().flatten());
+    }
+    let what = format!("no calibration{wanted} is in this folder{}", there_is(&all));
+    Err(Error::input("no-calibration", what)
+        .at(folder, None)
+        .with_hint("calibrate the sensor at this setting with -o in this folder, or name a file"))
 }
 
 /// Files of a folder that may be calibrations by their names, in the order of these.

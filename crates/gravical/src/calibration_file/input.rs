@@ -120,11 +120,6 @@ impl InputFile {
             role,
         }
     }
-
-    /// True if its samples determined the parameters.
-    pub fn is_recording(&self) -> bool {
-        matches!(self.role, InputRole::Recording | InputRole::Gyroscope)
-    }
 }
 
 #[cfg(test)]
@@ -144,26 +139,5 @@ mod tests {
             read(r#"{"path":"a","sha256":null,"role":"from-2030"}"#),
             InputRole::Other
         );
-    }
-
-    #[test]
-    fn errors_contain_the_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        std::fs::write(&path, "abc").unwrap();
-        let (length, input) = InputFile::read(&path, InputRole::Sections, |b| Ok(b.len())).unwrap();
-        assert_eq!(length, 3);
-        // NIST's example for "abc".
-        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(input.sha256.as_deref(), Some(sum));
-        let failed = |_: &[u8]| Err::<(), _>(Error::input("test", "no"));
-        let error = InputFile::read(&path, InputRole::Sections, failed).unwrap_err();
-        assert_eq!(error.location().unwrap().path, path);
-        let large = std::fs::File::create(&path).unwrap();
-        large.set_len(MAX_BYTES + 1).unwrap();
-        let error = InputFile::read(&path, InputRole::Sections, |_| Ok(())).unwrap_err();
-        assert_eq!(error.code(), "too-large");
-        let absent = folder.path().join("absent");
-        assert!(InputFile::read(&absent, InputRole::Sections, |_| Ok(())).is_err());
     }
 }

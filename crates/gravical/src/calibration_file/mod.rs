@@ -17,11 +17,12 @@ mod unit;
 
 use std::path::Path;
 
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use serde_json::error::Category;
 
 use crate::escape::shown_json;
 use crate::finding::finding;
-use crate::output::write_atomic;
+use crate::output::write_text;
 use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -40,24 +41,21 @@ pub const FORMAT: &str = "gravical-calibration/2";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
-    pub fn accelerometer_calibration(&self) -> gravical_core::calibration::Calibration<f64> {
-        gravical_core::calibration::Calibration {
+    pub fn accelerometer_calibration(&self) -> Calibration<f64> {
+        Calibration {
             matrix: self.accelerometer.matrix,
             bias: self.accelerometer.bias,
         }
     }
 
     /// Parameters of the gyroscope for the core crate.
-    pub fn gyroscope_calibration(
-        &self,
-    ) -> Option<gravical_core::calibration::GyroscopeCalibration<f64>> {
-        self.gyroscope
-            .as_ref()
-            .map(|g| gravical_core::calibration::GyroscopeCalibration {
-                matrix: g.matrix,
-                bias: g.bias,
-                g_sensitivity: g.g_sensitivity,
-            })
+    pub fn gyroscope_calibration(&self) -> Option<GyroscopeCalibration<f64>> {
+        let section = self.gyroscope.as_ref()?;
+        Some(GyroscopeCalibration {
+            matrix: section.matrix,
+            bias: section.bias,
+            g_sensitivity: section.g_sensitivity,
+        })
     }
 
     /// Text of the file: JSON with a newline at the end.
@@ -78,12 +76,9 @@ impl CalibrationFile {
     ///
     /// # Errors
     ///
-    /// As [`to_json`](Self::to_json) and [`write_atomic`].
+    /// As [`to_json`](Self::to_json) and [`write_text`].
     pub fn write(&self, path: &Path, force: bool) -> Result<()> {
-        let text = self.to_json()?;
-        write_atomic(path, force, |w| {
-            w.write_all(text.as_bytes()).map_err(|e| Error::io(path, e))
-        })
+        write_text(path, force, &self.to_json()?)
     }
 
     /// Reads a calibration of this program or of imucal (2.0 and before).
@@ -119,7 +114,9 @@ impl CalibrationFile {
 
     /// The recordings among the input files.
     pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
-        self.inputs.iter().filter(|i| i.is_recording())
+        let samples = [InputRole::Recording, InputRole::Gyroscope];
+        let inputs = self.inputs.iter();
+        inputs.filter(move |input| samples.contains(&input.role))
     }
 
     /// The same from memory.
@@ -133,18 +130,18 @@ impl CalibrationFile {
         if value.get("K_a").is_some() {
             return from_imucal(&value);
         }
-        let format = value.get("format").and_then(serde_json::Value::as_str);
-        let refuse = |what: &str| Error::input("calibration-format", what);
-        match format {
-            Some(FORMAT) => {}
-            Some(other) => {
-                let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
-                return Err(refuse(&what));
-            }
-            None => {
-                let what = "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal";
-                return Err(refuse(what));
-            }
+        let what = match value.get("format").and_then(serde_json::Value::as_str) {
+            Some(FORMAT) => None,
+            Some(other) => Some(format!(
+                "the format is \"{other}\"; this program reads {FORMAT}"
+            )),
+            None => Some(
+                "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal"
+                    .to_owned(),
+            ),
+        };
+        if let Some(what) = what {
+            return Err(Error::input("calibration-format", what));
         }
         let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         file.check()?;

@@ -4,14 +4,22 @@ use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use super::CalibrationFile;
+use super::{AccelerometerSection, CalibrationFile};
 use crate::finding::finding;
-use crate::recording::{AccelUnit, Finding, FindingKind, Origin, Recording};
+use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
 use crate::{Error, Result};
 
 /// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
 /// error, far below the ratio of two ranges.
-pub(crate) const TOLERANCE: f64 = 0.2;
+const TOLERANCE: f64 = 0.2;
+
+/// Counts per g of a recording and of a calibration, if they differ.
+pub(super) fn other_range(section: &AccelerometerSection, scale: AccelScale) -> Option<[f64; 2]> {
+    let is_counts = section.input_unit == AccelUnit::Counts;
+    let lsb = scale.lsb_per_g.filter(|_| is_counts)?;
+    let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
+    ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
+}
 
 /// A recording that a calibration is applied to.
 pub(crate) struct Applied<'a> {
@@ -33,8 +41,8 @@ impl Applied<'_> {
     /// of that kind.
     pub fn judge(&self, findings: &mut Vec<Finding>) -> Result<()> {
         let (scale, name) = (self.recording.accel_scale, &self.recording.name);
-        let is_given = scale.origin == Origin::Given;
-        let (unit, wanted) = (scale.unit, self.calibration.accelerometer.input_unit);
+        let section = &self.calibration.accelerometer;
+        let (unit, wanted) = (scale.unit, section.input_unit);
         let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
         if !unknown && unit != wanted {
             let source = match scale.origin {
@@ -53,48 +61,37 @@ impl Applied<'_> {
             Some(norm) => format!("calibrated, {} measure {norm:.2} m/s²", self.at_rest),
             None => "no row is complete".to_owned(),
         };
-        let wrong = if let Some([lsb, expected]) = self.other_range() {
+        let (message, other) = if let Some([lsb, expected]) = other_range(section, scale) {
             let what = format!(
                 "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
             );
-            Some((what, "a calibration for this range"))
+            (what, "a calibration for this range")
         } else if self.norm_mps2.is_some_and(|norm| !is_gravity(norm)) {
             let what = format!(
                 "{measured}, gravity is {:.2}: another sensor, range or unit",
                 self.gravity_mps2
             );
-            Some((what, "the calibration of this sensor at this setting"))
+            (what, "the calibration of this sensor at this setting")
         } else {
-            None
+            let unverified = finding!(
+                UnitUnverified,
+                "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
+            );
+            findings.extend(unknown.then(|| unverified.in_file(name)));
+            return Ok(());
         };
-        let finding = match wrong {
-            Some((message, other)) if !is_given => return self.refuse(message, other),
-            Some((message, _)) => {
-                // Already reported if the given unit itself has the wrong size.
-                let same = |f: &Finding| {
-                    let file = f.file.as_deref();
-                    f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == name)
-                };
-                (!findings.iter().any(same)).then(|| finding!(UnitMismatch, "{message}"))
-            }
-            None => unknown.then(|| {
-                finding!(
-                    UnitUnverified,
-                    "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
-                )
-            }),
+        if scale.origin != Origin::Given {
+            return self.refuse(message, other);
+        }
+        // Already reported if the given unit itself has the wrong size.
+        let is_same = |f: &Finding| {
+            let file = f.file.as_deref();
+            f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == name)
         };
-        findings.extend(finding.map(|f| f.in_file(name)));
+        if !findings.iter().any(is_same) {
+            findings.push(finding!(UnitMismatch, "{message}").in_file(name));
+        }
         Ok(())
-    }
-
-    /// Counts per g of the recording and of the calibration, if they differ.
-    fn other_range(&self) -> Option<[f64; 2]> {
-        let section = &self.calibration.accelerometer;
-        let counts = section.input_unit == AccelUnit::Counts;
-        let lsb = self.recording.accel_scale.lsb_per_g.filter(|_| counts)?;
-        let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
-        ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
     }
 
     fn refuse(&self, message: String, other: &str) -> Result<()> {

@@ -82,7 +82,7 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
         return Vec::new();
     }
     let given = cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
-    let (intervals, _) = given.unwrap_or_default();
+    let intervals = given.unwrap_or_default();
     let of_this = |interval| Interval {
         recording: index,
         ..interval

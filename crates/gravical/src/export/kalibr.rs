@@ -1,33 +1,20 @@
 //! Kalibr: the noise of the IMU.
 
-use super::sensor::{Sensor, set_values};
+use super::Export;
 use super::template::{Values, fill_template, nine_digits};
-use super::{Export, KALIBR};
-use crate::calibration_file::{CalibrationFile, NoiseParameters, NoiseSection};
+use crate::calibration_file::{NoiseParameters, NoiseSection};
 use crate::{Error, Result};
 
 /// The `imu.yaml` of Kalibr: noise density N and random walk K of accelerometer and gyroscope, each
-/// the largest of the three axes. Kalibr reads no calibration; that of the accelerometer is a
-/// comment.
+/// the largest of the three axes.
 ///
 /// # Errors
 ///
 /// `noise-unknown` (input) where N or K of a channel is not determined; with `upper_limit` its upper
 /// limit is taken, and only a channel without one is refused.
-pub fn kalibr(
-    noise: &NoiseSection,
-    calibration: Option<&CalibrationFile>,
-    upper_limit: bool,
-) -> Result<Export> {
+pub fn kalibr(noise: &NoiseSection, upper_limit: bool) -> Result<Export> {
     let mut notes = Vec::new();
     let mut values = Values::new(nine_digits);
-    if let Some(file) = calibration {
-        values.text("calibration", "1");
-        set_values(&mut values, &Sensor::accelerometer(file), None);
-        notes.push(
-            "Kalibr reads no calibration: apply it before; the matrix is a comment".to_owned(),
-        );
-    }
     values.text("rate_hz", format!("{:.4}", noise.rate_hz));
     for sensor in ["accelerometer", "gyroscope"] {
         for (quantity, symbol) in [("noise_density", 'N'), ("random_walk", 'K')] {
@@ -40,7 +27,7 @@ pub fn kalibr(
             }
         }
     }
-    let text = fill_template(KALIBR, &values);
+    let text = fill_template(include_str!("templates/kalibr.yaml.in"), &values);
     Ok(Export { text, notes })
 }
 
@@ -51,37 +38,24 @@ fn find_largest(
     symbol: char,
     upper_limit: bool,
 ) -> Result<(f64, bool)> {
-    let letter = &sensor[..1];
-    let channels = noise
-        .channels
-        .iter()
-        .filter(|c| c.channel.starts_with(letter));
-    let channels: Vec<&NoiseParameters> = channels.collect();
-    if channels.len() != 3 {
-        return Err(unknown(
-            &format!("the noise of the {sensor} is not known"),
-            true,
-        ));
-    }
-    let mut largest = (0.0, false);
-    for channel in channels {
+    let own = noise.channels.iter();
+    let own = own.filter(|c| c.channel.starts_with(&sensor[..1]));
+    let value = |channel: &NoiseParameters| {
         let (known, limit) = match symbol {
             'N' => (channel.n, channel.n_at_most),
             _ => (channel.k, channel.k_at_most),
         };
-        let value = match (known, limit.filter(|_| upper_limit)) {
-            (Some(value), _) => (value, false),
-            (None, Some(limit)) => (limit, true),
-            (None, None) => {
-                let what = format!("{symbol} of {} is not determined", channel.channel);
-                return Err(unknown(&what, upper_limit));
-            }
-        };
-        if value.0 > largest.0 {
-            largest = value;
-        }
-    }
-    Ok(largest)
+        let limit = limit.filter(|_| upper_limit).map(|limit| (limit, true));
+        let what = || format!("{symbol} of {} is not determined", channel.channel);
+        let value = known.map(|value| (value, false)).or(limit);
+        value.ok_or_else(|| unknown(&what(), upper_limit))
+    };
+    let values = own.map(value).collect::<Result<Vec<(f64, bool)>>>()?;
+    let largest = values.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    largest.filter(|_| values.len() == 3).ok_or_else(|| {
+        let what = format!("the noise of the {sensor} is not known");
+        unknown(&what, true)
+    })
 }
 
 fn unknown(what: &str, limits_used: bool) -> Error {

@@ -1,19 +1,17 @@
-//! A calibration in the form of another program: code, parameters, registers.
+//! A calibration in the form of another program: code or parameters.
 //!
 //! Canonical is `calibrated = matrix · (raw − bias)`; every target has its own formula, sign and
 //! unit, which `docs/exports.md` lists with the version they were read in. A target is a text in
 //! `templates/` and a row of [`TARGETS`]. What it cannot hold is in the notes of the result and in
 //! a comment of its text, never silently dropped.
 
-mod diagonal;
-mod fill;
 mod kalibr;
 mod sensor;
 mod template;
 
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, to_imucal};
+use crate::escape::shown_json;
 use crate::numfmt;
-use crate::poses::face::AxisMap;
 use crate::recording::units::AccelUnit;
 use crate::{Error, Result};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -21,7 +19,6 @@ use serde::Deserialize;
 
 pub use kalibr::kalibr;
 
-use fill::Draft;
 use sensor::Sensor;
 use template::{Values, fill_template, nine_digits};
 
@@ -33,41 +30,48 @@ pub struct Target {
     pub holds: &'static str,
     /// Options that it takes.
     options: &'static [&'static str],
-    template: &'static str,
-    /// Adds values that only this target has, and notes on what it cannot hold.
-    fill: fn(&mut Draft<'_>) -> Result<()>,
+    form: Form,
 }
 
-const KALIBR: &str = include_str!("templates/kalibr.yaml.in");
+/// What is written for a target.
+enum Form {
+    /// A template for raw values as they were recorded.
+    Recorded(&'static str),
+    /// A template for the counts of a sketch.
+    Sketch(&'static str),
+    /// A template for raw values in SI units by their nominal scale; without the gyroscope where
+    /// something says what is done instead.
+    Nominal(&'static str, Option<&'static str>),
+    /// A text of its own.
+    Text(fn(&CalibrationFile) -> Result<String>),
+    /// The noise of the calibration.
+    Noise,
+}
+
+use Form::{Noise, Nominal, Recorded, Sketch, Text};
 
 /// All targets, one a row.
 #[rustfmt::skip]
-pub static TARGETS: [Target; 13] = [
-    Target { name: "c", options: &["name"], template: include_str!("templates/c.h.in"), fill: fill::full,
+pub static TARGETS: [Target; 10] = [
+    Target { name: "c", options: &["name"], form: Recorded(include_str!("templates/c.h.in")),
         holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
-    Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], template: include_str!("templates/arduino.h.in"), fill: fill::arduino,
+    Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], form: Sketch(include_str!("templates/arduino.h.in")),
         holds: "header for a sketch: accelerometer and gyroscope in full, float" },
-    Target { name: "rust", options: &[], template: include_str!("templates/rust.rs.in"), fill: fill::full,
+    Target { name: "rust", options: &[], form: Recorded(include_str!("templates/rust.rs.in")),
         holds: "module without the standard library: accelerometer and gyroscope in full, f32" },
-    Target { name: "python", options: &["name"], template: include_str!("templates/python.py.in"), fill: fill::full,
+    Target { name: "python", options: &["name"], form: Recorded(include_str!("templates/python.py.in")),
         holds: "functions on NumPy arrays: accelerometer and gyroscope in full" },
-    Target { name: "matlab", options: &[], template: include_str!("templates/matlab.m.in"), fill: fill::full,
+    Target { name: "matlab", options: &[], form: Recorded(include_str!("templates/matlab.m.in")),
         holds: "function for MATLAB and Octave: accelerometer and gyroscope in full" },
-    Target { name: "ros", options: &[], template: include_str!("templates/ros.yaml.in"), fill: fill::ros,
+    Target { name: "ros", options: &[], form: Nominal(include_str!("templates/ros.yaml.in"), Some("imu_calib measures its bias at rest when it starts (parameter calibrate_gyros)")),
         holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
-    Target { name: "ros2", options: &["name"], template: include_str!("templates/ros2.yaml.in"), fill: fill::ros2,
+    Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
-    Target { name: "kalibr", options: &["upper_limit"], template: "$text$", fill: fill::kalibr,
+    Target { name: "kalibr", options: &["upper_limit"], form: Noise,
         holds: "imu.yaml: noise density and random walk, of a calibration with noise" },
-    Target { name: "px4", options: &["device_id", "rotation"], template: include_str!("templates/px4.params.in"), fill: fill::px4,
-        holds: "parameters of PX4: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "ardupilot", options: &["device_id", "rotation"], template: include_str!("templates/ardupilot.param.in"), fill: fill::ardupilot,
-        holds: "parameters of ArduPilot: offset and scale of each axis; no cross-axis terms, no gyroscope" },
-    Target { name: "mpu6050", options: &["name"], template: include_str!("templates/mpu6050.h.in"), fill: fill::mpu6050,
-        holds: "sketch code for the offset registers of an MPU6050: bias to 0.5 mg; no scale, no cross-axis terms, no gyroscope" },
-    Target { name: "imucal", options: &[], template: "$text$", fill: fill::imucal,
+    Target { name: "imucal", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
-    Target { name: "gravical", options: &[], template: "$text$", fill: fill::gravical,
+    Target { name: "gravical", options: &[], form: Text(CalibrationFile::to_json),
         holds: "calibration file of gravical: everything (converts a file of imucal)" },
 ];
 
@@ -79,16 +83,6 @@ pub struct ExportOptions {
     /// Name in the code [default: gravical]
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
     pub name: Option<String>,
-    /// The autopilot's id of this sensor (px4, ardupilot)
-    #[cfg_attr(feature = "clap", arg(long, value_name = "ID"))]
-    pub device_id: Option<u32>,
-    /// Sensor axes along x, y, z of the autopilot's frame
-    #[serde(deserialize_with = "crate::option_text::optional")]
-    #[cfg_attr(
-        feature = "clap",
-        arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)
-    )]
-    pub rotation: Option<AxisMap>,
     /// Counts per g of the sketch (arduino)
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub counts_per_g: Option<f64>,
@@ -119,8 +113,6 @@ impl Target {
     fn check(&self, options: &ExportOptions) -> Result<()> {
         let given = [
             ("name", options.name.is_some()),
-            ("device_id", options.device_id.is_some()),
-            ("rotation", options.rotation.is_some()),
             ("counts_per_g", options.counts_per_g.is_some()),
             ("counts_per_deg_s", options.counts_per_deg_s.is_some()),
             ("upper_limit", options.upper_limit),
@@ -186,35 +178,73 @@ fn check_name(name: &str) -> Result<()> {
 /// `export-option` (usage) for an option that the target does not take, `export-name` (usage) for
 /// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
 /// scale of the counts is unknown, or where it is clearly another than the options say;
-/// `export-target` (input) where the target cannot represent the calibration at all;
 /// `noise-unknown` (input) as `kalibr`; `calibration-values` (input) as
 /// [`CalibrationFile::to_json`].
 pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
-    let mut draft = Draft {
-        file,
-        options,
-        accelerometer: Sensor::accelerometer(file),
-        gyroscope: Sensor::gyroscope(file),
-        values: Values::new(nine_digits),
-        notes: Vec::new(),
+    let mut accelerometer = Sensor::accelerometer(file);
+    let mut gyroscope = Sensor::gyroscope(file);
+    let mut notes = Vec::new();
+    // Only this program's own file holds the drift.
+    if file.temperature_model.is_some() && target.name != "gravical" {
+        notes.push(
+            "Without the drift with temperature, which `gravical apply` corrects.".to_owned(),
+        );
+    }
+    let template = match target.form {
+        Text(write) => {
+            let text = shown_json(&write(file)?).into_owned();
+            return Ok(Export { text, notes });
+        }
+        Noise => {
+            let noise = file.noise.as_ref().ok_or_else(no_noise)?;
+            return kalibr(noise, options.upper_limit);
+        }
+        Recorded(template) => template,
+        Sketch(template) => {
+            let mut are_counts = accelerometer.take_sketch(options.counts_per_g)?;
+            if let Some(gyroscope) = &mut gyroscope {
+                are_counts &= gyroscope.take_sketch(options.counts_per_deg_s)?;
+            }
+            if !are_counts {
+                notes.push("For the raw counts of a sensor give the counts per g (16384 for ±2 g) and per °/s (131 for ±250 °/s).".to_owned());
+            }
+            template
+        }
+        Nominal(template, instead) => {
+            accelerometer.take_nominal()?;
+            // The file does not give the nominal scale of a gyroscope's counts.
+            let instead = instead.or_else(|| {
+                let taken = gyroscope.as_mut().map(Sensor::take_nominal);
+                let is_unknown = taken.is_some_and(|taken| taken.is_err());
+                is_unknown.then_some("the nominal scale of its counts is not known")
+            });
+            if let Some(instead) = instead.filter(|_| gyroscope.take().is_some()) {
+                notes.push(format!("Without the gyroscope: {instead}."));
+            }
+            template
+        }
     };
-    let name = options.name.as_deref().unwrap_or("gravical");
-    draft.values.text("name", name);
-    draft.values.text("NAME", name.to_uppercase());
-    (target.fill)(&mut draft)?;
-    let Draft {
-        accelerometer,
-        gyroscope,
-        mut values,
-        notes,
-        ..
-    } = draft;
+    let mut values = Values::new(nine_digits);
+    let node = if target.name == "ros2" {
+        "imu_apply"
+    } else {
+        "gravical"
+    };
+    let name = options.name.as_deref().unwrap_or(node);
+    values.text("name", name);
+    values.text("NAME", name.to_uppercase());
     values.text("created", in_comment(&file.created));
     values.text("about", describe(file, target, &notes).join("\n"));
     sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
-    let text = fill_template(target.template, &values);
+    let text = fill_template(template, &values);
     Ok(Export { text, notes })
+}
+
+fn no_noise() -> Error {
+    Error::input("noise-unknown", "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither")
+        .with_hint("export the result of `gravical noise`, or calibrate with it")
+        .advise("noise", "noise.json")
 }
 
 /// Lines about the calibration, for a comment.

@@ -70,25 +70,59 @@ impl Sensor {
         })
     }
 
-    /// For raw values that are less by the offset of unsigned counts.
-    pub fn subtract_zero_offset(&mut self) {
-        self.bias = self.bias.map(|b| b - self.zero_offset);
-        self.zero_offset = 0.0;
-    }
-
     /// For raw values that are `factor` times smaller.
-    pub fn rescale(&mut self, factor: f64) {
+    fn rescale(&mut self, factor: f64) {
         self.matrix = self.matrix.map(|row| row.map(|v| v * factor));
         self.g_sensitivity = self.g_sensitivity.map(|row| row.map(|v| v / factor));
         self.bias = self.bias.map(|b| b / factor);
     }
 
-    /// For signed counts, `wanted` per g or °/s.
+    /// For raw values that are less by the offset of unsigned counts.
+    fn subtract_zero_offset(&mut self) {
+        self.bias = self.bias.map(|b| b - self.zero_offset);
+        self.zero_offset = 0.0;
+    }
+
+    /// For raw values in m/s² or rad/s by the nominal scale.
+    ///
+    /// # Errors
+    ///
+    /// `export-unit` (input) if that is unknown.
+    pub fn take_nominal(&mut self) -> Result<()> {
+        let per_unit = self.per_unit.ok_or_else(|| {
+            let message = format!("this target takes m/s², and the calibration is for {} of unknown nominal scale", self.unit);
+            Error::input("export-unit", message)
+                .with_hint("calibrate with the range, which gives the counts their nominal scale; or export to c, which takes the counts themselves")
+                .advise("accel_range", "")
+        })?;
+        self.subtract_zero_offset();
+        self.rescale(per_unit / self.unit_size);
+        Ok(())
+    }
+
+    /// For a sketch: signed counts, `wanted` per g or °/s, or the raw values of the recordings. Says
+    /// whether they are counts.
     ///
     /// # Errors
     ///
     /// `export-unit` (input) if the calibration's own scale is clearly another.
-    pub fn take_counts(&mut self, wanted: f64) -> Result<()> {
+    pub fn take_sketch(&mut self, wanted: Option<f64>) -> Result<bool> {
+        let zero_offset = self.zero_offset;
+        self.subtract_zero_offset();
+        if let Some(wanted) = wanted {
+            self.take_counts(wanted)?;
+        }
+        if let Some(per_unit) = self.per_unit.filter(|_| self.is_counts) {
+            self.unit = format!("counts, {} per {}", round_counts(per_unit), self.unit_name);
+        }
+        if zero_offset != 0.0 && wanted.is_none() {
+            // Unsigned counts do not fit into 16 bits with a sign.
+            self.unit += &format!(", less {zero_offset}");
+        }
+        Ok(self.is_counts)
+    }
+
+    fn take_counts(&mut self, wanted: f64) -> Result<()> {
         if let Some(per_unit) = self.per_unit {
             self.rescale(per_unit / wanted);
         } else {
@@ -108,15 +142,7 @@ impl Sensor {
         }
         self.is_counts = true;
         self.per_unit = Some(wanted);
-        self.describe_counts();
         Ok(())
-    }
-
-    /// Says how many counts are a g or °/s, where known.
-    pub fn describe_counts(&mut self) {
-        if let Some(per_unit) = self.per_unit.filter(|_| self.is_counts) {
-            self.unit = format!("counts, {} per {}", round_counts(per_unit), self.unit_name);
-        }
     }
 
     /// −matrix · bias: the fourth column of `matrix · raw + column`.
@@ -126,7 +152,7 @@ impl Sensor {
 }
 
 /// A number of counts without the rounding of a division.
-pub(super) fn round_counts(counts: f64) -> f64 {
+fn round_counts(counts: f64) -> f64 {
     (counts * 1000.0).round() / 1000.0
 }
 
@@ -166,5 +192,9 @@ fn set_types(values: &mut Values, sensor: &Sensor) {
     if sensor.is_counts {
         values.text(&format!("{name}_counts"), "1");
         values.text("counts", "1");
+        if let Some(counts) = sensor.per_unit {
+            let key = format!("{name}_counts_per_unit");
+            values.text(&key, format!("{:?}", round_counts(counts)));
+        }
     }
 }

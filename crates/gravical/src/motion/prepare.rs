@@ -12,9 +12,8 @@ use super::options::{GravityRemoval, MotionOptions};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::denoise::{FilterSpec, smooth};
 use crate::poses::face::AxisMap;
-use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
+use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
-use crate::poses::turns::motions;
 use crate::recording::{Finding, FindingKind, Recording};
 use crate::{Error, Result};
 use gravical_recording::full_scale::FULL_SCALES_DEG_S;
@@ -289,8 +288,7 @@ pub(super) fn scales(
         }
         Some(_) => {
             let section = file.and_then(|f| f.gyroscope.as_ref());
-            let evidence = Evidence::of(recording, &coarse, &motions(recording, &coarse));
-            Claims::of(recording, section).map(|claims| decide(claims, &evidence, findings))
+            judge(recording, section, &coarse, findings)
         }
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());

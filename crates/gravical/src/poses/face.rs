@@ -51,57 +51,23 @@ pub fn in_words(n: [f64; 3]) -> String {
 /// the case's axis i.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 pub struct AxisMap {
+    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
+    #[cfg_attr(feature = "clap", arg(id = "axes", long = "axes", value_name = "X,Y,Z", value_parser = parse_rows, default_value = "x,y,z", allow_hyphen_values = true, hide_default_value = true, hide_short_help = true))]
     rows: [(usize, bool); 3],
+}
+
+/// The option `--axes` of every verb that turns readings into the axes of the case.
+#[cfg(feature = "clap")]
+fn parse_rows(text: &str) -> Result<[(usize, bool); 3]> {
+    text.parse::<AxisMap>().map(|map| map.rows)
 }
 
 impl Default for AxisMap {
     fn default() -> Self {
         AxisMap {
             rows: [(0, true), (1, true), (2, true)],
-        }
-    }
-}
-
-/// The option `--axes` of every verb that turns readings into the axes of the case.
-#[cfg(feature = "clap")]
-mod option {
-    use super::AxisMap;
-    use clap::error::Error;
-    use clap::{ArgMatches, Args, Command, FromArgMatches};
-
-    #[derive(clap::Args)]
-    struct AxesOption {
-        /// Sensor axes along the case's x,y,z, e.g. y,-x,z
-        #[arg(
-            long,
-            value_name = "X,Y,Z",
-            default_value_t,
-            allow_hyphen_values = true,
-            hide_default_value = true,
-            hide_short_help = true
-        )]
-        axes: AxisMap,
-    }
-
-    impl Args for AxisMap {
-        fn augment_args(command: Command) -> Command {
-            AxesOption::augment_args(command)
-        }
-
-        fn augment_args_for_update(command: Command) -> Command {
-            AxesOption::augment_args_for_update(command)
-        }
-    }
-
-    impl FromArgMatches for AxisMap {
-        fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
-            Ok(AxesOption::from_arg_matches(matches)?.axes)
-        }
-
-        fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
-            *self = Self::from_arg_matches(matches)?;
-            Ok(())
         }
     }
 }
@@ -133,16 +99,6 @@ impl AxisMap {
             .unwrap_or(board)
     }
 
-    /// A face of the case as a face of the board.
-    #[must_use]
-    pub fn face_to_board(&self, face: Face) -> Face {
-        let (axis, same) = self.rows[face.axis];
-        Face {
-            axis,
-            up: face.up == same,
-        }
-    }
-
     /// The map whose case calls the faces of this one's case by other names:
     /// `sent` is what the names call each face that the data show, in the order of
     /// [`Face::all`]. None where no way of mounting and no sign of the sensor
@@ -155,8 +111,8 @@ impl AxisMap {
             if sent[shown.opposite().index()] != face.opposite() {
                 return None;
             }
-            let board = self.face_to_board(shown);
-            *row = (board.axis, board.up);
+            let (axis, same) = self.rows[shown.axis];
+            *row = (axis, shown.up == same);
         }
         let map = AxisMap { rows };
         (!map.mirrors() || map.inverts()).then_some(map)

@@ -1,9 +1,8 @@
 //! Poses of a segmentation as poses of the fit.
 
-use gravical_core::matrix3;
 use gravical_fit::Hint;
 
-use crate::poses::face::{AxisMap, Claim, Face};
+use crate::poses::face::Claim;
 use crate::poses::{Pose, Segmentation};
 use crate::{Error, Result};
 
@@ -63,38 +62,7 @@ pub(crate) fn poses(session: &Segmentation, names: Names<'_>, scale: f64) -> Res
     })
 }
 
-/// M to start with, input unit per m/s²: as the board sits in its case, or with `by_name` each column
-/// from the two faces that are named so.
-pub(crate) fn start(
-    session: &Segmentation,
-    axes: &AxisMap,
-    scale: f64,
-    gravity: f64,
-    by_name: bool,
-) -> [[f64; 3]; 3] {
-    let unit = matrix3::diagonal([scale; 3]);
-    let mut model = unit.map(|row| axes.to_case(row));
-    let mean = |face: Face| {
-        let means: Vec<[f64; 3]> = session
-            .poses
-            .iter()
-            .filter(|p| by_name && p.claim == Some(Claim::Face(face)))
-            .map(|p| p.mean)
-            .collect();
-        let sum = means.iter().fold([0.0; 3], |s, m| matrix3::add(&s, m));
-        (!means.is_empty()).then(|| sum.map(|s| s / means.len() as f64))
-    };
-    for axis in 0..3 {
-        if let [Some(up), Some(down)] = [true, false].map(|up| mean(Face { axis, up })) {
-            for row in 0..3 {
-                model[row][axis] = (up[row] - down[row]) / (2.0 * gravity);
-            }
-        }
-    }
-    model
-}
-
-/// Names were believed, or held against the data, when the session was cut.
+/// Names were held against the data when the session was cut.
 fn hint(pose: &Pose, names: Names<'_>) -> Hint {
     if names.free.iter().any(|n| is_called(pose, n)) {
         return Hint::Free;

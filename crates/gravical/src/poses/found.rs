@@ -12,9 +12,8 @@ use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
 use super::face::{Claim, angle_deg, claim};
-use super::named::first_rows;
 use super::rests::{find_quiet, find_rests, why_never_static};
-use super::{Interval, SegmentOptions, Selection};
+use super::{Interval, Selection};
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
@@ -41,83 +40,63 @@ const HANDLING: f64 = 0.25;
 pub(super) fn in_recording(
     index: usize,
     recordings: &[Recording],
-    options: &SegmentOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
-    let (alone, rows) = (recordings.len() == 1, recording.rows());
+    let is_alone = recordings.len() == 1;
     let rests = longest_per_pose(recording, find_rests(recording));
     let rows_at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
-    let hardly_static = rows_at_rest * 10 < rows;
-    let few = rests.is_empty() && rows < FEW_ROWS;
-    if (alone || few) && is_table_of_means(recording, few, hardly_static) {
+    let is_hardly_static = rows_at_rest * 10 < recording.rows();
+    let few = rests.is_empty() && recording.rows() < FEW_ROWS;
+    if (is_alone || few) && is_table_of_means(recording, few, is_hardly_static) {
         return Ok(rows_as_poses(index, recording, findings));
     }
+    if is_alone {
+        let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
+        // Without a rate a rest may be a pause of a motion.
+        let is_assumed = recording.working_rate_hz().1;
+        return match &rests[..] {
+            [] if few => Err(too_few(recording)),
+            [] => Err(never_still(recordings)),
+            _ if is_brief || is_assumed && is_hardly_static => {
+                Err(hardly_still(recording, rows_at_rest, &rests))
+            }
+            _ => Ok(intervals_of(index, rests, None, Selection::Found)),
+        };
+    }
     let segments = recording.segments();
-    if alone && few {
-        refuse_scattered(recording)?;
-        // A handful of rows of one pose.
-        return Ok(intervals_of(index, segments, None, Selection::Given));
-    }
-    if alone && rests.is_empty() {
-        return Err(never_still(recordings));
-    }
-    // Without a rate a rest may be a pause of a motion.
-    let is_assumed = recording.working_rate_hz().1;
-    if alone && (rows_at_rest * 50 < rows && rests.len() < 6 || is_assumed && hardly_static) {
-        let poses = directions(recording, &rests, None).len();
-        return Err(hardly_still(recording, rows_at_rest, poses));
-    }
     let stem = gravical_recording::source::stem(&recording.name);
     // A name with a sign speaks of one pose; with two stretches in the
     // file it can speak of neither.
     let claimed = claim(&stem).filter(|c| match c {
         Claim::Axis(_) => true,
         Claim::Face(_) => segments.len() == 1,
-        Claim::Turn(_) => false,
+        Claim::Turn => false,
     });
-    let poses_of_name = if matches!(claimed, Some(Claim::Axis(_))) {
-        2
-    } else {
-        1
-    };
-    let is_continuous =
-        directions(recording, &rests, claimed).len() > poses_of_name * segments.len();
-    if alone || is_continuous {
-        let file = (!alone).then_some(&stem);
-        if options.rows.is_none() {
-            return Ok(intervals_of(index, rests, file, Selection::Found));
-        }
-        let parts = if alone && segments.len() > 1 {
-            segments
-        } else {
-            rests
-        };
-        let first = parts.into_iter().map(|rows| first_rows(rows, options.rows));
-        return Ok(intervals_of(index, first.collect(), file, Selection::Given));
+    let is_axis = matches!(claimed, Some(Claim::Axis(_)));
+    let poses_of_name = if is_axis { 2 } else { 1 };
+    if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
+        return Ok(intervals_of(index, rests, Some(&stem), Selection::Found));
     }
-    let (mut intervals, mut quiet) = (Vec::new(), None);
+    let mut intervals = Vec::new();
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {
             format!("{stem} part {}", at + 1)
         } else {
             stem.clone()
         };
-        let (spans, selection) = if options.rows.is_some() {
-            (
-                vec![first_rows(segment.clone(), options.rows)],
-                Selection::Given,
-            )
-        } else {
-            rests_of_segment(
-                recording,
-                segment,
-                (&rests, &mut quiet),
-                claimed,
-                &label,
-                findings,
-            )
-        };
+        let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
+        let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
+        let mut spans = directions(recording, &inside, claimed);
+        let mut selection = Selection::Found;
+        if spans.is_empty() {
+            let (found, finding) = without_rest(recording, segment, &label);
+            findings.push(finding.in_file(&recording.name));
+            if let Some((rows, selected)) = found {
+                spans.push(rows);
+                selection = selected;
+            }
+        }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
             recording: index,
@@ -129,55 +108,40 @@ pub(super) fn in_recording(
     Ok(intervals)
 }
 
-/// The longest rest of every direction in a stretch between blank rows; without one its longest quiet part, or
-/// all of its rows where they are too few to judge. Else none, and a warning. `quiet` is found once for all
-/// stretches.
-fn rests_of_segment(
+/// What is used of a stretch between blank rows that has no rest, with a warning: its longest quiet part, or
+/// all of its rows where they are too few to judge.
+fn without_rest(
     recording: &Recording,
     segment: &Range<usize>,
-    (rests, quiet): (&[Range<usize>], &mut Option<Vec<Range<usize>>>),
-    claimed: Option<Claim>,
     label: &str,
-    findings: &mut Vec<Finding>,
-) -> (Vec<Range<usize>>, Selection) {
-    let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
-    let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
-    let spans = directions(recording, &inside, claimed);
-    if !spans.is_empty() {
-        return (spans, Selection::Found);
-    }
+) -> (Option<(Range<usize>, Selection)>, Finding) {
     let lines = |rows: &Range<usize>| {
         let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
         format!("lines {first} to {last}")
     };
-    let quiet = quiet.get_or_insert_with(|| find_quiet(recording));
-    let quiet = quiet.iter().filter(is_inside).max_by_key(|s| s.len());
-    let (spans, selection, finding) = if let Some(rows) = quiet {
+    let quiet = find_quiet(recording).into_iter();
+    let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
+    if let Some(rows) = inside.max_by_key(ExactSizeIterator::len) {
         let (mean, variance) = moments(&recording.accel, rows.clone());
         let unsteady = finding!(
             UnsteadyPose,
             "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
-            lines(rows),
+            lines(&rows),
             1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
         );
-        (vec![rows.clone()], Selection::Found, unsteady)
+        (Some((rows, Selection::Found)), unsteady)
     } else if is_too_short(segment.len(), recording.working_rate_hz().0) {
-        let short = finding!(
-            ShortPose,
-            "{label}: {} rows only; all are used",
-            segment.len()
-        );
-        (vec![segment.clone()], Selection::Given, short)
+        let count = segment.len();
+        let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
+        (Some((segment.clone(), Selection::Given)), short)
     } else {
         let never = finding!(
             NoStaticInterval,
             "{label} is never at rest in {}: left out",
             lines(segment)
         );
-        (Vec::new(), Selection::Found, never)
-    };
-    findings.push(finding.in_file(&recording.name));
-    (spans, selection)
+        (None, never)
+    }
 }
 
 /// So few rows at a rate, Hz, are too few to judge.
@@ -290,21 +254,13 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
         && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
 }
 
-/// Refuses a few rows that point in several directions and are no table of means. Rows of one pose, however
-/// shaken, are many in few directions.
-fn refuse_scattered(recording: &Recording) -> Result<()> {
-    let rows = readings(recording);
-    let directions = count_directions(&rows, usize::MAX);
-    if directions < 2 || rows.len() > 4 * directions {
-        return Ok(());
-    }
-    let what = format!(
-        "{} rows that point in {directions} directions more than {FAR_APART_DEG}° apart: no recording of a pose, and no table of means",
-        rows.len()
-    );
-    Err(Error::input("never-static", what)
+/// A few rows are no recording of poses.
+fn too_few(recording: &Recording) -> Error {
+    let rows = recording.rows();
+    let what = format!("{rows} rows: no recording of poses, and no table of means");
+    Error::input("never-static", what)
         .at(Path::new(&recording.name), None)
-        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"))
+        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")
 }
 
 /// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
@@ -369,18 +325,11 @@ pub(super) fn never_still(recordings: &[Recording]) -> Error {
 }
 
 /// So little of a recording is at rest, and in so few poses, that most of it is something else.
-fn hardly_still(recording: &Recording, rows_at_rest: usize, poses: usize) -> Error {
-    let (rate, is_assumed) = recording.working_rate_hz();
-    let time = |rows: usize| match rows as f64 / rate {
-        _ if is_assumed => format!("{rows} rows"),
-        short if short < 10.0 => format!("{short:.1} s"),
-        long => format!("{long:.0} s"),
-    };
+fn hardly_still(recording: &Recording, rows_at_rest: usize, rests: &[Range<usize>]) -> Error {
     let what = format!(
-        "at rest for {} of {}, in {}: too little for a calibration",
-        time(rows_at_rest),
-        time(recording.rows()),
-        count(poses, "pose")
+        "at rest in {rows_at_rest} of {} rows, in {}: too little for a calibration",
+        recording.rows(),
+        count(directions(recording, rests, None).len(), "pose")
     );
     Error::input("never-static", what)
         .at(Path::new(&recording.name), None)

@@ -102,23 +102,19 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3], samples: f64) -> Pose
     }
 }
 
-/// Robust mean of a pose: means of blocks, those that stand out left out, then
-/// the plain mean of what remains.
+/// Mean of a pose over blocks: a robust one is without those that stand out, a plain one over all rows, as the
+/// student report takes it.
 #[must_use]
-pub fn robust_mean(channels: &[&[f64]; 3], noise: &PoseNoise, rate_hz: f64) -> PoseMean {
-    let blocks = cut(channels[0].len(), noise, rate_hz);
-    let kept: Vec<Range<usize>> = if blocks.len() < MIN_BLOCKS {
-        blocks
-    } else {
-        without_bumps(channels, blocks)
-    };
-    over(channels, &kept, noise)
-}
-
-/// Plain mean of all rows, as the student report takes it.
-#[must_use]
-pub fn plain_mean(channels: &[&[f64]; 3], noise: &PoseNoise, rate_hz: f64) -> PoseMean {
-    let blocks = cut(channels[0].len(), noise, rate_hz);
+pub fn pose_mean(
+    channels: &[&[f64]; 3],
+    noise: &PoseNoise,
+    rate_hz: f64,
+    is_robust: bool,
+) -> PoseMean {
+    let mut blocks = cut(channels[0].len(), noise, rate_hz);
+    if is_robust && blocks.len() >= MIN_BLOCKS {
+        blocks = without_bumps(channels, blocks);
+    }
     over(channels, &blocks, noise)
 }
 
@@ -253,7 +249,7 @@ mod tests {
                 let noise = pooled_noise(&slices, [step; 3], 1.0);
                 assert!(noise.vif < 5.0, "{noise:?}");
                 for (pose, slices) in poses.iter().zip(&slices) {
-                    let found = robust_mean(slices, &noise, 100.0);
+                    let found = pose_mean(slices, &noise, 100.0, true);
                     let off = (found.mean[0] - pose.0).abs();
                     covered += usize::from(off < 1.96 * found.standard_error.unwrap()[0]);
                 }

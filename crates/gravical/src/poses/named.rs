@@ -1,4 +1,4 @@
-//! Poses and turns that the user names: a section list or a label column.
+//! Poses that the user names: a section list or a label column.
 
 use std::ops::Range;
 
@@ -6,16 +6,12 @@ use crate::finding::finding;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
-use super::face::{Claim, claim};
+use super::face::{AXES, Claim, claim};
 use super::sections::Section;
-use super::{Interval, SegmentOptions, Selection, Turn};
+use super::{Interval, Pose, Selection};
 
-/// Poses and turns of a section list.
-pub(super) fn by_sections(
-    recording: &Recording,
-    sections: &[Section],
-    options: &SegmentOptions,
-) -> Result<(Vec<Interval>, Vec<Turn>)> {
+/// Poses of a section list.
+pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
     let rows = recording.rows();
     if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
         return Err(Error::input(
@@ -29,17 +25,16 @@ pub(super) fn by_sections(
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }
     let named = sections.iter().map(|s| (s.label.as_str(), s.rows.clone()));
-    split(0, recording, named, options)
+    Ok(named.filter_map(|named| interval(0, named)).collect())
 }
 
-/// Poses and turns of a label column; none when there is no such column
-/// or its labels claim no pose.
+/// Poses of a label column; none when there is no such column or its labels claim fewer than two. Parted by
+/// other labels a pose is a repeat, which may lie a little differently.
 pub(super) fn by_labels(
     index: usize,
     recording: &Recording,
-    options: &SegmentOptions,
     findings: &mut Vec<Finding>,
-) -> Option<Result<(Vec<Interval>, Vec<Turn>)>> {
+) -> Option<Vec<Interval>> {
     let labels = recording.labels.as_ref()?;
     let mut stretches: Vec<(u32, Range<usize>)> = Vec::new();
     for (row, &label) in labels.of_row.iter().enumerate() {
@@ -55,11 +50,11 @@ pub(super) fn by_labels(
         .map(|(label, rows)| (labels.names[label as usize].as_str(), rows));
     let (named, unknown): (Vec<_>, Vec<_>) =
         stretches.partition(|(label, _)| claim(label).is_some() || is_pose(label));
-    let is_turn = |label: &str| matches!(claim(label), Some(Claim::Turn(_)));
-    let mut poses: Vec<&str> = named.iter().map(|(label, _)| *label).collect();
-    poses.retain(|label| !is_turn(label));
-    poses.dedup();
-    if poses.len() < 2 {
+    let poses: Vec<Interval> = named
+        .into_iter()
+        .filter_map(|named| interval(index, named))
+        .collect();
+    if poses.iter().all(|pose| pose.label == poses[0].label) {
         return None;
     }
     if !unknown.is_empty() {
@@ -73,45 +68,39 @@ pub(super) fn by_labels(
         );
         findings.push(left_out.counting(rows as u64).in_file(&recording.name));
     }
-    Some(split(index, recording, named.into_iter(), options))
+    Some(poses)
 }
 
-/// Parted by other labels a pose is a repeat, which may lie a little differently, and a turn another one.
-fn split<'a>(
-    index: usize,
-    recording: &Recording,
-    named: impl Iterator<Item = (&'a str, Range<usize>)>,
-    options: &SegmentOptions,
-) -> Result<(Vec<Interval>, Vec<Turn>)> {
-    let (mut intervals, mut turns) = (Vec::new(), Vec::new());
-    for (label, rows) in named {
-        match claim(label) {
-            Some(Claim::Turn(_)) if recording.gyro.is_none() => {
-                return Err(Error::input(
-                    "missing-gyro",
-                    format!("\"{label}\" is a turn, but the recording has no gyroscope"),
-                )
-                .at(recording.name.as_ref(), None)
-                .with_hint("leave the turns out, or name the gyroscope's columns")
-                .advise("columns", ""));
-            }
-            Some(Claim::Turn(axis)) => turns.push(Turn {
-                label: label.to_owned(),
-                axis,
-                recording: index,
-                integrated: rows.clone(),
-                rows,
-            }),
-            claim => intervals.push(Interval {
-                label: label.to_owned(),
-                recording: index,
-                rows: first_rows(rows, options.rows),
-                selection: Selection::Given,
-                claim,
-            }),
-        }
-    }
-    Ok((intervals, turns))
+/// Rows that are named; none where they are a turn.
+fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Option<Interval> {
+    let claim = claim(label);
+    (claim != Some(Claim::Turn)).then(|| Interval {
+        label: label.to_owned(),
+        recording,
+        rows,
+        selection: Selection::Given,
+        claim,
+    })
+}
+
+/// Names that the data contradict. The data win.
+pub(super) fn check_names(poses: &[Pose]) -> Vec<Finding> {
+    let mismatch = |pose: &Pose| {
+        let face = pose.face?;
+        let claimed = match pose.claim? {
+            Claim::Face(claimed) if claimed != face => claimed.name(),
+            Claim::Axis(axis) if axis != face.axis => format!("the {} axis", AXES[axis]),
+            _ => return None,
+        };
+        let mismatch = finding!(
+            OrientationMismatch,
+            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
+            pose.label,
+            face.name()
+        );
+        Some(mismatch.in_file(&pose.source))
+    };
+    poses.iter().filter_map(mismatch).collect()
 }
 
 /// True for a label that counts poses without naming a face: `pose 7`,
@@ -125,11 +114,6 @@ fn is_pose(label: &str) -> bool {
         "pose" | "p" | "still" | "hold" | "position" | "placement" => numbered,
         _ => false,
     }
-}
-
-/// The first `limit` of some rows.
-pub(super) fn first_rows(rows: Range<usize>, limit: Option<usize>) -> Range<usize> {
-    rows.start..rows.start + rows.len().min(limit.unwrap_or(usize::MAX))
 }
 
 #[cfg(test)]

@@ -18,12 +18,7 @@ pub struct Section {
     pub rows: Range<usize>,
 }
 
-#[derive(Deserialize)]
-struct Limits {
-    start: f64,
-    end: f64,
-}
-
+/// A section as it is written.
 #[derive(Deserialize)]
 struct Row {
     label: String,
@@ -51,18 +46,16 @@ pub fn read_sections(path: &Path) -> Result<(Vec<Section>, InputFile)> {
 pub fn parse_sections(bytes: &[u8]) -> Result<Vec<Section>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
-    let sections = match first {
-        None => return Err(Error::input("sections-empty", "the section list is empty")),
+    let rows = match first {
+        None => Vec::new(),
         Some(b'{' | b'[') => from_json(bytes)?,
         Some(_) => from_csv(bytes)?,
     };
-    if sections.is_empty() {
-        return Err(Error::input(
-            "sections-empty",
-            "the section list has no section",
-        ));
+    if rows.is_empty() {
+        let what = "the section list has no section";
+        return Err(Error::input("sections-empty", what));
     }
-    Ok(sections)
+    rows.into_iter().map(section).collect()
 }
 
 fn syntax(message: String, line: Option<u64>) -> Error {
@@ -71,39 +64,33 @@ fn syntax(message: String, line: Option<u64>) -> Error {
         .with_hint("a section list is {\"x_p\": {\"start\": 0, \"end\": 500}, …} or lines of label,start,end")
 }
 
-fn from_json(bytes: &[u8]) -> Result<Vec<Section>> {
+/// Sections with their lines, where known.
+type Rows = Vec<(Row, Option<u64>)>;
+
+fn from_json(bytes: &[u8]) -> Result<Rows> {
     let wrong = |e: serde_json::Error| syntax(e.to_string(), Some(e.line() as u64));
     let value: serde_json::Value = serde_json::from_slice(bytes).map_err(wrong)?;
-    let list: Vec<Row> = match value {
-        serde_json::Value::Object(map) => in_order(
-            map.into_iter()
-                .map(|(label, limits)| {
-                    let limits: Limits = serde_json::from_value(limits)
-                        .map_err(|e| syntax(format!("section \"{label}\": {e}"), None))?;
-                    Ok(Row {
-                        label,
-                        start: limits.start,
-                        end: limits.end,
-                    })
-                })
-                .collect::<Result<_>>()?,
-        ),
-        other => serde_json::from_value(other).map_err(wrong)?,
+    let rows: Vec<Row> = if let serde_json::Value::Object(map) = value {
+        let named = map.into_iter().map(|(label, mut limits)| {
+            if let Some(limits) = limits.as_object_mut() {
+                limits.insert("label".to_owned(), label.clone().into());
+            }
+            let wrong = |e: serde_json::Error| syntax(format!("section \"{label}\": {e}"), None);
+            serde_json::from_value(limits).map_err(wrong)
+        });
+        let mut rows = named.collect::<Result<Vec<Row>>>()?;
+        // An object has no order: that of the recording.
+        rows.sort_by(|a, b| a.start.total_cmp(&b.start));
+        rows
+    } else {
+        serde_json::from_value(value).map_err(wrong)?
     };
-    list.iter().map(|row| section(row, None)).collect()
+    Ok(rows.into_iter().map(|row| (row, None)).collect())
 }
 
-/// An object has no order: that of the recording.
-fn in_order(mut list: Vec<Row>) -> Vec<Row> {
-    list.sort_by(|a, b| a.start.total_cmp(&b.start));
-    list
-}
-
-fn from_csv(bytes: &[u8]) -> Result<Vec<Section>> {
-    let delimiter = [b';', b'\t']
-        .into_iter()
-        .find(|d| bytes.contains(d))
-        .unwrap_or(b',');
+fn from_csv(bytes: &[u8]) -> Result<Rows> {
+    let mut delimiters = [b';', b'\t'].into_iter();
+    let delimiter = delimiters.find(|d| bytes.contains(d)).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .delimiter(delimiter)
@@ -112,67 +99,54 @@ fn from_csv(bytes: &[u8]) -> Result<Vec<Section>> {
         .flexible(true)
         .from_reader(bytes);
     let mut columns = [0, 1, 2];
-    let mut sections = Vec::new();
+    let mut rows = Vec::new();
     for (at, record) in reader.records().enumerate() {
-        let record = record.map_err(|e| {
-            let line = e.position().map(csv::Position::line);
-            syntax(e.to_string(), line)
-        })?;
+        let wrong = |e: &csv::Error| syntax(e.to_string(), e.position().map(csv::Position::line));
+        let record = record.map_err(|e| wrong(&e))?;
         let line = record.position().map(csv::Position::line);
-        if at == 0
-            && let Some(found) = header(&record)
-        {
-            columns = found;
+        if let Some(named) = header(&record).filter(|_| at == 0) {
+            columns = named;
             continue;
         }
         let fields = columns.iter().map(|i| record.get(*i));
         let fields: csv::StringRecord = fields
             .collect::<Option<_>>()
             .ok_or_else(|| syntax("a line needs label, start and end".to_owned(), line))?;
-        let row: Row = fields
-            .deserialize(None)
-            .map_err(|e| syntax(e.to_string(), line))?;
-        sections.push(section(&row, line)?);
+        let row = fields.deserialize(None);
+        rows.push((row.map_err(|e| syntax(e.to_string(), line))?, line));
     }
-    Ok(sections)
+    Ok(rows)
 }
 
 fn header(record: &csv::StringRecord) -> Option<[usize; 3]> {
     let find = |names: &[&str]| {
-        record
-            .iter()
-            .position(|f| names.contains(&f.to_lowercase().as_str()))
+        let is_one = |field: &str| names.contains(&field.to_lowercase().as_str());
+        record.iter().position(is_one)
     };
     let (start, end) = (find(&["start"])?, find(&["end", "stop"])?);
     let label = find(&["label", "part", "section", "name", "s_id", ""]).unwrap_or(0);
     Some([label, start, end])
 }
 
-fn section(row: &Row, line: Option<u64>) -> Result<Section> {
+fn section((row, line): (Row, Option<u64>)) -> Result<Section> {
+    let Row { label, start, end } = row;
     let whole = |v: f64| v.fract() == 0.0 && (0.0..9.0e15).contains(&v);
-    if !whole(row.start) || !whole(row.end) {
-        return Err(syntax(
-            format!(
-                "section \"{}\": start {} and end {} have to be whole row numbers from 0",
-                row.label, row.start, row.end
-            ),
-            line,
-        ));
+    if !whole(start) || !whole(end) {
+        let what = format!(
+            "section \"{label}\": start {start} and end {end} have to be whole row numbers from 0"
+        );
+        return Err(syntax(what, line));
     }
-    if row.end <= row.start {
-        return Err(Error::input(
-            "sections-order",
-            format!(
-                "section \"{}\" ends at {} and starts at {}: it has no rows",
-                row.label, row.end, row.start
-            ),
-        )
-        .at(Path::new(""), line)
-        .with_hint("the end is exclusive: rows 0 to 499 are start 0, end 500"));
+    if end <= start {
+        let what =
+            format!("section \"{label}\" ends at {end} and starts at {start}: it has no rows");
+        return Err(Error::input("sections-order", what)
+            .at(Path::new(""), line)
+            .with_hint("the end is exclusive: rows 0 to 499 are start 0, end 500"));
     }
     Ok(Section {
-        label: row.label.clone(),
-        rows: row.start as usize..row.end as usize,
+        label,
+        rows: start as usize..end as usize,
     })
 }
 

@@ -7,6 +7,7 @@ use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::convert::{ConvertOptions, convert_file};
 use gravical::gravity::Gravity;
+use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes, read_samples};
 use proptest::prelude::*;
@@ -310,7 +311,10 @@ fn a_long_file_is_held_as_means_of_its_samples() {
     );
     // Numbers of rows are those of samples to whoever gives them.
     let options = SegmentOptions {
-        rows: Some(100),
+        sections: Some(vec![Section {
+            label: "+x".to_owned(),
+            rows: 0..100,
+        }]),
         ..SegmentOptions::default()
     };
     assert_eq!(segment(&[means], &options).unwrap_err().code(), "averaged");

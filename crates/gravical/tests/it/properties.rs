@@ -68,30 +68,6 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
     }
 }
 
-#[test]
-fn a_session_measured_twice_halves_the_variance() {
-    let sensor = Sensor::default();
-    let once = six_files(&sensor, 800);
-    let mut twice = once.clone();
-    for mut recording in six_files(&sensor, 800) {
-        recording.name = format!("again/{}", recording.name);
-        twice.push(recording);
-    }
-    let options = CalibrateOptions {
-        estimate: by_ferraris(Some(0.0)),
-        ..given_gravity()
-    };
-    let sd = |session: &[Recording]| {
-        let file = fit(session, &options);
-        let c = file.accelerometer.covariance.unwrap();
-        c.values[9][9].sqrt()
-    };
-    close(sd(&once) / sd(&twice), 2_f64.sqrt(), 0.01);
-    let file = fit(&twice, &options);
-    assert_eq!(file.accelerometer.degrees_of_freedom, 6);
-    assert_eq!(file.accelerometer.poses.len(), 12);
-}
-
 /// Accelerometer and gyroscope of a board rotated in its case have results in the same axes.
 #[test]
 fn the_gyroscope_is_rotated_with_the_board() {

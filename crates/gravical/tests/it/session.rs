@@ -37,26 +37,6 @@ fn named(name: &str, text: &str) -> Recording {
 }
 
 #[test]
-fn the_first_rows_only_as_the_report_takes_them() {
-    let sensor = Sensor::default();
-    let session = six_files(&sensor, 600);
-    let options = CalibrateOptions {
-        segment: SegmentOptions {
-            rows: Some(100),
-            ..SegmentOptions::default()
-        },
-        ..given_gravity()
-    };
-    let file = calibrated(&session, &options).file;
-    for (position, recording) in file.accelerometer.poses.iter().zip(&session) {
-        assert_eq!(position.rows, 100);
-        for i in 0..3 {
-            close(position.raw[i], mean(&recording.accel[i][..100]), 1e-12);
-        }
-    }
-}
-
-#[test]
 fn a_bump_in_a_hold_does_not_move_the_mean() {
     let sensor = Sensor::default();
     let mut session = six_files(&sensor, 731);
@@ -153,18 +133,16 @@ fn the_same_session_is_the_same_by_every_route() {
     };
     let one = [file("session.csv", &rows)];
     let whole = calibrated(&one, &options);
-    let (poses, turns) = (&whole.segmentation.poses, &whole.segmentation.turns);
+    let poses = &whole.segmentation.poses;
     let spans: Vec<_> = poses.iter().map(|p| p.rows.clone()).collect();
     let faces: Vec<String> = poses.iter().map(|p| p.face.unwrap().name()).collect();
-    assert_eq!((spans.len() >= 9, turns.len()), (true, 3));
+    assert!(spans.len() >= 9);
 
-    // Every row called by its still or turn.
+    // Every row called by its still.
     let mut labels = vec!["hand".to_owned(); rows.len()];
     let mut sections = "label,start,end\n".to_owned();
-    let name = |axis: usize| format!("{}_rot", ["x", "y", "z"][axis]);
-    let turned = turns.iter().map(|t| (name(t.axis), &t.rows));
     let placed = faces.iter().cloned().zip(&spans);
-    for (label, span) in placed.clone().chain(turned) {
+    for (label, span) in placed.clone() {
         labels[span.clone()].fill(label.clone());
         sections += &format!("{label},{},{}\n", span.start, span.end);
     }
@@ -228,7 +206,6 @@ fn the_same_session_is_the_same_by_every_route() {
         }
         let judged = check(&whole.file, "cal.json", &session, &CheckOptions::default()).unwrap();
         assert_ne!(judged.verdict.judgement, Judgement::DoesNotFit, "{route}");
-        assert_eq!(judged.gyroscope.unwrap().input_unit, gyroscope.input_unit);
         for recording in &session {
             let seen = inspect(recording, &AxisMap::default());
             let mut intervals = seen.static_intervals.iter();

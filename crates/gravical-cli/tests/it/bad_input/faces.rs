@@ -60,30 +60,3 @@ fn names_swapped_so_that_only_a_mirror_explains_them() {
     let bias = number(&file["accelerometer"]["bias"][0]);
     close(bias, Sensor::default().bias[0], 0.01);
 }
-
-#[test]
-fn names_that_are_believed_and_left_handed() {
-    let line = "calibrate . --gravity 9.81 --faces-from names";
-    let two = swapped(&[("x_axis_pos", "x_axis_neg")]);
-    refused(two.path(), line, 3, "left-handed", &["swapped"]);
-    let axes = swapped(&[("x_axis_pos", "y_axis_pos"), ("x_axis_neg", "y_axis_neg")]);
-    refused(axes.path(), line, 3, "left-handed", &["det R"]);
-}
-
-#[test]
-fn names_that_are_believed_speak_of_the_case() {
-    // Half a turn about z, and the names say so.
-    let half = swapped(&[("x_axis_pos", "x_axis_neg"), ("y_axis_pos", "y_axis_neg")]);
-    let line = ". --gravity 9.81 --faces-from names --axes=-x,-y,z";
-    let file = calibrate(half.path(), line, 0);
-    let data = calibrate(half.path(), ". --gravity 9.81 --axes=-x,-y,z", 0);
-    same_accelerometer(&file["accelerometer"], &data["accelerometer"]);
-    let plain = six_files(&Sensor::default());
-    refused(
-        plain.path(),
-        &format!("calibrate {line}"),
-        3,
-        "left-handed",
-        &["+x up"],
-    );
-}

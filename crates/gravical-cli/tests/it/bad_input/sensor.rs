@@ -30,17 +30,21 @@ fn in_counts() -> Sensor {
 #[test]
 fn clipped_holds() {
     let folder = six_files(&in_counts());
-    let text = read(folder.path(), "z_axis_pos.csv");
-    let clipped: String = text
-        .lines()
-        .enumerate()
-        .map(|(i, l)| match l.rsplit_once(',') {
-            Some((before, _)) if (200..240).contains(&i) => format!("{before},32767\n"),
-            _ => format!("{l}\n"),
-        })
-        .collect();
-    write(folder.path(), "z_axis_pos.csv", &clipped);
-    poor(folder.path(), ". --gravity 9.81 --rows 400", "clipped-pose");
+    let mut labelled = "ax,ay,az,label\n".to_owned();
+    for (name, _) in FACES {
+        let text = read(folder.path(), &format!("{name}.csv"));
+        for (i, line) in text.lines().enumerate().skip(1) {
+            let (_, values) = line.split_once(',').unwrap();
+            labelled += &match values.rsplit_once(',') {
+                Some((before, _)) if name == "z_axis_pos" && (200..240).contains(&i) => {
+                    format!("{before},32767,{name}\n")
+                }
+                _ => format!("{values},{name}\n"),
+            };
+        }
+    }
+    write(folder.path(), "labelled.csv", &labelled);
+    poor(folder.path(), "labelled.csv --gravity 9.81", "clipped-pose");
 }
 
 #[test]

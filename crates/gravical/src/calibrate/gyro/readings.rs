@@ -7,7 +7,7 @@ use gravical_fit::{Motion, Sample, StaticInterval};
 
 use crate::finding::{Finding, finding};
 use crate::poses::mean::pooled_noise;
-use crate::poses::turns::with_slow_ends;
+use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
 use crate::recording::{LineSpans, Recording};
 use crate::stats::mean_of_finite;

@@ -9,8 +9,8 @@ pub enum Claim {
     Face(Face),
     /// A placement along this axis, either way (`x_axis.csv`).
     Axis(usize),
-    /// A turn about this axis.
-    Turn(usize),
+    /// A turn about an axis.
+    Turn,
 }
 
 /// Reads a claim off a label or the stem of a file name: `x_axis_neg`,
@@ -18,108 +18,71 @@ pub enum Claim {
 /// it claims nothing.
 #[must_use]
 pub fn claim(name: &str) -> Option<Claim> {
-    let name = name.trim().to_lowercase();
-    let mut words = Words::default();
-    for token in name.split(['_', ' ', '.', '/']) {
-        if let Some((axis, sign)) = signed_axis(token) {
-            words.axis.get_or_insert(axis);
-            words.up.get_or_insert(sign);
-            continue;
+    let name = name.trim().to_lowercase().replace('−', "-");
+    let (mut axis, mut turn, mut behind_axis) = (None, false, false);
+    // By a whole word (`pos`, `neg`), which overrules a letter behind the axis (`x_a`).
+    let (mut by_word, mut by_letter) = (None, None);
+    for word in name.split(['_', ' ', '.', '/']).flat_map(words) {
+        let (named, about) = match parted(word) {
+            Some((axis, about)) => (axis_of(axis), about),
+            None if axis_of(word).is_some() => (axis_of(word), ""),
+            None => (None, word),
+        };
+        axis = axis.or(named);
+        turn |= matches!(about, "rot" | "rotation" | "turn" | "spin");
+        by_word = by_word.or(sign(about));
+        if behind_axis || named.is_some() {
+            by_letter = by_letter.or(letter(about));
         }
-        for word in token
-            .split(|c: char| !c.is_alphanumeric())
-            .filter(|w| !w.is_empty())
-        {
-            words.read(word);
-        }
+        behind_axis = named.is_some() && about.is_empty();
     }
-    let axis = words.axis?;
-    Some(match (words.turn, words.up.or(words.letter)) {
-        (true, _) => Claim::Turn(axis),
+    let axis = axis?;
+    Some(match (turn, by_word.or(by_letter)) {
+        (true, _) => Claim::Turn,
         (false, Some(up)) => Claim::Face(Face { axis, up }),
         (false, None) => Claim::Axis(axis),
     })
 }
 
-fn axis_letter(text: &str) -> Option<usize> {
-    AXES.iter()
-        .position(|a| text.len() == 1 && text.starts_with(*a))
+/// The words of a part of a name: `+x` is one, `z-down` are two.
+fn words(part: &str) -> Vec<&str> {
+    if parted(part).is_some() {
+        return vec![part];
+    }
+    let words = part.split(|c: char| !c.is_alphanumeric());
+    words.filter(|word| !word.is_empty()).collect()
 }
 
-/// `+x`, `-x`, `x+`, `x-`.
-fn signed_axis(token: &str) -> Option<(usize, bool)> {
-    let sign = |c: char| match c {
-        '+' => Some(true),
-        '-' | '−' => Some(false),
+/// An axis in one word with what is said about it: `+x`, `xminus`, `plusx`, `xrot`.
+fn parted(word: &str) -> Option<(&str, &str)> {
+    let (head, rest) = word.split_at(word.chars().next()?.len_utf8());
+    let is_about = matches!(rest, "rot" | "turn" | "axis");
+    if axis_of(head).is_some() && (is_about || sign(rest).or(letter(rest)).is_some()) {
+        return Some((head, rest));
+    }
+    let (rest, tail) = word.split_at(word.char_indices().next_back()?.0);
+    (axis_of(tail).is_some() && sign(rest).is_some()).then_some((tail, rest))
+}
+
+fn axis_of(word: &str) -> Option<usize> {
+    let is_axis = |axis: &char| word.len() == 1 && word.starts_with(*axis);
+    AXES.iter().position(is_axis)
+}
+
+/// True for up.
+fn sign(word: &str) -> Option<bool> {
+    match word {
+        "+" | "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
+        "-" | "neg" | "negative" | "minus" | "anti" | "antiparallel" | "down" => Some(false),
         _ => None,
-    };
-    let mut letters = token.chars();
-    let (first, last) = (letters.next()?, letters.next_back()?);
-    if token.chars().count() != 2 {
-        return None;
     }
-    if let Some(up) = sign(first) {
-        return Some((axis_letter(&last.to_string())?, up));
-    }
-    Some((axis_letter(&first.to_string())?, sign(last)?))
 }
 
-/// What the words of a name have said so far.
-#[derive(Default)]
-struct Words {
-    axis: Option<usize>,
-    /// By a whole word (`pos`, `neg`), which overrules a letter.
-    up: Option<bool>,
-    /// By one letter right behind the axis (`x_a`).
-    letter: Option<bool>,
-    turn: bool,
-    after_axis: bool,
-}
-
-impl Words {
-    fn read(&mut self, word: &str) {
-        let whole = |word: &str| match word {
-            "pos" | "positive" | "plus" | "up" | "parallel" => Some(true),
-            "neg" | "negative" | "minus" | "anti" | "antiparallel" | "down" => Some(false),
-            _ => None,
-        };
-        let letter = |word: &str| match word {
-            "p" => Some(true),
-            "n" | "m" | "a" => Some(false),
-            _ => None,
-        };
-        let behind_axis = std::mem::take(&mut self.after_axis);
-        if let Some(axis) = axis_letter(word) {
-            self.axis.get_or_insert(axis);
-            self.after_axis = true;
-        } else if matches!(word, "rot" | "rotation" | "turn" | "spin") {
-            self.turn = true;
-        } else if let Some(sign) = whole(word) {
-            self.up.get_or_insert(sign);
-        } else if let Some(sign) = letter(word) {
-            if behind_axis {
-                self.letter.get_or_insert(sign);
-            }
-        } else if let Some(axis) = word.get(..1).and_then(axis_letter) {
-            // `xminus`, `zp`, `xrot`, `xaxis` in one word.
-            let rest = &word[1..];
-            let sign = whole(rest).or_else(|| letter(rest));
-            if matches!(rest, "rot" | "turn") || rest == "axis" || sign.is_some() {
-                self.axis.get_or_insert(axis);
-                self.turn |= matches!(rest, "rot" | "turn");
-                if let Some(sign) = sign {
-                    self.up.get_or_insert(sign);
-                }
-            }
-        } else if let Some(axis) = word
-            .get(word.len().saturating_sub(1)..)
-            .and_then(axis_letter)
-            && let Some(sign) = whole(&word[..word.len() - 1])
-        {
-            // `plusx`, `negz`.
-            self.axis.get_or_insert(axis);
-            self.up.get_or_insert(sign);
-        }
+fn letter(word: &str) -> Option<bool> {
+    match word {
+        "p" => Some(true),
+        "n" | "m" | "a" => Some(false),
+        _ => None,
     }
 }
 
@@ -151,7 +114,7 @@ mod tests {
                 other => panic!("{name}: {other:?}"),
             }
         }
-        assert_eq!(claim("x_rot"), Some(Claim::Turn(0)));
+        assert_eq!(claim("x_rot"), Some(Claim::Turn));
         assert_eq!(claim("y_axis"), Some(Claim::Axis(1)));
         for name in ["session", "calibration", "flat", "data2", "recording_01"] {
             assert_eq!(claim(name), None, "{name}");
