@@ -121,7 +121,6 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
     options.sensor = SensorOptions {
         quantise: false,
         accel_range_g: 16,
-        gyro_range_deg_s: 2000,
         ..SensorOptions::default()
     };
     let simulated = simulate(&options).unwrap();

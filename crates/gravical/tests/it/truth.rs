@@ -7,10 +7,8 @@ use gravical::poses::SegmentOptions;
 use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 use gravical::simulate::{
-    PosesOptions, Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions,
-    simulate,
+    Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions, simulate,
 };
-use gravical_core::matrix3;
 
 use crate::support::*;
 
