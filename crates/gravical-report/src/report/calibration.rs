@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::{self, Block, Cell, Column, Document, Row, Section, Snippet, Table, Verdict};
-use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
     PoseKind, Source,
@@ -16,10 +14,11 @@ use gravical::numfmt::{
 };
 use gravical::poses::face::in_words;
 
-use super::placements::{next_poses, placements};
 use super::provenance::Provenance;
 use super::temperature::drift;
-use super::{XYZ, gravity_source, named, short_name};
+use super::{XYZ, gravity_source, short_name};
+use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::figure::Figure;
 
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
@@ -29,10 +28,7 @@ pub fn calibration<'a>(
     saved: Option<&Path>,
     figures: &'a [Figure],
 ) -> Document<'a> {
-    let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
     let placed = !file.accelerometer.poses.is_empty();
-    let poses = placed.then(|| placements(file).figures(named(figures, &["residuals"])));
-    let next = placed.then(|| next_poses(file).figures(named(figures, &["sphere"])));
     Document {
         subject: subject(file),
         verdict: Some(verdict(file, saved)),
@@ -40,12 +36,11 @@ pub fn calibration<'a>(
     }
     .with(accelerometer(file))
     .with(file.gyroscope.as_ref().map(gyroscope))
-    .with(figure("magnitude", "Magnitude at rest", "norm"))
-    .with(poses)
-    .with(next)
-    .with(figure("captures", "Recorded poses", "captures"))
-    .with(figure("noise", "Noise", "noise"))
-    .with(temperature(file, named(figures, &["temperature"])))
+    .with(Section::new("Magnitude at rest").figures(figures, &["norm"]))
+    .with(placed.then(|| poses(file).figures(figures, &["residuals"])))
+    .with(placed.then(|| next_poses(file).figures(figures, &["sphere"])))
+    .with(Section::new("Recorded poses").figures(figures, &["captures"]))
+    .with(temperature(file, figures))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
     .with_provenance(&Provenance {
@@ -115,7 +110,7 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
     Verdict {
         conclusion: conclusion(file),
         next: next(file, saved),
-        ..Verdict::new(grade, &word, &file.verdict.reasons)
+        ..Verdict::new(grade, word, &file.verdict.reasons)
     }
 }
 
@@ -178,27 +173,16 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
             " Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°."
         )
     });
-    let code = export::snippets(file).map(|(language, fence, code)| Snippet {
-        language,
-        fence,
-        code,
-    });
-    Section::new("parameters", "Accelerometer")
-        .with(Block::Equation(vec![
-            "raw = K R a + b",
-            "calibrated = matrix · (raw − b)",
-        ]))
+    let section = Section::new("Accelerometer")
+        .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
         .full(Block::paragraph(format!(
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹.{}",
             angles.unwrap_or_default()
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
-        .with(matrices(
-            &a.orientation,
-            &a.matrix,
-            &format!("matrix, m/s² per {raw}"),
-        ))
-        .full(Block::Snippets(code.into()))
+        .with(matrices(&a.orientation, &a.matrix, &format!("matrix, m/s² per {raw}")));
+    let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
+    code.into_iter().fold(section, Section::full)
 }
 
 /// Equation, table, matrices, residuals.
@@ -212,11 +196,10 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
-    let section = Section::new("gyroscope", "Gyroscope")
-        .with(Block::Equation(vec![
-            "raw = K R ω + b + S a",
-            "calibrated = matrix · (raw − b − S a)",
-        ]))
+    let mut section = Section::new("Gyroscope")
+        .with(Block::Equation(
+            "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
+        ))
         .with(Block::paragraph(how))
         .full(Block::paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
@@ -228,14 +211,10 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
             (g.scale, scale_sd.flatten()),
             None,
         ));
-    let section = match g.method {
-        GyroMethod::Bias => section,
-        _ => section.with(matrices(
-            &g.orientation,
-            &g.matrix,
-            &format!("matrix, rad/s per {raw}"),
-        )),
-    };
+    if g.method != GyroMethod::Bias {
+        let name = format!("matrix, rad/s per {raw}");
+        section = section.with(matrices(&g.orientation, &g.matrix, &name));
+    }
     let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) else {
         return section;
     };
@@ -268,52 +247,123 @@ fn bias_and_scale(
         let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
-    let row = |i: usize| {
-        let cells = [
-            estimate(bias, i, decimals_of(scale.0[i], 6)),
-            estimate(scale, i, decimals_of(scale.0[i], 7)),
-        ];
-        let off = off_nominal.map(|off| Cell::number(signed(off[i], 2)));
-        Row::named(XYZ[i], cells.into_iter().chain(off))
-    };
     let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
-    Table::new(format!("Bias and scale{uncertain}"))
+    let table = Table::new(format!("Bias and scale{uncertain}"))
         .columns([
             "axis",
             &format!("bias b, {raw}"),
             &format!("scale K, {raw} per {unit}"),
         ])
-        .columns(off_nominal.map(|_| "off nominal, %"))
-        .rows((0..3).map(row))
+        .columns(off_nominal.map(|_| "off nominal, %"));
+    (0..3).fold(table, |table, i| {
+        let cells = [
+            estimate(bias, i, decimals_of(scale.0[i], 6)),
+            estimate(scale, i, decimals_of(scale.0[i], 7)),
+        ];
+        let off = off_nominal.map(|off| Cell::number(signed(off[i], 2)));
+        table.row(XYZ[i], cells.into_iter().chain(off))
+    })
 }
 
 /// R and the calibration matrix, side by side.
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
-    let text = power_of_ten(matrix);
-    let row = |i: usize| {
-        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
-        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
-        Row::named(XYZ[i], orientation.into_iter().chain(matrix))
-    };
-    Table::new("")
-        .columns([""])
-        .columns(Column::axes("R"))
-        .columns(Column::axes(name))
-        .rows((0..3).map(row))
-}
-
-/// Formats the elements of a matrix, with powers of ten if all are small.
-fn power_of_ten(matrix: &[[f64; 3]; 3]) -> impl Fn(f64) -> String {
+    // With powers of ten if all are small.
     let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
-    move |v| match v {
+    let text = |v: f64| match v {
         0.0 => "0".to_owned(),
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
-    }
+    };
+    let table = Table::new("")
+        .columns([""])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name));
+    (0..3).fold(table, |table, i| {
+        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        table.row(XYZ[i], orientation.into_iter().chain(matrix))
+    })
 }
 
-fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
-    let mut section = Section::new("temperature", "Temperature").figures(figures);
+/// Every pose before and after calibration.
+fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    // The closed form has only errors of the vectors.
+    let exact = a.method == Method::Ferraris;
+    let raw = a.poses.iter().flat_map(|p| p.raw);
+    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let decimals = decimals_of(largest, 5).min(4);
+    let mg = |v: f64| signed(milli_g(v), 2);
+    let mut table = Table::new("")
+        .columns(["pose"])
+        .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
+        .columns(Column::axes("calibrated, m/s²"))
+        .columns(exact.then_some("error, m/s²"))
+        .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"]);
+    for p in &a.poses {
+        let unused = if p.fitted { "" } else { " (not used)" };
+        let mut cells = Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)).to_vec();
+        cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+        cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
+        cells.extend([
+            Cell::maybe(p.magnitude_error_mps2, mg),
+            Cell::maybe(p.left_out_error_mps2, mg),
+            Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(p.tilt_sd_deg, 1),
+        ]);
+        table = table.row(format!("{}{unused}", p.label), cells);
+    }
+    let error = if exact {
+        "error: magnitude of calibrated − expected. "
+    } else {
+        ""
+    };
+    let fitted = "‖a‖ − g is what is left after the fit: no measure of accuracy.";
+    let note = format!(
+        "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
+    );
+    let section = Section::new("Poses").with(table);
+    section.with(Block::note(fitted)).full(Block::Note(note))
+}
+
+/// The best next poses.
+fn next_poses<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    let section = Section::new("Directions");
+    if a.proposed_poses().is_empty() {
+        return section.full(Block::paragraph(
+            "No further pose is proposed: none would improve the result by more than a fifth.",
+        ));
+    }
+    let cells = |pose: String, error: Option<f64>, undetected: Option<f64>| {
+        [
+            Cell::Text(pose),
+            Cell::maybe(error, mg),
+            Cell::maybe(undetected, mg),
+        ]
+    };
+    let now = a.undetected.as_ref().map(|u| u.effect_mps2);
+    let now = cells("now".to_owned(), a.predicted_norm_error_mps2, now);
+    let mut table =
+        Table::new("Best next poses, recorded in this order, and what is left after each")
+            .columns([
+                "",
+                "orientation",
+                "uncertainty of ‖a‖, mg",
+                "undetected, mg",
+            ])
+            .row("", now);
+    for (number, next) in (1..).zip(a.proposed_poses()) {
+        let error = Some(next.predicted_norm_error_mps2);
+        let cells = cells(in_words(next.direction), error, next.undetected_effect_mps2);
+        table = table.row(number.to_string(), cells);
+    }
+    section.full(table).full(Block::note(
+        "undetected: what an error of one pose could change without being detected; – without limit.",
+    ))
+}
+
+fn temperature<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Section<'a> {
+    let mut section = Section::new("Temperature").figures(figures, &["temperature"]);
     if let Some(t) = &file.temperature_c {
         section = section.full(Block::paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
@@ -348,7 +398,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     });
     let notes = [open, agrees].into_iter().flatten();
     let text = notes.fold(how(a.method).to_owned(), |text, note| text + &note);
-    let section = Section::new("method", "Method and uncertainty").full(Block::Paragraph(text));
+    let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
     match budget(file) {
         Some(table) => section.with(table),
         None => section,
@@ -373,23 +423,20 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
-    let parts = budget.contributions.iter();
-    let parts = parts.map(|part| {
-        Row::from([
-            Cell::text(words(&part.source)),
+    let mut table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
+        .columns(["source", "mg", "from"]);
+    for part in &budget.contributions {
+        let cells = [
             Cell::maybe(part.norm_mps2, mg),
             Cell::text(basis(part.source)),
-        ])
-    });
-    let sum = |name: &str, value: f64, how: &str| {
-        Row::named(name, [Cell::number(mg(value)), Cell::text(how)])
-    };
+        ];
+        table = table.row(words(&part.source), cells);
+    }
+    let sum = |value: f64, how: &str| [Cell::number(mg(value)), Cell::text(how)];
     let k = format!("k = {}", budget.coverage_factor);
-    let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns(["source", "mg", "from"])
-        .rows(parts)
-        .row(sum("combined", budget.combined_mps2, "root sum of squares"))
-        .row(sum("expanded", budget.expanded_mps2, &k));
+    let table = table
+        .row("combined", sum(budget.combined_mps2, "root sum of squares"))
+        .row("expanded", sum(budget.expanded_mps2, &k));
     Some(table)
 }
 

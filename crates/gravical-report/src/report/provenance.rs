@@ -1,8 +1,9 @@
 //! Provenance of a result.
 
-use crate::document::{Block, Document, Section};
 use gravical::calibration_file::InputFile;
 use gravical::numfmt::words;
+
+use crate::document::{Block, Document, Section};
 
 /// Program, command, time and inputs of a result.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +31,6 @@ impl Document<'_> {
             let text = file.path.clone() + &sum.unwrap_or_default();
             (words(&file.role), text)
         }));
-        let section = Section::new("provenance", "Provenance");
-        self.with(section.full(Block::Facts(facts)))
+        self.with(Section::new("Provenance").full(Block::Facts(facts)))
     }
 }
