@@ -54,14 +54,6 @@ pub const STYLE: &str = "\
 .gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}\
 .gv .guide .s{stroke:#c8c8c8;stroke-width:.8}";
 
-/// The same hues on a dark page, lighter where they would be too dark.
-pub const DARK: &str = "\
-.gv text{fill:#e6e6e6}.gv .minor{fill:#b4b9bf}.gv .paper,.gv .hollow{fill:#16191d}.gv .halo{stroke:#16191d}\
-.gv .frame{stroke:#7d858d}.gv .ticks path{stroke:#30363c}.gv .interval .f{fill-opacity:.3}.gv .guide .s{stroke:#4a5057}\
-.gv .raw .s{stroke:#a8a8a8}.gv .raw .f{fill:#a8a8a8}.gv .reference .s{stroke:#f0f0f0}.gv .reference .f{fill:#f0f0f0}\
-.gv .result .s,.gv .z .s{stroke:#56B4E9}.gv .result .f,.gv .z .f{fill:#56B4E9}\
-.gv .x .s,.gv .bad .s{stroke:#F0803C}.gv .x .f,.gv .bad .f{fill:#F0803C}.gv .y .s{stroke:#2DC89B}.gv .y .f{fill:#2DC89B}";
-
 // Symbols about 0, 0.
 const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
 const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
@@ -87,12 +79,12 @@ fn style_of(role: Role) -> (&'static str, &'static str, &'static str) {
     }
 }
 
-/// The figure as a file of its own, with its title in it; dark where the viewer is.
+/// The figure as a file of its own, with its title in it.
 #[must_use]
 pub fn standalone(figure: &Figure) -> String {
     let (drawing, height) = drawing(figure, 30.0);
     let body = html! {
-        style { (PreEscaped(STYLE)) "@media (prefers-color-scheme: dark){" (PreEscaped(DARK)) "}" }
+        style { (PreEscaped(STYLE)) }
         rect.paper width="100%" height="100%" {}
         text.title x="16" y="22" { (figure.title) }
         (drawing)

@@ -35,14 +35,12 @@ impl Document<'_> {
                     meta charset="utf-8";
                     meta http-equiv="Content-Security-Policy" content=(POLICY);
                     meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
                     // Prevents a request for /favicon.ico.
                     link rel="icon" href="data:,";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) }
                     // Of its own: a figure that is saved takes it along.
                     style id="figures" { (PreEscaped(svg::STYLE)) }
-                    style { "@media screen and (prefers-color-scheme:dark){" (PreEscaped(svg::DARK)) "}" }
                 }
                 body {
                     a.skip href="#main" { "Skip to the report" }

@@ -98,7 +98,7 @@ function readAndZoom(figure) {
   }
 }
 
-// The drawing of a figure as it is seen, but light, below a title.
+// The drawing of a figure as it is seen, below a title.
 function picture(figure) {
   const drawing = figure.querySelector(".drawing > svg").cloneNode(true);
   const [width, height] = numbers(drawing.getAttribute("viewBox")).slice(2), whole = height + 30;
