@@ -70,7 +70,7 @@ fn remark(r: &Remark) -> String {
     format!(
         "- **{}** ({word}): {}\n",
         escaped(&r.kind),
-        escaped(&r.describe())
+        escaped(&r.text)
     )
 }
 

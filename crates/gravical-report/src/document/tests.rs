@@ -22,8 +22,7 @@ fn document(figures: &[Figure]) -> Document<'_> {
     let remark = Remark {
         warning: true,
         kind: "gap".to_owned(),
-        text: "3 rows are missing".to_owned(),
-        place: "lines 3-5".to_owned(),
+        text: "3 rows are missing [lines 3-5]".to_owned(),
     };
     let reasons = ["x", "y"].map(|row| (row.to_owned(), "unknown".to_owned()));
     Document {
@@ -154,7 +153,7 @@ fn html() {
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",
         "a = b &lt; c;\n</pre>",
         "<figure id=\"figure-norm\"",
-        "<code>gap</code> 3 rows are missing<span class=\"where\"> [lines 3-5]</span>",
+        "<code>gap</code> 3 rows are missing [lines 3-5]",
     ] {
         assert!(body.contains(part), "{part} in\n{body}");
     }

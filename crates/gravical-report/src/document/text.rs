@@ -96,11 +96,11 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
 }
 
 impl Remark {
-    /// The finding with its place, in a paragraph.
+    /// The finding in a paragraph.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}", self.kind, self.describe()))
+        paragraph(mark, &format!("{}: {}", self.kind, self.text))
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, Source,
+    PoseKind,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -167,17 +167,10 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let sd = a.deviations;
     let bias = (a.bias, sd.map(|d| d.bias));
     let scale = (a.scale, sd.map(|d| d.scale));
-    let angles = sd.map(|d| {
-        let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
-        format!(
-            " Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°."
-        )
-    });
     let section = Section::new("Accelerometer")
         .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
         .full(Block::paragraph(format!(
-            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹.{}",
-            angles.unwrap_or_default()
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
         .with(matrices(&a.orientation, &a.matrix, &format!("matrix, m/s² per {raw}")));
@@ -424,37 +417,16 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
     let mut table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns(["source", "mg", "from"]);
+        .columns(["source", "mg"]);
     for part in &budget.contributions {
-        let cells = [
-            Cell::maybe(part.norm_mps2, mg),
-            Cell::text(basis(part.source)),
-        ];
-        table = table.row(words(&part.source), cells);
+        table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }
-    let sum = |value: f64, how: &str| [Cell::number(mg(value)), Cell::text(how)];
-    let k = format!("k = {}", budget.coverage_factor);
-    let table = table
-        .row("combined", sum(budget.combined_mps2, "root sum of squares"))
-        .row("expanded", sum(budget.expanded_mps2, &k));
-    Some(table)
-}
-
-/// What the value of a source rests on.
-fn basis(source: Source) -> &'static str {
-    match source {
-        Source::Noise => "standard errors of the means",
-        Source::Quantisation => "steps of the converter",
-        Source::ModelError => "deviation of the poses from the model, beyond their noise",
-        Source::Nonlinearity => "response that the poses show, not corrected",
-        Source::PoseTilt => "tilt of the face poses, in each of two components",
-        Source::DataSheet => {
-            "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less"
-        }
-        Source::NoiseAndTilt => "standard errors of the means, tilt of the face poses",
-        Source::LocalGravity => {
-            "none where given; anomalies at a latitude; 9.780 to 9.832 m/s² if assumed"
-        }
-        Source::Temperature => "its range during the session",
-    }
+    let [combined, expanded] =
+        [budget.combined_mps2, budget.expanded_mps2].map(|v| [Cell::number(mg(v))]);
+    let expanded_name = format!("expanded, k = {}", budget.coverage_factor);
+    Some(
+        table
+            .row("combined (root sum of squares)", combined)
+            .row(expanded_name, expanded),
+    )
 }

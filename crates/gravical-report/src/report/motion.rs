@@ -213,33 +213,14 @@ fn truth<'a>(c: &Comparison) -> Section<'a> {
     let percent = percent.map_or(String::new(), |v| {
         format!(" ({} % of the path)", digits(v, 2))
     });
-    let section = Section::new("Comparison with the reference")
+    Section::new("Comparison with the reference")
         .with(Block::paragraph(source))
         .fact(
             "end error",
             format!("{} m{percent}", digits(c.end_error_m, 2)),
         )
         .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
-        .fact("path", format!("{} m", digits(c.path_m, 3)));
-    if c.moves.is_empty() {
-        return section;
-    }
-    let mut table = Table::new("Errors of moves")
-        .columns(["move", "from, s", "to, s"])
-        .columns(Column::axes("error of the displacement ± 1σ, m"))
-        .columns(["RMSE, m"]);
-    for m in &c.moves {
-        // The error has its own digits.
-        let n = decimals_of(largest(m.end_error_m), 2);
-        let n = m
-            .sigma_m
-            .map_or([n; 3], |s| decimals(Some(s), s).map(|d| d.max(n)));
-        let mut cells = seconds([m.start_s, m.end_s]);
-        cells.extend(lengths(Some(m.end_error_m), m.sigma_m, n));
-        cells.push(Cell::number(digits(m.rmse_m, 2)));
-        table = table.row(m.number.to_string(), cells);
-    }
-    section.with(table)
+        .fact("path", format!("{} m", digits(c.path_m, 3)))
 }
 
 /// How the recording was read and processed.

@@ -132,7 +132,6 @@ fn remark(r: &Remark) -> Markup {
             span.sign aria-hidden="true" { (sign) } " "
             span.vh { (word) ": " }
             code { (r.kind) } " " (words(&r.text))
-            @if !r.place.is_empty() { span.where { " [" (r.place) "]" } }
         }
     }
 }
