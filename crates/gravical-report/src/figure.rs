@@ -25,5 +25,6 @@ pub mod svg;
 
 pub use files::{check_figures, write_figures};
 pub use panel::Figure;
+pub(crate) use panel::XYZ;
 #[doc(hidden)]
 pub use panel::{Axis, Mark, Panel, Role, Scale, Series};

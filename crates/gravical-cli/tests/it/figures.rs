@@ -30,9 +30,9 @@ fn a_calibration_is_drawn_once_and_not_over_what_is_there() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
     let err = ends(path, "calibrate . --figures plots --json", 0).err;
-    assert!(err.contains(" in plots: norm, residuals"), "{err}");
+    assert!(err.contains(" in plots: norm, sphere"), "{err}");
     let names = drawings(&path.join("plots"));
-    for name in ["norm", "residuals", "sphere", "captures"] {
+    for name in ["norm", "sphere", "captures"] {
         assert!(names.contains(&name.to_owned()), "{name}: {names:?}");
     }
     // Two results in one place.

@@ -21,32 +21,15 @@ pub struct Session<'a> {
 }
 
 /// All figures that a calibration allows. What the data do not show is left out; without the
-/// session that is the recordings and the temperature.
+/// session that is the recordings.
 #[must_use]
 pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figure> {
     let mut all = Vec::new();
     if !file.accelerometer.poses.is_empty() {
-        all.extend([norm(file), residuals(file), sphere(file)]);
+        all.extend([norm(file), sphere(file)]);
     }
-    if let Some(session) = session {
-        let track = Track::of(session.recordings);
-        all.extend(captures(file, &track, session.segmentation));
-        all.extend(temperature(&track));
-    }
+    all.extend(session.and_then(|session| captures(file, session)));
     all
-}
-
-/// A panel over the poses, with a line across at what is right.
-fn over_poses(
-    poses: &[PoseResult],
-    y: Axis,
-    right: (&str, f64),
-    series: impl IntoIterator<Item = Series>,
-) -> Panel {
-    let names = poses.iter().map(|p| p.label.clone()).collect();
-    let x = Axis::scaled("pose", "", Scale::Names(names));
-    let rule = Series::rule(right.0, right.1, poses.len());
-    Panel::new("", x, y, [rule].into_iter().chain(series))
 }
 
 /// ‖a‖ of each pose before and after, and what is left of its error, with the pose in the fit and
@@ -66,9 +49,14 @@ fn norm(file: &CalibrationFile) -> Figure {
         .iter()
         .map(|p| p.left_out_error_mps2.map_or(f64::NAN, milli_g));
     let left_out = Series::categorical("left out of the fit", Role::Warning, left_out);
-    let gravity = "local gravity";
-    let y = Axis::new("‖a‖ − g", "mg");
-    let near = over_poses(poses, y, (gravity, 0.0), [left_out, calibrated]);
+    // A panel over the poses, with a line across at gravity.
+    let panel = |y: Axis, gravity: f64, series: [Series; 2]| {
+        let names = poses.iter().map(|p| p.label.clone()).collect();
+        let x = Axis::scaled("pose", "", Scale::Names(names));
+        let rule = Series::rule("local gravity", gravity, poses.len());
+        Panel::new("", x, y, [rule].into_iter().chain(series))
+    };
+    let near = panel(Axis::new("‖a‖ − g", "mg"), 0.0, [left_out, calibrated]);
     // Without a nominal scale there is no before, and the other panel says it all.
     let before = poses.iter().map(|p| file.accelerometer.nominally(p.raw));
     let before: Option<Vec<f64>> = before.map(|a| a.map(|a| length(&a))).collect();
@@ -76,33 +64,11 @@ fn norm(file: &CalibrationFile) -> Figure {
         let before = Series::categorical("before", Role::Raw, before);
         let after = poses.iter().map(|p| off(p) + g);
         let after = Series::categorical("calibrated", Role::Result, after);
-        over_poses(
-            poses,
-            Axis::new("‖a‖", "m/s²"),
-            (gravity, g),
-            [before, after],
-        )
+        panel(Axis::new("‖a‖", "m/s²"), g, [before, after])
     });
     let caption = "At rest ‖a‖ is local gravity in every pose. Before: by the nominal scale, if that is known. Bars are ± 1σ of the parameters; only an error with the pose left out of the fit measures how accurate the calibration is.";
     let panels = both.into_iter().chain([near]);
     Figure::new("norm", "Magnitude at rest", caption, panels)
-}
-
-/// Error of each pose along the axes.
-fn residuals(file: &CalibrationFile) -> Figure {
-    let poses = &file.accelerometer.poses;
-    let series = [0, 1, 2].map(|axis| {
-        let errors = poses.iter().map(|p| 1e3 * p.error[axis]);
-        Series::categorical(XYZ[axis].0, XYZ[axis].1, errors)
-    });
-    let panel = over_poses(
-        poses,
-        Axis::new("error", "mm/s²"),
-        ("no error", 0.0),
-        series,
-    );
-    let caption = "Calibrated minus expected value along each axis (free poses: along their own direction); for a face pose this includes its tilt.";
-    Figure::new("residuals", "Errors of the poses", caption, [panel])
 }
 
 /// Where the poses point, and where the next ones would help: two hemispheres.
@@ -162,113 +128,67 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
     Panel::new(title, x, y, series).equal()
 }
 
-/// Recordings one after the other on one axis of time.
-struct Track<'a> {
-    recordings: &'a [Recording],
-    /// Time of each row, s.
-    t_s: Vec<f64>,
-    /// Rows before which others are missing.
-    breaks: Vec<usize>,
-    /// First row of each recording.
-    starts: Vec<usize>,
-}
-
-impl<'a> Track<'a> {
-    fn of(recordings: &'a [Recording]) -> Self {
-        let (mut t_s, mut breaks, mut starts) = (Vec::<f64>::new(), Vec::new(), Vec::new());
-        let mut from_s = 0.0;
-        for recording in recordings {
-            let start = t_s.len();
-            starts.push(start);
-            breaks.push(start);
-            breaks.extend(recording.breaks.iter().map(|b| start + b));
-            let period_s = 1.0 / recording.working_rate_hz().0;
-            match &recording.time_s {
-                Some(time_s) => t_s.extend(time_s.iter().map(|t| from_s + t)),
-                None => t_s.extend((0..recording.rows()).map(|i| from_s + period_s * i as f64)),
-            }
-            // A gap that is seen where the next recording begins.
-            let end_s = extent(t_s[start..].iter().copied()).1.max(from_s);
-            from_s = end_s + 0.1 * (end_s - from_s);
+/// Raw readings along each axis, the recordings one after the other, with the poses' windows.
+fn captures(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
+    let Session {
+        recordings,
+        segmentation,
+    } = session;
+    // Time of each row; rows before which others are missing; first row of each recording.
+    let (mut t_s, mut breaks, mut starts) = (Vec::<f64>::new(), Vec::new(), Vec::new());
+    let mut from_s = 0.0;
+    for recording in recordings {
+        let start = t_s.len();
+        starts.push(start);
+        breaks.push(start);
+        breaks.extend(recording.breaks.iter().map(|b| start + b));
+        let period_s = 1.0 / recording.working_rate_hz().0;
+        match &recording.time_s {
+            Some(time_s) => t_s.extend(time_s.iter().map(|t| from_s + t)),
+            None => t_s.extend((0..recording.rows()).map(|i| from_s + period_s * i as f64)),
         }
-        Track {
-            recordings,
-            t_s,
-            breaks,
-            starts,
-        }
+        // A gap that is seen where the next recording begins.
+        let end_s = extent(t_s[start..].iter().copied()).1.max(from_s);
+        from_s = end_s + 0.1 * (end_s - from_s);
     }
-
-    /// A panel of a column of all recordings, with other series below it.
-    fn panel(
-        &self,
-        title: &str,
-        y: Axis,
-        line: (&str, Role),
-        column: impl Fn(&'a Recording) -> Option<&'a Vec<f64>>,
-    ) -> Panel {
-        let values = |r: &'a Recording| {
-            let known = column(r).into_iter().flatten().copied();
-            known.chain(std::iter::repeat(f64::NAN)).take(r.rows())
-        };
-        let values = self.recordings.iter().flat_map(values);
-        let points = self.t_s.iter().copied().zip(values);
-        let line = Series::line(line.0, line.1, points).thinned(&self.breaks);
-        let time = match self.recordings {
-            [_] => "time",
-            _ => "time, one recording after the other",
-        };
-        Panel::new(title, Axis::new(time, "s"), y, [line])
-    }
-
-    /// When the samples of each pose were taken, and its name.
-    fn windows(&self, cut: &Segmentation) -> Vec<([f64; 2], String)> {
-        let windows = cut
-            .poses
-            .iter()
-            .filter(|p| !p.rows.is_empty())
-            .filter_map(|pose| {
-                let start = *self.starts.get(pose.recording)?;
-                let ends = [pose.rows.start, pose.rows.end - 1];
-                let ends = ends.map(|row| self.t_s.get(start + row).copied().unwrap_or(f64::NAN));
-                let name = pose.face.map_or_else(|| pose.label.clone(), |f| f.name());
-                ends.iter().all(|t| t.is_finite()).then_some((ends, name))
-            });
-        windows.collect()
-    }
-}
-
-/// Raw readings along each axis, with the poses' windows.
-fn captures(file: &CalibrationFile, track: &Track<'_>, cut: &Segmentation) -> Option<Figure> {
-    let (windows, names): (Vec<[f64; 2]>, Vec<String>) = track.windows(cut).into_iter().unzip();
+    let poses = segmentation.poses.iter().filter(|p| !p.rows.is_empty());
+    let windows = poses.filter_map(|pose| {
+        let start = *starts.get(pose.recording)?;
+        let from_s = *t_s.get(start + pose.rows.start)?;
+        let to_s = *t_s.get(start + pose.rows.end - 1)?;
+        let name = pose.face.map_or_else(|| pose.label.clone(), |f| f.name());
+        (from_s.is_finite() && to_s.is_finite()).then_some(([from_s, to_s], name))
+    });
+    let (windows, names): (Vec<[f64; 2]>, Vec<String>) = windows.unzip();
     let unit = numfmt::unit(file.accelerometer.input_unit.name());
+    let time = match recordings {
+        [_] => "time",
+        _ => "time, one recording after the other",
+    };
     let panels = [0, 1, 2].map(|axis| {
-        let y = Axis::new("", &unit);
-        let mut panel = track.panel(XYZ[axis].0, y, ("raw", Role::Raw), |r| r.accel.get(axis));
+        let values = recordings.iter().flat_map(|r| &r.accel[axis]);
+        let points = t_s.iter().copied().zip(values.copied());
+        let line = Series::line("raw", Role::Raw, points).thinned(&breaks);
+        let mut series = vec![Series::intervals("used", &windows)];
         // The names of few windows, above the line.
         if axis == 0 && windows.len() <= 12 {
-            let (low, high) = extent(panel.series[0].y.iter().copied());
+            let (low, high) = extent(line.y.iter().copied());
             let above = high + 0.14 * (high - low).max(1e-6 * high.abs());
             let middles = windows.iter().map(|w| (0.5 * (w[0] + w[1]), above));
             let texts = Series::points("pose", Role::Guide, middles);
-            panel.series.insert(0, texts.labelled(names.clone()));
+            series.push(texts.labelled(names.clone()));
         }
-        panel.series.insert(0, Series::intervals("used", &windows));
-        panel
+        series.push(line);
+        Panel::new(
+            XYZ[axis],
+            Axis::new(time, "s"),
+            Axis::new("", &unit),
+            series,
+        )
     });
     let caption = "Raw recording. Shaded: the poses whose means were used.";
     let figure = Figure::new("captures", "Recorded poses", caption, panels);
-    (!track.t_s.is_empty()).then_some(figure)
-}
-
-/// Temperature over time.
-fn temperature(track: &Track<'_>) -> Option<Figure> {
-    let y = Axis::new("temperature", "°C");
-    let line = ("temperature", Role::Result);
-    let panel = track.panel("", y, line, |r| r.temperature_c.as_ref());
-    let caption = "Temperature while the sensor was recorded.";
-    let known = panel.series[0].has_values();
-    known.then(|| Figure::new("temperature", "Temperature", caption, [panel]))
+    (!t_s.is_empty()).then_some(figure)
 }
 
 #[cfg(test)]
@@ -318,7 +238,7 @@ mod tests {
     fn figures_show_the_numbers_of_the_file() {
         let (file, figures) = simulated(Scenario::SixPosition(SixPositionOptions::default()));
         let names: Vec<&str> = figures.iter().map(|f| &f.name[..]).collect();
-        let all = ["norm", "residuals", "sphere", "captures", "temperature"];
+        let all = ["norm", "sphere", "captures"];
         assert_eq!(names, all);
         let shown = |name: &str, panel: usize, of: &str| &series(&figures, name, panel, of).y;
         let error = |p: &PoseResult| p.magnitude_error_mps2.unwrap();
@@ -328,7 +248,6 @@ mod tests {
             let after = shown("norm", 0, "calibrated")[i] - file.gravity_mps2;
             assert!((after - error(p)).abs() < 1e-12);
             assert!((shown("norm", 1, "calibrated")[i] - milli_g(error(p))).abs() < 1e-9);
-            assert_eq!(shown("residuals", 0, "y")[i], 1e3 * p.error[1]);
         }
         assert_eq!(series(&figures, "captures", 0, "used").x.len(), 12);
         // One recording after the other, with a break before each.

@@ -124,7 +124,7 @@ impl Motion<'_> {
         let panels = [0, 1, 2].map(|axis| {
             let series = [rests.clone()].into_iter().chain(series(axis));
             let (x, y) = (Axis::new("time", "s"), Axis::new("", unit));
-            Panel::new(XYZ[axis].0, x, y, series)
+            Panel::new(XYZ[axis], x, y, series)
         });
         let mut lines = panels.iter().flat_map(|p| &p.series[1..]);
         let name = title.to_lowercase();
@@ -224,7 +224,7 @@ impl Motion<'_> {
             let flat = |v: [f64; 3]| plane.map(|axis| v[axis]);
             let [x, y] = plane.map(|axis: usize| Axis {
                 within: (room > 0.0).then_some([spans[axis].0 - room, spans[axis].1 + room]),
-                ..Axis::new(XYZ[axis].0, "m")
+                ..Axis::new(XYZ[axis], "m")
             });
             let area = sigma.map(|[_, sigma]| ellipse(flat(end), flat(sigma)));
             let lines = paths.iter().map(|p| p.line(|_, v| flat(v)));

@@ -78,12 +78,6 @@ pub enum Role {
     Warning,
     /// Is wrong.
     Bad,
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z.
-    Z,
     /// Intervals of the x axis.
     Interval,
     /// Helps the eye: thin and pale, not in the legend. Its points are texts without a symbol.
@@ -125,8 +119,8 @@ pub struct Series {
     pub labels: Vec<String>,
 }
 
-/// The three axes of a vector with the roles of their series.
-pub(super) const XYZ: [(&str, Role); 3] = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
+/// The axes of a vector.
+pub(crate) const XYZ: [&str; 3] = ["x", "y", "z"];
 
 impl Figure {
     /// A figure of these panels, one below the other.

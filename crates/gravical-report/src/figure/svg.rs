@@ -47,19 +47,16 @@ pub const STYLE: &str = "\
 .gv .band{fill-opacity:.22}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
 .gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}\
-.gv .result .s,.gv .z .s{stroke:#0072B2}.gv .result .f,.gv .z .f{fill:#0072B2}\
+.gv .result .s{stroke:#0072B2}.gv .result .f{fill:#0072B2}\
 .gv .reference .s{stroke:#000;stroke-dasharray:1.5 3}.gv .reference .f{fill:#000}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
-.gv .x .s,.gv .bad .s{stroke:#D55E00}.gv .x .f,.gv .bad .f{fill:#D55E00}\
-.gv .y .s{stroke:#009E73}.gv .y .f{fill:#009E73}\
+.gv .bad .s{stroke:#D55E00}.gv .bad .f{fill:#D55E00}\
 .gv .guide .s{stroke:#c8c8c8;stroke-width:.8}";
 
 // Symbols about 0, 0.
 const CIRCLE: &str = "M-4 0a4 4 0 1 0 8 0a4 4 0 1 0-8 0z";
 const DIAMOND: &str = "M0-5.2L5.2 0L0 5.2L-5.2 0z";
 const DOT: &str = "M-2 0a2 2 0 1 0 4 0a2 2 0 1 0-4 0z";
-const SQUARE: &str = "M-3.5-3.5h7v7h-7z";
-const TRIANGLE: &str = "M0-4.6L4.2 3.2H-4.2z";
 const CROSS: &str = "M-4-4L4 4M-4 4L4-4";
 
 /// Class of a role, the symbol of its points, and the symbol's class: filled, or an outline filled
@@ -71,9 +68,6 @@ fn style_of(role: Role) -> (&'static str, &'static str, &'static str) {
         Role::Reference => ("reference", DOT, "f"),
         Role::Warning => ("warning", DIAMOND, "f"),
         Role::Bad => ("bad", CROSS, "s hollow"),
-        Role::X => ("x", CIRCLE, "f"),
-        Role::Y => ("y", SQUARE, "f"),
-        Role::Z => ("z", TRIANGLE, "f"),
         Role::Interval => ("interval", DOT, "f"),
         Role::Guide => ("guide", DOT, "f"),
     }
@@ -675,7 +669,7 @@ mod tests {
     fn labels_do_not_overlap() {
         let x = [0.0, 0.5, 0.51, 0.52, 0.53, 0.54, 1.0];
         let labels = (0..7).map(|i| format!("pose {i}"));
-        let points = Series::points("pose", Role::X, x.map(|x| (x, 0.5))).labelled(labels);
+        let points = Series::points("pose", Role::Bad, x.map(|x| (x, 0.5))).labelled(labels);
         let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", ""), [points]);
         let text = inline(&Figure::new("e", "E", "", [panel]));
         // Lone points have theirs; of those on one another as many as find room.

@@ -16,9 +16,9 @@ use gravical::poses::face::in_words;
 
 use super::provenance::Provenance;
 use super::temperature::drift;
-use super::{XYZ, gravity_source, short_name};
+use super::{gravity_source, short_name};
 use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
-use crate::figure::Figure;
+use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
@@ -37,10 +37,10 @@ pub fn calibration<'a>(
     .with(accelerometer(file))
     .with(file.gyroscope.as_ref().map(gyroscope))
     .with(Section::new("Magnitude at rest").figures(figures, &["norm"]))
-    .with(placed.then(|| poses(file).figures(figures, &["residuals"])))
+    .with(placed.then(|| poses(file)))
     .with(placed.then(|| next_poses(file).figures(figures, &["sphere"])))
     .with(Section::new("Recorded poses").figures(figures, &["captures"]))
-    .with(temperature(file, figures))
+    .with(temperature(file))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
     .with_provenance(&Provenance {
@@ -355,8 +355,8 @@ fn next_poses<'a>(file: &CalibrationFile) -> Section<'a> {
     ))
 }
 
-fn temperature<'a>(file: &CalibrationFile, figures: &'a [Figure]) -> Section<'a> {
-    let mut section = Section::new("Temperature").figures(figures, &["temperature"]);
+fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
+    let mut section = Section::new("Temperature");
     if let Some(t) = &file.temperature_c {
         section = section.full(Block::paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",

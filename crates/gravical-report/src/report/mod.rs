@@ -27,9 +27,6 @@ pub use provenance::Provenance;
 
 use crate::document::short_name;
 
-/// The axes of a sensor.
-const XYZ: [&str; 3] = ["x", "y", "z"];
-
 /// How local gravity is known.
 fn gravity_source(source: GravitySource) -> &'static str {
     match source {
