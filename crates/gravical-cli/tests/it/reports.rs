@@ -122,10 +122,6 @@ fn every_verb_reports() {
             assert_eq!(figures, ending == "md" && i > 3, "{line}");
         }
     }
-    // Figures of an earlier report are not left beside one without figures.
-    let line = "check cal.json line/line.csv --report report4.md --force";
-    assert!([0, 4].contains(&run_in(path, words(line)).code));
-    assert!(!path.join("report4_figures").exists());
     let two = "inspect line/line.csv poses/poses.csv --report two.md";
     fails(path, two, 2, "report-of-one");
     // Other files of the folder stay.

@@ -39,7 +39,7 @@ const MAX_LABELLED: usize = 40;
 
 /// Colours are those of Okabe and Ito (2008), which the colour blind can tell apart; symbols and
 /// lightness differ too, for print in grey.
-pub const STYLE: &str = "\
+const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
 .gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .ticks path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
@@ -73,32 +73,14 @@ fn style_of(role: Role) -> (&'static str, &'static str, &'static str) {
     }
 }
 
-/// The figure as a file of its own, with its title in it.
-#[must_use]
-pub fn standalone(figure: &Figure) -> String {
-    let (drawing, height) = drawing(figure, 30.0);
-    let body = html! {
-        style { (PreEscaped(STYLE)) }
-        rect.paper width="100%" height="100%" {}
-        text.title x="16" y="22" { (figure.title) }
-        (drawing)
-    };
-    let file = root(figure, height, &body);
-    escape::shown(&file).into_owned() + "\n"
-}
-
-/// The figure for a page, which has its title and caption.
-#[must_use]
-pub fn inline(figure: &Figure) -> String {
-    let (drawing, height) = drawing(figure, 0.0);
-    root(figure, height, &drawing)
-}
-
 /// How every figure begins.
 pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=";
 
-/// The outermost element, with what a screen reader says.
-fn root(figure: &Figure, height: f64, body: &Markup) -> String {
+/// The figure as a file of its own, or for a page: with its title and style in it, and with what a
+/// screen reader says.
+#[must_use]
+pub fn standalone(figure: &Figure) -> String {
+    let (drawing, height) = drawing(figure);
     let (id, height) = (&figure.name, r(height));
     let root = html! {
         svg xmlns="http://www.w3.org/2000/svg" class="gv" width=(WIDTH) height=(height)
@@ -106,15 +88,18 @@ fn root(figure: &Figure, height: f64, body: &Markup) -> String {
             aria-labelledby={ (id) "-title " (id) "-desc" } {
             title id={ (id) "-title" } { (figure.title) }
             desc id={ (id) "-desc" } { (figure.caption) }
-            (body)
+            style { (PreEscaped(STYLE)) }
+            rect.paper width="100%" height="100%" {}
+            text.title x="16" y="22" { (figure.title) }
+            (drawing)
         }
     };
-    root.into_string()
+    escape::shown(&root.into_string()).into_owned() + "\n"
 }
 
-/// Legend and panels from `top` on, one below the other or two in a row, and where they end.
-fn drawing(figure: &Figure, top: f64) -> (Markup, f64) {
-    let (mut body, mut bottom) = legend(figure, top);
+/// Legend and panels below the title, one below the other or two in a row, and where they end.
+fn drawing(figure: &Figure) -> (Markup, f64) {
+    let (mut body, mut bottom) = legend(figure);
     let all = figure.panels.len();
     let (in_row, in_column, width) = if figure.beside && all > 1 {
         (2, 1, HALF)
@@ -134,9 +119,9 @@ fn drawing(figure: &Figure, top: f64) -> (Markup, f64) {
 }
 
 /// Names of series, each once, and where their lines end.
-fn legend(figure: &Figure, top: f64) -> (String, f64) {
+fn legend(figure: &Figure) -> (String, f64) {
     let (mut entries, mut names) = (String::new(), Vec::<&String>::new());
-    let (mut x, mut y) = (16.0, top + 18.0);
+    let (mut x, mut y) = (16.0, 48.0);
     for s in figure.panels.iter().flat_map(|p| &p.series) {
         if !s.has_values() || s.role == Role::Guide || names.contains(&&s.name) {
             continue;
@@ -163,7 +148,7 @@ fn legend(figure: &Figure, top: f64) -> (String, f64) {
         entries += &entry.into_string();
         x += needs;
     }
-    let bottom = if names.is_empty() { top + 4.0 } else { y + 6.0 };
+    let bottom = if names.is_empty() { 34.0 } else { y + 6.0 };
     let legend = html! { g.legend { (PreEscaped(entries)) } };
     (legend.into_string(), bottom)
 }
@@ -671,7 +656,7 @@ mod tests {
         let labels = (0..7).map(|i| format!("pose {i}"));
         let points = Series::points("pose", Role::Bad, x.map(|x| (x, 0.5))).labelled(labels);
         let panel = Panel::new("", Axis::new("x", ""), Axis::new("y", ""), [points]);
-        let text = inline(&Figure::new("e", "E", "", [panel]));
+        let text = standalone(&Figure::new("e", "E", "", [panel]));
         // Lone points have theirs; of those on one another as many as find room.
         let shown = |i: usize| text.contains(&format!(">pose {i}</text>"));
         assert!(shown(0) && shown(6) && (1..6).any(shown) && !(1..6).all(shown));

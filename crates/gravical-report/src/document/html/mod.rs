@@ -39,8 +39,6 @@ impl Document<'_> {
                     link rel="icon" href="data:,";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) }
-                    // Of its own: a figure that is saved takes it along.
-                    style id="figures" { (PreEscaped(svg::STYLE)) }
                 }
                 body {
                     a.skip href="#main" { "Skip to the report" }
@@ -198,11 +196,10 @@ fn cell_text(c: &Cell) -> Markup {
 }
 
 fn figure(f: &Figure) -> Markup {
-    let id = format!("figure-{}", f.name);
     html! {
-        figure id=(id) aria-labelledby={ (id) "-h" } {
-            figcaption { h3 id={ (id) "-h" } { (f.title) } p { (f.caption) } }
-            div.drawing { (PreEscaped(svg::inline(f))) }
+        figure id={ "figure-" (f.name) } aria-label=(f.title) {
+            figcaption { p { (f.caption) } }
+            div.drawing { (PreEscaped(svg::standalone(f))) }
         }
     }
 }

@@ -98,27 +98,17 @@ function readAndZoom(figure) {
   }
 }
 
-// The drawing of a figure as it is seen, below a title.
-function picture(figure) {
-  const drawing = figure.querySelector(".drawing > svg").cloneNode(true);
-  const [width, height] = numbers(drawing.getAttribute("viewBox")).slice(2), whole = height + 30;
-  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", class: "gv", width, height: whole, viewBox: `0 0 ${width} ${whole}` });
-  make("style", {}, svg).textContent = document.getElementById("figures").textContent + ".cursor{display:none}";
-  make("rect", { class: "paper", width: "100%", height: "100%" }, svg);
-  make("text", { class: "title", x: 16, y: 22 }, svg).textContent = figure.querySelector("h3").textContent;
-  set(drawing, { y: 30, width, height });
-  svg.append(drawing);
-  return svg;
-}
-
 function download(blob, name) {
   const href = URL.createObjectURL(blob);
   html("a", { href, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(href), 1e4);
 }
 
+// The drawing of a figure as it is seen.
 function save(figure, kind) {
-  const svg = picture(figure), text = new XMLSerializer().serializeToString(svg), name = figure.id.replace("figure-", "");
+  const svg = figure.querySelector("svg").cloneNode(true), name = figure.id.replace("figure-", "");
+  for (const e of all(svg, ".cursor")) e.remove();
+  const text = new XMLSerializer().serializeToString(svg);
   if (kind === "SVG") return download(new Blob([text], { type: "image/svg+xml" }), name + ".svg");
   // Two dots for one of the drawing: sharp in print.
   const image = new Image(), canvas = html("canvas", { width: 2 * svg.getAttribute("width"), height: 2 * svg.getAttribute("height") });
@@ -130,7 +120,6 @@ function save(figure, kind) {
 }
 
 for (const figure of all(document, "figure")) {
-  if (!figure.querySelector(".drawing")) continue;
   readAndZoom(figure);
   const tools = html("div", { className: "tools" }, figure);
   for (const kind of ["PNG", "SVG"]) {
