@@ -110,10 +110,8 @@ fn block(block: &Block<'_>, title: &str) -> Markup {
         Block::Table(t) => table(t, title),
         Block::Figure(f) => figure(f),
         Block::Code(language, _, code) => html! {
-            details open {
-                summary { (language) }
-                pre.paste role="region" aria-label=(language) tabindex="0" { (code) }
-            }
+            h3 { (language) }
+            pre role="region" aria-label=(language) tabindex="0" { (code) }
         },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }

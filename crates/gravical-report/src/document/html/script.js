@@ -1,5 +1,5 @@
-// Figures: values below the pointer, zooming into an interval of x by dragging, buttons that save;
-// and code to copy. What is drawn stays in the SVG.
+// Figures: values below the pointer, zooming into an interval of x by dragging, buttons that save.
+// What is drawn stays in the SVG.
 (() => {
 const all = (e, selector) => [...e.querySelectorAll(selector)];
 const numbers = text => text.split(" ").map(Number);
@@ -125,19 +125,5 @@ for (const figure of all(document, "figure")) {
   for (const kind of ["PNG", "SVG"]) {
     html("button", { textContent: kind, ariaLabel: `Save as ${kind}`, onclick: () => save(figure, kind) }, tools);
   }
-}
-
-for (const pre of all(document, "pre.paste")) {
-  const text = pre.textContent, wrap = html("div", { style: "position:relative" });
-  pre.replaceWith(wrap);
-  wrap.append(pre);
-  const button = html("button", { className: "copy", textContent: "Copy" }, wrap);
-  button.onclick = async () => {
-    // Where the clipboard is not allowed the text is at least selected.
-    getSelection().selectAllChildren(pre);
-    try { await navigator.clipboard.writeText(text); } catch { document.execCommand("copy"); }
-    button.textContent = "Copied";
-    setTimeout(() => { button.textContent = "Copy"; }, 2000);
-  };
 }
 })();
