@@ -48,7 +48,9 @@ fn a_motion_names_and_sums_everything_that_went_in() {
         ("cal.json", "calibration"),
         ("truth.csv", "reference"),
     ];
-    assert_eq!(files(&read(path, "r.html")), of_folder(path, wanted));
+    let page = read(path, "r.html");
+    assert_eq!(files(&page), of_folder(path, wanted));
+    assert!(page.contains("Comparison with the reference"));
 }
 
 #[test]

@@ -8,7 +8,6 @@ use gravical::calibration_file::{CalibrationFile, InputFile, InputRole};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
-use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate_to};
@@ -52,17 +51,13 @@ fn faces() -> CalibrationFile {
 
 /// A push along x between two rests, or none.
 fn push(speed: f64) -> Recording {
-    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2,px_m,py_m,pz_m\n");
+    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2\n");
     for i in 0..1200_u32 {
         let t = f64::from(i) * 0.01;
         let s = (t - 5.0).clamp(0.0, 2.0) * std::f64::consts::PI;
         let noise = f64::from(i * 7919 % 13) * 1e-3;
-        text.push_str(&format!(
-            "{t:.2},{:.5},{noise:.5},{:.5},{:.4},0,0\n",
-            speed * s.sin() + noise,
-            9.8 + noise,
-            speed * (s - s.sin()) / std::f64::consts::PI.powi(2),
-        ));
+        let (along, up) = (speed * s.sin() + noise, 9.8 + noise);
+        text.push_str(&format!("{t:.2},{along:.5},{noise:.5},{up:.5}\n"));
     }
     read_bytes(
         text.as_bytes(),
@@ -158,37 +153,6 @@ fn check_compare_and_denoise_have_their_tables() {
         .unwrap()
         .summary;
     assert!(numbers(&denoise(&summary)) > 20);
-}
-
-#[test]
-fn a_motion_is_compared_with_a_reference() {
-    let recording = push(1.0);
-    let mut motion = moved(&recording, Some(&faces()));
-    let path = std::path::Path::new("push <script>.csv");
-    let folder = tempfile::tempdir().unwrap();
-    let truth = folder.path().join("truth.csv");
-    let rows = (0..1200).map(|i| {
-        format!(
-            "{:.2},{:.4},0,0\n",
-            0.01 * f64::from(i),
-            0.001 * f64::from((i - 500).clamp(0, 200))
-        )
-    });
-    std::fs::write(
-        &truth,
-        format!("t_s,px_m,py_m,pz_m\n{}", rows.collect::<String>()),
-    )
-    .unwrap();
-    let reference = read_reference(&truth, &recording, path).unwrap();
-    add_comparison(&mut motion, &reference).unwrap();
-    let figures = crate::figure::motion::figures(&motion);
-    let document = super::motion(&motion.result, &recording, &figures);
-    assert!(numbers(&document) > 20);
-    assert!(
-        document
-            .to_text(Detail::Summary)
-            .contains("Comparison with the reference")
-    );
 }
 
 #[test]
