@@ -38,7 +38,7 @@ pub fn calibration<'a>(
     .with(file.gyroscope.as_ref().map(gyroscope))
     .with(Section::new("Magnitude at rest").figures(figures, &["norm"]))
     .with(placed.then(|| poses(file)))
-    .with(placed.then(|| next_poses(file).figures(figures, &["sphere"])))
+    .with(Section::new("Directions").figures(figures, &["sphere"]))
     .with(Section::new("Recorded poses").figures(figures, &["captures"]))
     .with(temperature(file))
     .with(method(file))
@@ -316,43 +316,6 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     );
     let section = Section::new("Poses").with(table);
     section.with(Block::note(fitted)).full(Block::Note(note))
-}
-
-/// The best next poses.
-fn next_poses<'a>(file: &CalibrationFile) -> Section<'a> {
-    let a = &file.accelerometer;
-    let section = Section::new("Directions");
-    if a.proposed_poses().is_empty() {
-        return section.full(Block::paragraph(
-            "No further pose is proposed: none would improve the result by more than a fifth.",
-        ));
-    }
-    let cells = |pose: String, error: Option<f64>, undetected: Option<f64>| {
-        [
-            Cell::Text(pose),
-            Cell::maybe(error, mg),
-            Cell::maybe(undetected, mg),
-        ]
-    };
-    let now = a.undetected.as_ref().map(|u| u.effect_mps2);
-    let now = cells("now".to_owned(), a.predicted_norm_error_mps2, now);
-    let mut table =
-        Table::new("Best next poses, recorded in this order, and what is left after each")
-            .columns([
-                "",
-                "orientation",
-                "uncertainty of ‖a‖, mg",
-                "undetected, mg",
-            ])
-            .row("", now);
-    for (number, next) in (1..).zip(a.proposed_poses()) {
-        let error = Some(next.predicted_norm_error_mps2);
-        let cells = cells(in_words(next.direction), error, next.undetected_effect_mps2);
-        table = table.row(number.to_string(), cells);
-    }
-    section.full(table).full(Block::note(
-        "undetected: what an error of one pose could change without being detected; – without limit.",
-    ))
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {

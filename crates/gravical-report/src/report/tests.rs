@@ -8,7 +8,7 @@ use gravical::calibration_file::{CalibrationFile, InputFile, InputRole};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
-use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
+use gravical::motion::{Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate_to};
 
@@ -67,12 +67,8 @@ fn push(speed: f64) -> Recording {
     .unwrap()
 }
 
-fn moved(recording: &Recording, file: Option<&CalibrationFile>) -> Motion {
-    let calibrated = file.map(|file| Calibrated {
-        file,
-        name: "cal.json",
-    });
-    gravical::motion::motion(recording, calibrated, &MotionOptions::default()).unwrap()
+fn moved(recording: &Recording) -> Motion {
+    gravical::motion::motion(recording, None, &MotionOptions::default()).unwrap()
 }
 
 /// Rows are complete, and a terminal shows all of it; how many numbers there are.
@@ -158,7 +154,7 @@ fn check_compare_and_denoise_have_their_tables() {
 #[test]
 fn at_rest_nothing_is_added_up() {
     let recording = push(0.0);
-    let motion = moved(&recording, None);
+    let motion = moved(&recording);
     let document = super::motion(&motion.result, &recording, &[]);
     numbers(&document);
     let text = document.to_text(Detail::Full);
@@ -169,7 +165,7 @@ fn at_rest_nothing_is_added_up() {
 #[test]
 fn long_results_stay_small() {
     let recording = push(1.0);
-    let mut motion = moved(&recording, None);
+    let mut motion = moved(&recording);
     let one: Move = Move {
         unusable: Some("a reason of some length, as reasons are".to_owned()),
         ..motion.result.moves[0].clone()
@@ -186,7 +182,7 @@ fn long_results_stay_small() {
 fn names_are_no_markup() {
     let evil = "</script><img src=x onerror=alert(1)>\"'&|`\u{0}\n# a";
     let recording = push(1.0);
-    let mut motion = moved(&recording, None);
+    let mut motion = moved(&recording);
     let finding = Finding::warning(FindingKind::Other, evil).in_file(evil);
     motion.result.findings.push(finding);
     motion.result.frame = evil.to_owned();
