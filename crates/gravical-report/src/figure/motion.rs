@@ -141,15 +141,11 @@ impl Motion<'_> {
         sigma: fn(&SampleState) -> [f64; 3],
     ) -> Option<Figure> {
         let sigma: Vec<[f64; 3]> = self.samples.iter().map(|s| sigma(&s.state)).collect();
-        let has_bands = ends(&sigma).is_some();
-        let bands = if has_bands {
-            " The band is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
-        } else {
-            ""
-        };
-        let caption = format!("{title} in the frame of the result.{bands}");
+        let caption = format!(
+            "{title} in the frame of the result. The band, where it is known, is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
+        );
         let mut figure = self.over_time(title, caption, unit, |axis| {
-            let result = paths.iter().filter(|p| has_bands && p.role == Role::Result);
+            let result = paths.iter().filter(|p| p.role == Role::Result);
             let bands = result.map(|result| {
                 let ends = result.values.iter().zip(&sigma);
                 let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
@@ -173,19 +169,13 @@ impl Motion<'_> {
     /// Specific force raw and calibrated, along the axes of the sensor.
     fn acceleration(&self) -> Option<Figure> {
         let force = self.result(|s| s.force_mps2);
-        let calibrated = self.result.calibration.is_some();
-        let raw = calibrated.then(|| Path {
+        let raw = self.result.calibration.as_ref().map(|_| Path {
             name: "raw",
             role: Role::Raw,
             ..self.result(|s| s.raw_mps2)
         });
-        let both = if calibrated {
-            ": nominal scale and calibrated"
-        } else {
-            ""
-        };
         let caption =
-            format!("Specific force in sensor axes, including gravity{both}. Rests are shaded.");
+            "Specific force in sensor axes, including gravity. Rests are shaded.".to_owned();
         self.over_time("Acceleration", caption, "m/s²", |axis| {
             let paths = raw.iter().chain([&force]);
             paths.map(|p| p.line(|t, v| [t, v[axis]])).collect()

@@ -5,7 +5,7 @@ use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 use super::panel::{Axis, Figure, Panel, Role, Scale, Series};
 use super::svg::extent;
 
-const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
+const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve. Dotted: white noise by the data sheet.";
 
 /// The figures of a result: accelerometer, gyroscope.
 #[must_use]
@@ -15,19 +15,12 @@ pub fn figures(result: &NoiseResult) -> Vec<Figure> {
         let channels = result.channels.iter();
         let channels = channels.filter(|c| c.channel.starts_with(&sensor[..1]));
         let channels: Vec<&ChannelNoise> = channels.collect();
-        let sheet = channels.iter().find_map(|c| c.data_sheet.as_ref());
-        let sheet = sheet.map_or(String::new(), |sheet| {
-            format!(
-                " Dotted: white noise by the data sheet of the {}.",
-                sheet.part
-            )
-        });
         let (name, title) = (
             format!("allan-{sensor}"),
             format!("Allan deviation of the {sensor}"),
         );
         let panels = channels.iter().map(|c| panel(c, &channels, unit));
-        let figure = Figure::new(&name, &title, format!("{CAPTION}{sheet}"), panels).beside();
+        let figure = Figure::new(&name, &title, CAPTION, panels).beside();
         (!channels.is_empty()).then_some(figure)
     };
     sensors.into_iter().filter_map(figure).collect()
