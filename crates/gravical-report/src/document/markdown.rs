@@ -1,7 +1,7 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
 use super::model::left_out;
-use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict, parts};
+use super::{Block, Cell, Detail, Document, Remark, Section, Table, parts};
 use gravical::escape::one_line;
 
 impl Document<'_> {
@@ -10,21 +10,15 @@ impl Document<'_> {
     #[must_use]
     pub fn to_markdown(&self, folder: Option<&str>) -> String {
         let mut out = format!("# {}\n", escaped(&self.title));
-        out.extend(self.lead().map(|line| format!("\n{}\n", escaped(line))));
-        if let Some(Verdict {
-            word,
-            conclusion,
-            reasons,
-            next,
-            ..
-        }) = &self.verdict
-        {
-            let colon = if conclusion.is_some() { ": " } else { "" };
-            let conclusion = escaped(conclusion.as_deref().unwrap_or_default());
-            out += &format!("\n## Verdict\n\n**{}**{colon}{conclusion}\n", escaped(word));
-            out += &format!("\n{}", list(reasons));
-            if !next.is_empty() {
-                out += &format!("\nNext:\n\n{}", list(next));
+        let subject = self.subject.iter();
+        out.extend(subject.map(|line| format!("\n{}\n", escaped(line))));
+        if let Some(v) = &self.verdict {
+            let conclusion = v.conclusion.iter().map(|c| format!(": {}", escaped(c)));
+            let conclusion: String = conclusion.collect();
+            out += &format!("\n## Verdict\n\n**{}**{conclusion}\n", escaped(&v.word));
+            out += &format!("\n{}", list(&v.reasons));
+            if !v.next.is_empty() {
+                out += &format!("\nNext:\n\n{}", list(&v.next));
             }
         }
         out.extend(self.sections.iter().map(|s| section(s, folder)));

@@ -26,8 +26,6 @@ pub struct Document<'a> {
     pub title: String,
     /// Subject in one or two lines; a text begins with them.
     pub subject: Vec<String>,
-    /// Time and command; on pages only.
-    pub stamp: String,
     /// How good it is. A page begins with it, a text ends with it.
     pub verdict: Option<Verdict>,
     /// The rest, in order.
@@ -134,15 +132,6 @@ impl<'a> Document<'a> {
             title: title.into(),
             ..Document::default()
         }
-    }
-
-    /// Subject and stamp below the title of a page: without the title where the subject repeats
-    /// it.
-    pub(crate) fn lead(&self) -> impl Iterator<Item = &str> {
-        let title = format!("{}: ", self.title);
-        let lines = self.subject.iter().chain([&self.stamp]);
-        let lines = lines.filter(|line| !line.is_empty());
-        lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
     }
 
     /// Adds a section, unless there is none or it is empty.

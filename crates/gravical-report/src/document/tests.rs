@@ -27,7 +27,6 @@ fn document(figures: &[Figure]) -> Document<'_> {
     let reasons = ["x", "y"].map(|row| (row.to_owned(), "unknown".to_owned()));
     Document {
         subject: vec!["of <x>|*".to_owned()],
-        stamp: "today".to_owned(),
         verdict: Some(Verdict {
             next: vec!["Go on.".to_owned()],
             conclusion: Some("It holds.".to_owned()),
@@ -94,8 +93,6 @@ fn markdown() {
         r"# Report of \<x\>
 
 of \<x\>\|\*
-
-today
 
 ## Verdict
 

@@ -22,15 +22,9 @@ impl Document<'_> {
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
-        if let Some(Verdict {
-            word,
-            conclusion,
-            reasons,
-            ..
-        }) = &self.verdict
-        {
-            let text = conclusion.as_ref().or(reasons.first());
-            out += &paragraph("", &format!("{word}: {}", text.map_or("", |t| t)));
+        if let Some(v) = &self.verdict {
+            let text = v.conclusion.as_ref().or(v.reasons.first());
+            out += &paragraph("", &format!("{}: {}", v.word, text.map_or("", |t| t)));
         }
         out.extend(self.sections.iter().map(|s| section_text(s, detail)));
         out.extend(self.verdict.as_ref().map(verdict_text));
@@ -106,12 +100,8 @@ impl Remark {
 
 fn verdict_text(verdict: &Verdict) -> String {
     let mut out = paragraph("\nVerdict: ", &verdict.word);
-    out.extend(
-        verdict
-            .reasons
-            .iter()
-            .map(|reason| paragraph("  - ", reason)),
-    );
+    let reasons = verdict.reasons.iter();
+    out.extend(reasons.map(|reason| paragraph("  - ", reason)));
     for (i, step) in verdict.next.iter().enumerate() {
         let start = if i == 0 { "\nNext: " } else { "      " };
         out += &paragraph(start, step);

@@ -19,9 +19,8 @@ pub struct Provenance<'a> {
 }
 
 impl Document<'_> {
-    /// Adds the date below the title and a section with the provenance.
-    pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
-        self.stamp = format!("{} · {}", origin.created, origin.tool);
+    /// Adds a section with the provenance.
+    pub fn with_provenance(self, origin: &Provenance<'_>) -> Self {
         let mut facts = vec![("program".to_owned(), origin.tool.to_owned())];
         let command = origin.command.map(|command| format!("`{command}`"));
         facts.extend(command.map(|command| ("command".to_owned(), command)));

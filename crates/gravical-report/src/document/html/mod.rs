@@ -44,7 +44,7 @@ impl Document<'_> {
                     a.skip href="#main" { "Skip to the report" }
                     header {
                         h1 { (self.title) }
-                        @for line in self.lead() { p.sub { (line) } }
+                        @for line in &self.subject { p.sub { (line) } }
                     }
                     nav aria-label="Sections" {
                         ol { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
