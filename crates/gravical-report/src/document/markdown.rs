@@ -41,12 +41,10 @@ fn block(block: &Block<'_>, folder: Option<&str>) -> String {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
         Block::Equation(lines) => fenced("", &format!("{lines}\n")),
         Block::Facts(facts) => {
-            let facts = facts
-                .iter()
-                .map(|(name, text)| [escaped(name), escaped(text)]);
-            facts
-                .map(|fact| format!("- {}\n", fact.join(": ")))
-                .collect()
+            let line = |(name, text): &(String, String)| {
+                format!("- {}: {}\n", escaped(name), escaped(text))
+            };
+            facts.iter().map(line).collect()
         }
         Block::Table(t) => table(t),
         Block::Figure(figure) => folder.map_or_else(String::new, |folder| {

@@ -57,15 +57,12 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
         Block::Equation(lines) => lines.lines().map(|l| paragraph("  ", l)).collect(),
         Block::Facts(facts) => {
-            let width = facts
-                .iter()
-                .map(|(name, _)| length(name))
-                .max()
-                .unwrap_or(0);
-            let facts = facts.iter();
-            facts
-                .map(|(name, text)| paragraph(&format!("  {name:<width$}  "), text))
-                .collect()
+            let names = facts.iter().map(|(name, _)| length(name));
+            let width = names.max().unwrap_or(0);
+            let line = |(name, text): &(String, String)| {
+                paragraph(&format!("  {name:<width$}  "), text)
+            };
+            facts.iter().map(line).collect()
         }
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),

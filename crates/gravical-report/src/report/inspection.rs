@@ -17,8 +17,11 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = inspection.labels.iter().take(12);
     let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
     let turns = inspection.turns.iter().map(|t| t.axis.to_string());
+    let turns = listed(turns).map(|axes| format!("full turns about {axes}"));
     let serial = inspection.serial.as_ref();
+    let serial = serial.map(|serial| format!("serial number {serial}"));
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
+    let missing = missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2)));
     let a = inspection.accelerometer;
     let per_g = a.lsb_per_g.filter(|_| a.unit == AccelUnit::Counts);
     let gyro = inspection.gyroscope.map(|g| {
@@ -26,30 +29,19 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         scale(g.unit, per_deg_s, "°/s", g.origin)
     });
     let temperature = inspection.temperature_c;
+    let temperature = temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C"));
     let reading = Section::new("How it was read")
         .fact("format", inspection.description.clone())
-        .fact(
-            "sensor",
-            serial.map(|serial| format!("serial number {serial}")),
-        )
+        .fact("sensor", serial)
         .fact("lines", inspection.row_counts.sum.clone())
         .fact("time", time(inspection))
-        .fact(
-            "missing",
-            missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
-        )
+        .fact("missing", missing)
         .fact("accel", scale(a.unit, per_g, "g", a.origin))
         .fact("gyro", gyro)
-        .fact(
-            "temp",
-            temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
-        )
+        .fact("temp", temperature)
         .fact("labels", listed(labels))
         .fact("static", stillness(inspection))
-        .fact(
-            "turns",
-            listed(turns).map(|axes| format!("full turns about {axes}")),
-        );
+        .fact("turns", turns);
     let intervals = &inspection.static_intervals;
     let drift = inspection.temperature_drift.as_ref();
     Document {

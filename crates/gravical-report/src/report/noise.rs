@@ -73,22 +73,20 @@ fn parameters(channels: &[&ChannelNoise]) -> Table {
         table = table.row(format!("{}, {name}", term.symbol()), cells);
     }
     let Unit { name, factor, si } = Unit::of(Term::N, gyroscope);
-    let number = |n: Option<f64>| Cell::maybe(n, |n| small(factor * n, 3));
+    let cells = |value: fn(&ChannelNoise) -> Option<f64>| -> Vec<Cell> {
+        let cells = channels.iter().map(|c| value(c));
+        cells.map(|n| Cell::maybe(n, |n| small(factor * n, 3))).collect()
+    };
     // In SI units, which code needs.
     let n = channels.iter().map(|c| c.n.as_ref().map(|n| n.value));
     let n = n.map(|n| Cell::maybe(n, |n| format!("{n:.2e}")));
-    let density = channels
-        .iter()
-        .map(|c| number(c.density.as_ref().map(|d| d.n)));
-    let table = table
-        .row(format!("N, {si}"), n)
-        .row(format!("N by density, {name}"), density);
+    let density = cells(|c| Some(c.density.as_ref()?.n));
+    let table = table.row(format!("N, {si}"), n);
+    let table = table.row(format!("N by density, {name}"), density);
     if channels.iter().all(|c| c.data_sheet.is_none()) {
         return table;
     }
-    let sheet = channels
-        .iter()
-        .map(|c| number(c.data_sheet.as_ref().map(|s| s.n)));
+    let sheet = cells(|c| Some(c.data_sheet.as_ref()?.n));
     table.row(format!("N by data sheet, {name}"), sheet)
 }
 
