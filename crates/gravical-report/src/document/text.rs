@@ -59,9 +59,8 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
         Block::Facts(facts) => {
             let names = facts.iter().map(|(name, _)| length(name));
             let width = names.max().unwrap_or(0);
-            let line = |(name, text): &(String, String)| {
-                paragraph(&format!("  {name:<width$}  "), text)
-            };
+            let line =
+                |(name, text): &(String, String)| paragraph(&format!("  {name:<width$}  "), text);
             facts.iter().map(line).collect()
         }
         Block::Table(table) => table_text(table, detail),

@@ -75,7 +75,9 @@ fn parameters(channels: &[&ChannelNoise]) -> Table {
     let Unit { name, factor, si } = Unit::of(Term::N, gyroscope);
     let cells = |value: fn(&ChannelNoise) -> Option<f64>| -> Vec<Cell> {
         let cells = channels.iter().map(|c| value(c));
-        cells.map(|n| Cell::maybe(n, |n| small(factor * n, 3))).collect()
+        cells
+            .map(|n| Cell::maybe(n, |n| small(factor * n, 3)))
+            .collect()
     };
     // In SI units, which code needs.
     let n = channels.iter().map(|c| c.n.as_ref().map(|n| n.value));
