@@ -9,6 +9,9 @@ use gravical::numfmt::fixed;
 const MAX_ROWS: usize = 200;
 const MAX_SUMMARY_ROWS: usize = 24;
 
+/// Reasons below a table, and rows that each names.
+const MAX_REASONS: usize = 12;
+
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
@@ -226,11 +229,14 @@ impl<'a> Section<'a> {
                 None => rows.push((reason, vec![row])),
             }
         }
-        let more = rows.len().saturating_sub(MAX_ROWS);
-        rows.truncate(MAX_ROWS);
-        let notes = rows.iter().map(|(reason, rows)| match rows.len() {
-            0..=12 => format!("{}: {reason}", rows.join(", ")),
-            n => format!("{} and {} more: {reason}", rows[..12].join(", "), n - 12),
+        let more = rows.len().saturating_sub(MAX_REASONS);
+        rows.truncate(MAX_REASONS);
+        let notes = rows.iter().map(|(reason, rows)| {
+            let named = rows[..rows.len().min(MAX_REASONS)].join(", ");
+            match rows.len().saturating_sub(MAX_REASONS) {
+                0 => format!("{named}: {reason}"),
+                more => format!("{named} and {more} more: {reason}"),
+            }
         });
         let more = (more > 0).then(|| left_out(more));
         let notes = notes.chain(more).map(Block::Note);
