@@ -181,13 +181,8 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
     });
     let figures: Vec<&Figure> = figures.collect();
     let drawn = !figures.is_empty();
-    // There may be those of an earlier report of this name.
-    if drawn || folder.is_dir() {
+    if drawn {
         write_figures(figures, &folder, force)?;
-    }
-    if !drawn {
-        // A folder that holds something else stays.
-        let _ = std::fs::remove_dir(&folder);
     }
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
     write_text(path, force, &document.to_markdown(drawn.then_some(&*name)))

@@ -141,11 +141,10 @@ impl<'a> Target<'a> {
     }
 }
 
-/// The summary of a table as a document: `facts` and what was found.
-pub fn how_it_was_read(facts: Block<'static>, findings: &[Finding]) -> Document<'static> {
-    let mut section = Section::new("reading", "How it was read").with(facts);
+/// The summary of a table as a document: its facts and what was found.
+pub fn how_it_was_read(mut facts: Section<'static>, findings: &[Finding]) -> Document<'static> {
     if !findings.is_empty() {
-        section = section.with(Block::Findings(Remark::all(findings, false)));
+        facts = facts.with(Block::Findings(Remark::all(findings, false)));
     }
-    Document::default().with(section)
+    Document::default().with(facts)
 }

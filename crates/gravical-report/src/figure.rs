@@ -9,9 +9,9 @@
 //! ```
 //! use gravical_report::figure::{Axis, Figure, Panel, Role, Series, svg};
 //!
-//! let line = Series::line("calibrated", Role::Result, vec![0.0, 1.0, 2.0], vec![0.0, 0.4, 0.0]);
-//! let panel = Panel::new("", Axis::new("time", "s"), Axis::new("velocity", "m/s")).with(line);
-//! let figure = Figure::new("velocity", "Velocity", "One push, one stop.").with(panel);
+//! let line = Series::line("calibrated", Role::Result, [(0.0, 0.0), (1.0, 0.4), (2.0, 0.0)]);
+//! let panel = Panel::new("", Axis::new("time", "s"), Axis::new("velocity", "m/s"), [line]);
+//! let figure = Figure::new("velocity", "Velocity", "One push, one stop.", [panel]);
 //! assert!(svg::standalone(&figure).starts_with("<svg"));
 //! ```
 
@@ -25,5 +25,6 @@ pub mod svg;
 
 pub use files::{check_figures, write_figures};
 pub use panel::Figure;
+pub(crate) use panel::XYZ;
 #[doc(hidden)]
 pub use panel::{Axis, Mark, Panel, Role, Scale, Series};

@@ -38,36 +38,12 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn reader() {
+fn every_target() {
     replay("reader", 40, checks::reader);
-}
-
-#[test]
-fn sections() {
     replay("sections", 10, checks::sections);
-}
-
-#[test]
-fn calibration_file() {
     replay("calibration_file", 6, checks::calibration_file);
-}
-
-#[test]
-fn filter() {
     replay("filter", 12, checks::filter);
-}
-
-#[test]
-fn intervals() {
     replay("intervals", 10, checks::intervals);
-}
-
-#[test]
-fn reference() {
     replay("reference", 12, checks::reference);
-}
-
-#[test]
-fn number() {
     replay("number", 20, checks::number);
 }

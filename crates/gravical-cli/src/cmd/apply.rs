@@ -9,7 +9,7 @@ use gravical::escape::one_line;
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, source};
 use gravical::{Error, numfmt};
-use gravical_report::document::{Block, Document};
+use gravical_report::document::{Document, Section};
 use gravical_report::report::origin;
 use serde::Serialize;
 
@@ -191,18 +191,17 @@ fn document(summary: &ApplySummary) -> Document<'static> {
     let aside = summary.set_aside.iter();
     let aside = aside.map(|aside| format!(" + {} {}", aside.lines, aside.reason.name()));
     let aside: String = aside.collect();
-    let facts = Block::facts([
-        ("read as", Some(summary.description.clone())),
-        (
+    let facts = Section::new("How it was read")
+        .fact("read as", summary.description.clone())
+        .fact(
             "accelerometer",
-            Some(format!("{unit} ({how}) → {written}{at_rest}")),
-        ),
-        ("gyroscope", gyroscope),
-        ("temperature", temperature),
-        (
+            format!("{unit} ({how}) → {written}{at_rest}"),
+        )
+        .fact("gyroscope", gyroscope)
+        .fact("temperature", temperature)
+        .fact(
             "lines",
-            Some(format!("{} = {} rows{aside}", summary.lines, summary.rows)),
-        ),
-    ]);
+            format!("{} = {} rows{aside}", summary.lines, summary.rows),
+        );
     how_it_was_read(facts, &summary.findings)
 }

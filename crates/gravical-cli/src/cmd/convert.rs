@@ -7,7 +7,7 @@ use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
 use gravical::escape::one_line;
 use gravical::numfmt;
 use gravical::recording::ReadOptions;
-use gravical_report::document::{Block, Document};
+use gravical_report::document::{Document, Section};
 
 use crate::options::reading;
 use crate::report::{ReportArgs, detail};
@@ -61,12 +61,11 @@ fn document(summary: &ConvertSummary) -> Document<'static> {
     let unit = summary.accelerometer.unit;
     let written = numfmt::unit(summary.output_unit.name());
     let gyro = summary.gyroscope.as_ref().map(|gyro| gyro.unit.to_string());
-    let facts = Block::facts([
-        ("read as", Some(summary.description.clone())),
-        ("serial number", summary.serial.clone()),
-        ("accelerometer", Some(format!("{unit} → {written}"))),
-        ("gyroscope", gyro),
-        ("columns", Some(summary.columns.join(", "))),
-    ]);
+    let facts = Section::new("How it was read")
+        .fact("read as", summary.description.clone())
+        .fact("serial number", summary.serial.clone())
+        .fact("accelerometer", format!("{unit} → {written}"))
+        .fact("gyroscope", gyro)
+        .fact("columns", summary.columns.join(", "));
     how_it_was_read(facts, &summary.findings)
 }

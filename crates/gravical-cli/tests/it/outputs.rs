@@ -49,11 +49,10 @@ motion line.csv -o a.html --report ./a.html: same-target
 motion line.csv --report f.html --figures f.html: same-target
 calibrate d/poses/poses.csv -o c.html --report c.html: same-target
 motion line.csv -o t.csv --report nope/x.html: no-folder
-motion line.csv -o t.csv --figures a/b: no-folder
 calibrate d/poses/poses.csv -o no/such/c.json: no-folder
 calibrate d/poses/poses.csv -o c.json --report nope/x.html: no-folder
 motion line.csv -o t.csv --report d.html --force: is-folder
-motion line.csv -o t.csv --figures -: figures-target
+motion line.csv -o t.csv --figures -: no-folder
 motion line.csv -o t.csv --report -: report-target
 calibrate d/poses/poses.csv --report page.pdf: report-target
 motion line.csv -o t.csv --report page.html.gz: report-target

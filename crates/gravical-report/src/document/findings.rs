@@ -6,17 +6,16 @@ use gravical::escape::{one_line, shell_word};
 use gravical::finding::{Advice, Finding, Severity, format_spans};
 use gravical::numfmt::count;
 
-/// A finding with its place.
+/// A finding in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
     /// Whether it is a warning; a note else.
     pub warning: bool,
     /// Kind of the finding.
     pub kind: String,
-    /// The message with its options, as flags: reports are those of the program, in Python too.
+    /// The message with its options, as flags (reports are those of the program, in Python too), and
+    /// its lines and files.
     pub text: String,
-    /// Lines and files; empty for none.
-    pub place: String,
 }
 
 impl Remark {
@@ -52,22 +51,17 @@ impl Remark {
                     place.push(format!("also in {}", count(files.len() - 1, "other file")));
                 }
             }
+            let place = match place.join("; ") {
+                none if none.is_empty() => none,
+                place => format!(" [{place}]"),
+            };
             Some(Remark {
                 warning: finding.severity == Severity::Warning,
                 kind: finding.kind.to_string(),
-                text: finding.worded(flag),
-                place: place.join("; "),
+                text: finding.worded(flag) + &place,
             })
         };
         sorted.into_iter().filter_map(remark).collect()
-    }
-
-    /// The message with its place.
-    pub(super) fn describe(&self) -> String {
-        match self.place.as_str() {
-            "" => self.text.clone(),
-            place => format!("{} [{place}]", self.text),
-        }
     }
 }
 

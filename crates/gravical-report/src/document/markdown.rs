@@ -1,7 +1,7 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
-use super::inline::parts;
-use super::{Block, Cell, Detail, Document, Remark, Section, Table, Verdict};
+use super::model::left_out;
+use super::{Block, Cell, Detail, Document, Remark, Section, Table, parts};
 use gravical::escape::one_line;
 
 impl Document<'_> {
@@ -10,80 +10,60 @@ impl Document<'_> {
     #[must_use]
     pub fn to_markdown(&self, folder: Option<&str>) -> String {
         let mut out = format!("# {}\n", escaped(&self.title));
-        for line in self.lead() {
-            out.push_str(&format!("\n{}\n", escaped(line)));
+        let subject = self.subject.iter();
+        out.extend(subject.map(|line| format!("\n{}\n", escaped(line))));
+        if let Some(v) = &self.verdict {
+            let conclusion = v.conclusion.iter().map(|c| format!(": {}", escaped(c)));
+            let conclusion: String = conclusion.collect();
+            out += &format!("\n## Verdict\n\n**{}**{conclusion}\n", escaped(&v.word));
+            out += &format!("\n{}", list(&v.reasons));
+            if !v.next.is_empty() {
+                out += &format!("\nNext:\n\n{}", list(&v.next));
+            }
         }
-        if let Some(verdict) = &self.verdict {
-            out.push_str(&verdict_markdown(verdict));
-        }
-        for section in &self.sections {
-            out.push_str(&section_markdown(section, folder));
-        }
+        out.extend(self.sections.iter().map(|s| section(s, folder)));
         out
     }
 }
 
-fn verdict_markdown(v: &Verdict) -> String {
-    let word = escaped(&v.word);
-    let conclusion = v
-        .conclusion
-        .as_deref()
-        .map(|text| format!(": {}", escaped(text)));
-    let conclusion = conclusion.unwrap_or_default();
-    let reasons = list(&v.reasons);
-    let mut out = format!("\n## Verdict\n\n**{word}**{conclusion}\n\n{reasons}");
-    if !v.next.is_empty() {
-        out.push_str(&format!("\nNext:\n\n{}", list(&v.next)));
+fn section(section: &Section<'_>, folder: Option<&str>) -> String {
+    let blocks = section.shown(Detail::Full).map(|b| block(b, folder));
+    let blocks = blocks.filter(|text| !text.is_empty());
+    let blocks: String = blocks.map(|text| format!("\n{text}")).collect();
+    if blocks.is_empty() {
+        return blocks;
     }
-    out
+    format!("\n## {}\n{blocks}", section.title)
 }
 
-fn section_markdown(section: &Section<'_>, folder: Option<&str>) -> String {
-    let blocks: String = section
-        .shown(Detail::Full)
-        .map(|block| block_markdown(block, section.title, folder))
-        .filter(|text| !text.is_empty())
-        .map(|text| format!("\n{text}"))
-        .collect();
-    match blocks.as_str() {
-        "" => blocks,
-        _ => format!("\n## {}\n{blocks}", section.title),
-    }
-}
-
-fn block_markdown(block: &Block<'_>, title: &str, folder: Option<&str>) -> String {
+fn block(block: &Block<'_>, folder: Option<&str>) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => format!("{}\n", escaped(text)),
-        Block::Equation(lines) => fenced("", &format!("{}\n", lines.join("\n"))),
+        Block::Equation(lines) => fenced("", &format!("{lines}\n")),
         Block::Facts(facts) => {
             let line = |(name, text): &(String, String)| {
                 format!("- {}: {}\n", escaped(name), escaped(text))
             };
             facts.iter().map(line).collect()
         }
-        Block::Table(table) => table_markdown(table, title),
+        Block::Table(t) => table(t),
         Block::Figure(figure) => folder.map_or_else(String::new, |folder| {
-            let caption = escaped(&figure.caption);
-            let link: String = format!("{folder}/{}.svg", figure.name);
-            format!(
-                "![{}](<{}>)\n\n{caption}\n",
-                escaped(&figure.title),
-                target(&link)
-            )
+            let link = target(&format!("{folder}/{}.svg", figure.name));
+            let [title, caption] = [&figure.title, &figure.caption].map(|t| escaped(t));
+            format!("![{title}](<{link}>)\n\n{caption}\n")
         }),
-        Block::Snippets(snippets) => snippets
-            .iter()
-            .map(|s| format!("{}:\n\n{}", s.language, fenced(s.fence, &s.code)))
-            .collect::<Vec<_>>()
-            .join("\n"),
+        Block::Code(language, fence, code) => format!("{language}:\n\n{}", fenced(fence, code)),
         Block::Findings(remarks) => remarks.iter().map(remark).collect(),
     }
 }
 
 fn remark(r: &Remark) -> String {
     let word = if r.warning { "warning" } else { "note" };
-    let text = escaped(&r.describe());
-    format!("- **{}** ({word}): {text}\n", escaped(&r.kind))
+    format!(
+        "- **{}** ({word}): {}\n",
+        escaped(&r.kind),
+        escaped(&r.text)
+    )
 }
 
 fn list(points: &[String]) -> String {
@@ -95,38 +75,27 @@ fn list(points: &[String]) -> String {
 
 /// A code block with a fence longer than any inside.
 fn fenced(language: &str, code: &str) -> String {
-    let fence = "`".repeat(3.max(1 + longest(code, '`')));
+    let longest = code.split(|c| c != '`').map(str::len).max();
+    let fence = "`".repeat(longest.map_or(3, |n| 3.max(n + 1)));
     format!("{fence}{language}\n{code}{fence}\n")
 }
 
-fn longest(text: &str, of: char) -> usize {
-    let runs = text.split(|c| c != of);
-    runs.map(|run| run.chars().count()).max().unwrap_or(0)
-}
-
-fn table_markdown(table: &Table, title: &str) -> String {
-    let mut out = match &table.caption {
-        caption if caption.is_empty() || caption == title => String::new(),
+fn table(table: &Table) -> String {
+    let mut out = match table.caption.as_str() {
+        "" => String::new(),
         caption => format!("{}:\n\n", escaped(caption)),
     };
-    let name = |c: &super::Column| match c.group.as_str() {
+    let names = table.columns.iter().map(|c| match c.group.as_str() {
         "" => escaped(&c.name),
-        group => escaped(&format!("{group}: {}", c.name)),
-    };
-    out.push_str(&line(table.columns.iter().map(name)));
-    let rule = |i: usize| if table.is_numeric(i) { "--:" } else { ":--" }.to_owned();
-    out.push_str(&line((0..table.columns.len()).map(rule)));
-    for row in &table.rows {
-        out.push_str(&line(row.cells.iter().map(cell)));
-        if !row.note.is_empty() {
-            // Markdown tables have no cells that span columns.
-            let note = std::iter::repeat_n(String::new(), table.columns.len().saturating_sub(1));
-            out.push_str(&line(std::iter::once(escaped(&row.note)).chain(note)));
-        }
-    }
-    let left_out = table.all.saturating_sub(table.rows.len());
-    if left_out > 0 {
-        out.push_str(&format!("\n… and {left_out} more; `--json` has all.\n"));
+        group => format!("{}: {}", escaped(group), escaped(&c.name)),
+    });
+    out += &line(names);
+    let rules = (0..table.columns.len()).map(|i| table.is_numeric(i));
+    out += &line(rules.map(|right| if right { "--:" } else { ":--" }.to_owned()));
+    let (rows, more) = table.shown(Detail::Full);
+    out.extend(rows.iter().map(|row| line(row.iter().map(cell))));
+    if more > 0 {
+        out += &format!("\n{}\n", escaped(&left_out(more)));
     }
     out
 }
@@ -138,12 +107,8 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         Cell::Text(text) => escaped(text),
-        Cell::Number(..) => number_text(&cell.plain()),
+        Cell::Number(..) => escaped(&cell.plain().replace('-', "−")),
     }
-}
-
-fn number_text(text: &str) -> String {
-    escaped(&text.replace('-', "−"))
 }
 
 /// The target of a link, percent-encoded where that is necessary.
@@ -159,17 +124,15 @@ fn target(link: &str) -> String {
 /// else that Markdown or HTML would interpret.
 fn escaped(text: &str) -> String {
     let text = one_line(text);
-    let parts = parts(text.trim()).enumerate();
-    parts
-        .map(|(i, (part, is_code))| {
-            // A bar ends the cell of a table even within code.
-            if is_code && !part.contains('|') {
-                format!("`{part}`")
-            } else {
-                escaped_words(part, i == 0)
-            }
-        })
-        .collect()
+    let words = parts(text.trim()).enumerate().map(|(i, (part, is_code))| {
+        // A bar ends the cell of a table even within code.
+        if is_code && !part.contains('|') {
+            format!("`{part}`")
+        } else {
+            escaped_words(part, i == 0)
+        }
+    });
+    words.collect()
 }
 
 /// `begins`: the words are the first of the line.
@@ -187,9 +150,7 @@ fn escaped_words(text: &str, begins: bool) -> String {
             '.' | ')' => begins && i > 0 && ends_word && before.bytes().all(|b| b.is_ascii_digit()),
             _ => "\\`*_{}[]<>#|~^$&@!".contains(c),
         };
-        if marks {
-            out.push('\\');
-        }
+        out.extend(marks.then_some('\\'));
         out.push(c);
     }
     out

@@ -9,18 +9,17 @@
 //! # Example
 //!
 //! ```
-//! use gravical_report::document::{Cell, Column, Detail, Document, Section, Table};
+//! use gravical_report::document::{Cell, Detail, Document, Section, Table};
 //!
 //! let table = Table::new("")
 //!     .columns(["axis", "bias, m/s²"])
-//!     .row([Cell::text("x"), Cell::number("0.0213")]);
-//! let document = Document::new("Calibration").with(Section::new("bias", "Bias").with(table));
+//!     .row("x", [Cell::number("0.0213")]);
+//! let document = Document::new("Calibration").with(Section::new("Bias").with(table));
 //! assert_eq!(document.to_text(Detail::Summary), "\nBias\n  axis  bias, m/s²\n  x         0.0213\n");
 //! ```
 
 mod findings;
 mod html;
-mod inline;
 mod markdown;
 mod model;
 mod text;
@@ -32,15 +31,16 @@ pub(crate) use findings::short_name;
 #[doc(hidden)]
 pub use findings::{Remark, flag};
 #[doc(hidden)]
-pub use model::{Block, Cell, Column, Row, Section, Snippet, Table};
+pub use model::{Block, Cell, Column, Section, Table};
 pub use model::{Detail, Document, Grade, Verdict};
 #[doc(hidden)]
 pub use text::paragraph;
 
-/// Largest number of rows of a table.
-#[doc(hidden)]
-pub const ROWS: usize = 200;
-
-/// Largest size of all figures of a page, bytes.
-#[doc(hidden)]
-pub const DRAWINGS: usize = 4_000_000;
+/// The parts of a sentence, in order, and whether they are code: commands and options are between
+/// backticks. A backtick without its second is text.
+fn parts(text: &str) -> impl Iterator<Item = (&str, bool)> {
+    let paired = text.matches('`').count() / 2 * 2;
+    let parts = text.splitn(paired + 1, '`').enumerate();
+    let parts = parts.map(|(i, part)| (part, i % 2 == 1));
+    parts.filter(|(part, _)| !part.is_empty())
+}

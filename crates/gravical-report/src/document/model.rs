@@ -1,10 +1,16 @@
 //! The parts of a document.
 
-use super::ROWS;
 use super::findings::Remark;
 use crate::figure::Figure;
 use gravical::finding::Finding;
 use gravical::numfmt::fixed;
+
+/// Rows of a table at most, and in a summary.
+const MAX_ROWS: usize = 200;
+const MAX_SUMMARY_ROWS: usize = 24;
+
+/// Reasons below a table, and rows that each names.
+const MAX_REASONS: usize = 12;
 
 /// How much of a document is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,8 +29,6 @@ pub struct Document<'a> {
     pub title: String,
     /// Subject in one or two lines; a text begins with them.
     pub subject: Vec<String>,
-    /// Time and command; on pages only.
-    pub stamp: String,
     /// How good it is. A page begins with it, a text ends with it.
     pub verdict: Option<Verdict>,
     /// The rest, in order.
@@ -64,9 +68,7 @@ pub enum Grade {
 #[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section<'a> {
-    /// Its anchor in a page.
-    pub id: &'static str,
-    /// Its heading.
+    /// Its heading; in lower case, with hyphens, its anchor in a page.
     pub title: &'static str,
     /// Its content, each block from this detail on.
     pub blocks: Vec<(Detail, Block<'a>)>,
@@ -80,29 +82,18 @@ pub enum Block<'a> {
     Paragraph(String),
     /// A note on the block above.
     Note(String),
-    /// One line each.
-    Equation(Vec<&'static str>),
+    /// Lines of formulas.
+    Equation(&'static str),
     /// Names and values.
     Facts(Vec<(String, String)>),
     /// Numbers.
     Table(Table),
     /// A figure.
     Figure(&'a Figure),
-    /// Code in several languages, to copy.
-    Snippets(Vec<Snippet>),
+    /// Code to copy: name of the language, its name after a Markdown fence, lines.
+    Code(&'static str, &'static str, String),
     /// Findings.
     Findings(Vec<Remark>),
-}
-
-/// Code to copy.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Snippet {
-    /// Name of the language.
-    pub language: &'static str,
-    /// Its name after the fence of a Markdown block; empty for plain text.
-    pub fence: &'static str,
-    /// The code, in whole lines.
-    pub code: String,
 }
 
 /// Numbers and texts in rows. The first cell of a row names it.
@@ -113,10 +104,8 @@ pub struct Table {
     pub caption: String,
     /// The columns.
     pub columns: Vec<Column>,
-    /// The rows, [`ROWS`] at most.
-    pub rows: Vec<Row>,
-    /// Number of rows before [`ROWS`] cut them.
-    pub all: usize,
+    /// The rows: a cell for each column.
+    pub rows: Vec<Vec<Cell>>,
 }
 
 /// A column of a table.
@@ -127,16 +116,6 @@ pub struct Column {
     pub group: String,
     /// Quantity and unit.
     pub name: String,
-}
-
-/// A row of a table.
-#[must_use]
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Row {
-    /// One cell for each column.
-    pub cells: Vec<Cell>,
-    /// A sentence below the row; empty for none.
-    pub note: String,
 }
 
 /// A cell of a table.
@@ -158,15 +137,6 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Subject and stamp below the title of a page: without the title where the subject repeats
-    /// it.
-    pub(crate) fn lead(&self) -> impl Iterator<Item = &str> {
-        let title = format!("{}: ", self.title);
-        let lines = self.subject.iter().chain([&self.stamp]);
-        let lines = lines.filter(|line| !line.is_empty());
-        lines.map(move |line| line.strip_prefix(title.as_str()).unwrap_or(line))
-    }
-
     /// Adds a section, unless there is none or it is empty.
     pub fn with(mut self, section: impl Into<Option<Section<'a>>>) -> Self {
         let section = section.into().filter(|s| !s.blocks.is_empty());
@@ -176,27 +146,31 @@ impl<'a> Document<'a> {
 
     /// With a section of findings, of one file or of several.
     pub fn with_findings(self, findings: &[Finding], several_files: bool) -> Self {
-        let section = Section::new("findings", "Findings");
         let mut remarks = Remark::all(findings, several_files);
-        if remarks.is_empty() {
-            return self.with(section.with(Block::paragraph("None.")));
-        }
-        let more = remarks.len().saturating_sub(ROWS);
-        remarks.truncate(ROWS);
-        let section = section.with(Block::Findings(remarks));
-        self.with(match more {
-            0 => section,
-            n => section.with(Block::note(format!("… and {n} more; --json has all"))),
+        let more = remarks.len().saturating_sub(MAX_ROWS);
+        remarks.truncate(MAX_ROWS);
+        let section = Section::new("Findings");
+        self.with(match (remarks.len(), more) {
+            (0, _) => section.with(Block::paragraph("None.")),
+            (_, 0) => section.with(Block::Findings(remarks)),
+            _ => section
+                .with(Block::Findings(remarks))
+                .with(Block::note(left_out(more))),
         })
     }
 }
 
+/// What stands in place of what is left out.
+pub(super) fn left_out(rows: usize) -> String {
+    format!("… and {rows} more; --json has all")
+}
+
 impl Verdict {
     /// A verdict with its reasons alone.
-    pub fn new(grade: Grade, word: &str, reasons: &[String]) -> Self {
+    pub fn new(grade: Grade, word: impl Into<String>, reasons: &[String]) -> Self {
         Verdict {
             grade,
-            word: word.to_owned(),
+            word: word.into(),
             conclusion: None,
             reasons: reasons.to_vec(),
             next: Vec::new(),
@@ -206,9 +180,8 @@ impl Verdict {
 
 impl<'a> Section<'a> {
     /// An empty section.
-    pub fn new(id: &'static str, title: &'static str) -> Self {
+    pub fn new(title: &'static str) -> Self {
         Section {
-            id,
             title,
             blocks: Vec::new(),
         }
@@ -226,19 +199,54 @@ impl<'a> Section<'a> {
         self
     }
 
-    /// With figures.
-    pub fn figures(mut self, figures: impl IntoIterator<Item = &'a Figure>) -> Self {
-        let blocks = figures.into_iter().map(Block::Figure);
-        self.blocks.extend(blocks.map(|b| (Detail::Full, b)));
+    /// With a name and its value in the facts at the end, unless there is none.
+    pub fn fact(mut self, name: &str, value: impl Into<Option<String>>) -> Self {
+        let fact = value.into().map(|value| (name.to_owned(), value));
+        if let Some((_, Block::Facts(facts))) = self.blocks.last_mut() {
+            facts.extend(fact);
+            return self;
+        }
+        let facts = fact.map(|fact| (Detail::Summary, Block::Facts(vec![fact])));
+        self.blocks.extend(facts);
         self
+    }
+
+    /// With those of the figures that have one of these names, in this order.
+    pub fn figures(mut self, figures: &'a [Figure], names: &[&str]) -> Self {
+        let find = |name: &&str| figures.iter().find(|f| f.name == *name);
+        let found = names.iter().filter_map(find);
+        self.blocks
+            .extend(found.map(|f| (Detail::Full, Block::Figure(f))));
+        self
+    }
+
+    /// With the reasons of some rows of the table above, one note for each reason.
+    pub(crate) fn reasons(self, reasons: impl IntoIterator<Item = (String, String)>) -> Self {
+        let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+        for (row, reason) in reasons {
+            match rows.iter_mut().find(|(other, _)| *other == reason) {
+                Some((_, rows)) => rows.push(row),
+                None => rows.push((reason, vec![row])),
+            }
+        }
+        let more = rows.len().saturating_sub(MAX_REASONS);
+        rows.truncate(MAX_REASONS);
+        let notes = rows.iter().map(|(reason, rows)| {
+            let named = rows[..rows.len().min(MAX_REASONS)].join(", ");
+            match rows.len().saturating_sub(MAX_REASONS) {
+                0 => format!("{named}: {reason}"),
+                more => format!("{named} and {more} more: {reason}"),
+            }
+        });
+        let more = (more > 0).then(|| left_out(more));
+        let notes = notes.chain(more).map(Block::Note);
+        notes.fold(self, Section::with)
     }
 
     /// The blocks of this detail.
     pub(super) fn shown(&self, detail: Detail) -> impl Iterator<Item = &Block<'a>> {
-        self.blocks
-            .iter()
-            .filter(move |(from, _)| *from <= detail)
-            .map(|(_, block)| block)
+        let shown = self.blocks.iter().filter(move |(from, _)| *from <= detail);
+        shown.map(|(_, block)| block)
     }
 }
 
@@ -246,13 +254,6 @@ impl Block<'_> {
     /// Sentences.
     pub fn paragraph(text: impl Into<String>) -> Self {
         Block::Paragraph(text.into())
-    }
-
-    /// Names and values; those without a value are left out.
-    pub fn facts<const N: usize>(facts: [(&str, Option<String>); N]) -> Self {
-        let facts = facts.into_iter();
-        let known = facts.filter_map(|(name, text)| Some((name.to_owned(), text?)));
-        Block::Facts(known.collect())
     }
 
     /// Small print.
@@ -282,26 +283,33 @@ impl Table {
         self
     }
 
+    /// With one more row: cells behind what they are.
+    pub fn row(mut self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
+        let name = Cell::text(name);
+        self.rows.push([name].into_iter().chain(cells).collect());
+        self
+    }
+
+    /// With more rows.
+    pub fn rows(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+        self.rows.extend(rows);
+        self
+    }
+
     /// Whether this column holds numbers, which are right-aligned.
     pub(super) fn is_numeric(&self, column: usize) -> bool {
-        let mut cells = self.rows.iter().filter_map(|r| r.cells.get(column));
+        let mut cells = self.rows.iter().filter_map(|r| r.get(column));
         cells.any(|c| matches!(c, Cell::Number(..)))
     }
 
-    /// With one more row.
-    pub fn row(self, row: impl Into<Row>) -> Self {
-        self.rows([row.into()])
-    }
-
-    /// With more rows; beyond [`ROWS`] they are counted and not kept.
-    pub fn rows(mut self, rows: impl IntoIterator<Item = Row>) -> Self {
-        for row in rows {
-            self.all += 1;
-            if self.all <= ROWS {
-                self.rows.push(row);
-            }
-        }
-        self
+    /// The rows of this detail, and how many are left out.
+    pub(super) fn shown(&self, detail: Detail) -> (&[Vec<Cell>], usize) {
+        let all = self.rows.len();
+        let shown = match detail {
+            Detail::Summary if all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
+            _ => all.min(MAX_ROWS),
+        };
+        (&self.rows[..shown], all - shown)
     }
 }
 
@@ -310,7 +318,7 @@ impl Column {
     pub fn group<const N: usize>(group: &str, names: [&str; N]) -> [Self; N] {
         names.map(|name| Column {
             group: group.to_owned(),
-            ..Column::from(name)
+            name: name.to_owned(),
         })
     }
 
@@ -322,32 +330,8 @@ impl Column {
 
 impl From<&str> for Column {
     fn from(name: &str) -> Self {
-        Column {
-            group: String::new(),
-            name: name.to_owned(),
-        }
-    }
-}
-
-impl<C: IntoIterator<Item = Cell>> From<C> for Row {
-    fn from(cells: C) -> Self {
-        Row {
-            cells: cells.into_iter().collect(),
-            ..Row::default()
-        }
-    }
-}
-
-impl Row {
-    /// Cells behind what they are.
-    pub fn named(name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
-        std::iter::once(Cell::text(name)).chain(cells).into()
-    }
-
-    /// With a sentence below it.
-    pub fn noted(mut self, note: impl Into<String>) -> Self {
-        self.note = note.into();
-        self
+        let [column] = Column::group("", [name]);
+        column
     }
 }
 
@@ -378,6 +362,14 @@ impl Cell {
         match self {
             Cell::Number(text, _) => Cell::Number(text, sigma),
             other => other,
+        }
+    }
+
+    /// The text of the cell in one line.
+    pub(super) fn plain(&self) -> String {
+        match self {
+            Cell::Text(text) | Cell::Number(text, None) => text.clone(),
+            Cell::Number(text, Some(sd)) => format!("{text} ± {sd}"),
         }
     }
 }

@@ -1,41 +1,32 @@
 use super::*;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 
-fn figure() -> Figure {
-    let line = Series::line("a", Role::Raw, vec![0.0, 1.0], vec![0.0, 1.0]);
-    let panel = Panel::new("", Axis::new("t", "s"), Axis::new("y", "m")).with(line);
-    Figure::new("norm", "A figure", "What it shows.").with(panel)
-}
-
-fn remark() -> Remark {
-    Remark {
-        warning: true,
-        kind: "gap".to_owned(),
-        text: "3 rows are missing".to_owned(),
-        place: "lines 3-5".to_owned(),
-    }
+fn figures() -> [Figure; 1] {
+    let line = Series::line("a", Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);
+    let panel = Panel::new("", Axis::new("t", "s"), Axis::new("y", "m"), [line]);
+    [Figure::new("norm", "A figure", "What it shows.", [panel])]
 }
 
 /// One of everything, with a name that is markup in each of the formats.
-fn document(figure: &Figure) -> Document<'_> {
+fn document(figures: &[Figure]) -> Document<'_> {
+    let bias = Cell::number("-0.2246").plus_minus(Some(0.0012), 4);
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
         .columns(Column::axes("mean"))
-        .row([
-            Cell::text("<x>|*"),
-            Cell::number("-0.2246").plus_minus(Some(0.0012), 4),
-            Cell::number("–"),
-            Cell::number("–"),
-            Cell::number("–"),
-        ]);
-    let code = Snippet {
-        language: "C",
-        fence: "c",
-        code: "a = b < c;\n".to_owned(),
+        .row(
+            "<x>|*",
+            [bias]
+                .into_iter()
+                .chain(Cell::axes(None, |_, _| String::new())),
+        );
+    let remark = Remark {
+        warning: true,
+        kind: "gap".to_owned(),
+        text: "3 rows are missing [lines 3-5]".to_owned(),
     };
+    let reasons = ["x", "y"].map(|row| (row.to_owned(), "unknown".to_owned()));
     Document {
         subject: vec!["of <x>|*".to_owned()],
-        stamp: "today".to_owned(),
         verdict: Some(Verdict {
             next: vec!["Go on.".to_owned()],
             conclusion: Some("It holds.".to_owned()),
@@ -44,26 +35,26 @@ fn document(figure: &Figure) -> Document<'_> {
         ..Document::new("Report of <x>")
     }
     .with(
-        Section::new("bias", "Bias")
-            .with(Block::Equation(vec!["a = b", "c = d"]))
+        Section::new("Bias")
+            .with(Block::Equation("a = b\nc = d"))
             .with(table)
-            .with(Block::note("b: bias."))
-            .full(Block::Snippets(vec![code]))
-            .figures([figure]),
+            .reasons(reasons)
+            .full(Block::Code("C", "c", "a = b < c;\n".to_owned()))
+            .figures(figures, &["norm", "absent"]),
     )
-    .with(Section::new("empty", "Left out"))
+    .with(Section::new("Left out"))
     .with(
-        Section::new("findings", "Findings")
-            .with(Block::Facts(vec![("time".to_owned(), "1 s".to_owned())]))
-            .with(Block::Findings(vec![remark()])),
+        Section::new("Findings")
+            .fact("time", "1 s".to_owned())
+            .with(Block::Findings(vec![remark])),
     )
 }
 
 #[test]
 fn text() {
-    let figure = figure();
+    let figures = figures();
     assert_eq!(
-        document(&figure).to_text(Detail::Summary),
+        document(&figures).to_text(Detail::Summary),
         "\
 of <x>|*
 good: It holds.
@@ -76,7 +67,7 @@ Bias
                             mean
   axis            b, m/s²  x  y  z
   <x>|*  -0.2246 ± 0.0012  –  –  –
-  b: bias.
+  x, y: unknown
 
 Findings
   time  1 s
@@ -89,22 +80,19 @@ Verdict: good
 Next: Go on.
 "
     );
-    let full = document(&figure).to_text(Detail::Full);
+    let full = document(&figures).to_text(Detail::Full);
     assert!(full.contains("  C\n    a = b < c;\n"), "{full}");
-    assert!(full.ends_with("  - It fits.\n\nNext: Go on.\n"), "{full}");
 }
 
 #[test]
 fn markdown() {
-    let figure = figure();
-    let text = document(&figure).to_markdown(Some("x y_figures"));
+    let figures = figures();
+    let text = document(&figures).to_markdown(Some("x y_figures"));
     assert_eq!(
         text,
         r"# Report of \<x\>
 
 of \<x\>\|\*
-
-today
 
 ## Verdict
 
@@ -129,7 +117,7 @@ Bias, ± 1σ:
 | :-- | --: | --: | --: | --: |
 | \<x\>\|\* | −0.2246 ± 0.0012 | – | – | – |
 
-b: bias.
+x, y: unknown
 
 C:
 
@@ -152,21 +140,17 @@ What it shows.
 
 #[test]
 fn html() {
-    let figure = figure();
-    let page = document(&figure).to_html();
+    let figures = figures();
+    let page = document(&figures).to_html();
     assert!(page.starts_with("<!DOCTYPE html>") && page.ends_with("</html>"));
     let body = page.split("<main").nth(1).unwrap();
     for part in [
         "<p class=\"badge good\"><span class=\"sign\" aria-hidden=\"true\">✓</span> <strong>good</strong></p>",
-        "<p class=\"conclusion\">It holds.</p>",
-        "<p class=\"equation\">a = b<br>c = d</p>",
-        "<caption>Bias, ± 1σ</caption><thead><tr><th scope=\"col\" rowspan=\"2\">axis</th><th class=\"n\" scope=\"col\" rowspan=\"2\">b, m/s²</th><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th class=\"n\" scope=\"col\" rowspan=\"1\">x</th>",
+        "<caption>Bias, ± 1σ</caption><thead><tr><td colspan=\"2\"></td><th scope=\"colgroup\" colspan=\"3\">mean</th></tr><tr><th scope=\"col\">axis</th><th class=\"n\" scope=\"col\">b, m/s²</th>",
         "<tr><th scope=\"row\">&lt;x&gt;|*</th><td class=\"n\">−0.2246 <span class=\"sd\">± 0.0012</span></td><td class=\"n\">–</td>",
-        "<details open><summary>C</summary>",
         "a = b &lt; c;\n</pre>",
         "<figure id=\"figure-norm\"",
-        "<div><dt>time</dt><dd>1 s</dd></div>",
-        "<code>gap</code> 3 rows are missing<span class=\"where\"> [lines 3-5]</span>",
+        "<code>gap</code> 3 rows are missing [lines 3-5]",
     ] {
         assert!(body.contains(part), "{part} in\n{body}");
     }
@@ -181,9 +165,9 @@ fn html() {
 
 #[test]
 fn long_tables_are_cut_and_say_so() {
-    let row = |i: usize| Row::from([Cell::text(format!("row {i}"))]);
-    let table = Table::new("").columns(["name"]).rows((0..1000).map(row));
-    let document = Document::new("").with(Section::new("a", "A").with(table));
+    let table = Table::new("").columns(["name"]);
+    let table = (0..1000).fold(table, |table, i| table.row(format!("row {i}"), []));
+    let document = Document::new("").with(Section::new("A").with(table));
     let text = document.to_text(Detail::Summary);
     assert_eq!(text.lines().count(), 3 + 23 + 1, "{text}");
     assert!(text.ends_with("  row 22\n  … and 977 more; --json has all\n"));
@@ -198,36 +182,17 @@ fn long_tables_are_cut_and_say_so() {
 }
 
 #[test]
-fn a_drawing_that_does_not_fit_is_named() {
-    let x: Vec<f64> = (0..40_000).map(f64::from).collect();
-    let y: Vec<f64> = x.iter().map(|v| (v * 0.7).sin()).collect();
-    let line = Series::line("a", Role::Raw, x, y);
-    let panel = Panel::new("", Axis::new("t", "s"), Axis::new("y", "m")).with(line);
-    let figures: Vec<Figure> = (0..20)
-        .map(|i| Figure::new(&format!("f{i}"), "F", "").with(panel.clone()))
-        .collect();
-    let page = Document::new("")
-        .with(Section::new("a", "A").figures(&figures))
-        .to_html();
-    assert!(page.len() < 5_000_000, "{} bytes", page.len());
-    assert!(page.contains("would make the page too large"));
-}
-
-#[test]
 fn no_line_is_wider_than_a_terminal() {
-    let number = || Cell::number("-1234.56").plus_minus(Some(1e-2), 2);
-    let table = |text: &str| {
-        let mut cells = vec![Cell::text(text)];
-        cells.extend((0..5).map(|_| number()));
-        cells.push(Cell::text("some more words ".repeat(9)));
-        Table::new("Wide")
-            .columns(["name"])
-            .columns((0..5).map(|i| Column::from(&*format!("column {i}, m/s²"))))
-            .columns(["sentences"])
-            .row(Row::from(cells).noted("a reason ".repeat(20)))
-    };
+    let number = |_| Cell::number("-1234.56").plus_minus(Some(1e-2), 2);
+    let words = Cell::text("some more words ".repeat(9));
+    let columns = (0..5).map(|i| format!("column {i}, m/s²"));
+    let table = Table::new("Wide")
+        .columns(["name"])
+        .columns(columns.map(|name| Column::from(&*name)))
+        .columns(["sentences"])
+        .row("x", (0..5).map(number).chain([words]));
     let paragraph = Block::paragraph("word ".repeat(60));
-    let section = Section::new("a", "A").with(paragraph).with(table("x"));
+    let section = Section::new("A").with(paragraph).with(table);
     let text = Document::new("").with(section).to_text(Detail::Full);
     assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
     assert_eq!(text.matches("± 0.01").count(), 5);
@@ -238,15 +203,9 @@ fn findings_that_files_share_are_listed_once() {
     use gravical::recording::{Finding, FindingKind};
     let finding =
         |file: &str, n: u32| Finding::new(FindingKind::Gap, format!("{n} gaps")).in_file(file);
-    let all = [finding("a/x.csv", 1), finding("a/y.csv", 2)];
-    let text: String = Remark::all(&all, true)
-        .iter()
-        .map(Remark::to_text)
-        .collect();
+    let all = Remark::all(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
+    let text: String = all.iter().map(Remark::to_text).collect();
     assert_eq!(text, "  ! gap: 1 gaps [x.csv; also in 1 other file]\n");
-    // Long lists stay quick.
-    let many = vec![Finding::new(FindingKind::Gap, "x".repeat(300)); 10_000];
-    assert_eq!(Remark::all(&many, true).len(), 10_000);
 }
 
 #[test]
@@ -262,12 +221,8 @@ fn markdown_says_what_is_written() {
         ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
         ("`a|b` `", "a\\|b \\`"),
     ] {
-        let document = Document::new("").with(Section::new("a", "A").with(Block::paragraph(text)));
-        assert!(
-            document
-                .to_markdown(None)
-                .ends_with(&format!("\n\n{escaped}\n")),
-            "{text}"
-        );
+        let section = Section::new("A").with(Block::paragraph(text));
+        let written = Document::new("").with(section).to_markdown(None);
+        assert!(written.ends_with(&format!("\n\n{escaped}\n")), "{text}");
     }
 }

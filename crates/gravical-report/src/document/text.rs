@@ -2,14 +2,12 @@
 
 use std::borrow::Cow;
 
-use super::{Block, Cell, Column, Detail, Document, Remark, Row, Section, Snippet, Table, Verdict};
+use super::model::left_out;
+use super::{Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict};
 use gravical::escape::one_line;
 
 /// Width of a line.
 const WIDTH: usize = 80;
-
-/// Rows of a table in a summary.
-const MAX_SUMMARY_ROWS: usize = 24;
 
 /// Findings in a summary, unless one more would be all.
 const FINDINGS: usize = 3;
@@ -24,24 +22,14 @@ impl Document<'_> {
     #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
-        if let Some(verdict) = &self.verdict {
-            out.push_str(&conclusion(verdict));
+        if let Some(v) = &self.verdict {
+            let text = v.conclusion.as_ref().or(v.reasons.first());
+            out += &paragraph("", &format!("{}: {}", v.word, text.map_or("", |t| t)));
         }
-        for section in &self.sections {
-            out.push_str(&section_text(section, detail));
-        }
-        if let Some(verdict) = &self.verdict {
-            out.push_str(&verdict_text(verdict));
-        }
+        out.extend(self.sections.iter().map(|s| section_text(s, detail)));
+        out.extend(self.verdict.as_ref().map(verdict_text));
         out
     }
-}
-
-/// The verdict in one sentence.
-fn conclusion(verdict: &Verdict) -> String {
-    let reason = verdict.reasons.first().map_or("", |r| r);
-    let text = verdict.conclusion.as_deref().unwrap_or(reason);
-    paragraph("", &format!("{}: {text}", verdict.word))
 }
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
@@ -54,10 +42,8 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
             (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
             _ => false,
         };
-        if apart {
-            out.push('\n');
-        }
-        out.push_str(&block_text(block, detail));
+        out += if apart { "\n" } else { "" };
+        out += &block_text(block, detail);
         before = Some(block);
     }
     if out.is_empty() {
@@ -69,60 +55,52 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
     match block {
         Block::Paragraph(text) | Block::Note(text) => paragraph("  ", text),
-        Block::Equation(lines) => lines.iter().map(|l| paragraph("  ", l)).collect(),
-        Block::Facts(facts) => facts_text(facts),
+        Block::Equation(lines) => lines.lines().map(|l| paragraph("  ", l)).collect(),
+        Block::Facts(facts) => {
+            let names = facts.iter().map(|(name, _)| length(name));
+            let width = names.max().unwrap_or(0);
+            let line =
+                |(name, text): &(String, String)| paragraph(&format!("  {name:<width$}  "), text);
+            facts.iter().map(line).collect()
+        }
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
-        Block::Snippets(snippets) => {
-            let indented = |code: &str| code.replace('\n', "\n    ");
-            let one =
-                |s: &Snippet| format!("  {}\n    {}\n", s.language, indented(s.code.trim_end()));
-            snippets.iter().map(one).collect()
+        Block::Code(language, _, code) => {
+            format!(
+                "  {language}\n    {}\n",
+                code.trim_end().replace('\n', "\n    ")
+            )
         }
-        Block::Findings(remarks) => findings_text(remarks, detail),
+        Block::Findings(remarks) => {
+            let shown = match detail {
+                Detail::Summary if remarks.len() > FINDINGS + 1 => FINDINGS,
+                _ => remarks.len(),
+            };
+            let mut out: String = remarks[..shown].iter().map(Remark::to_text).collect();
+            if shown < remarks.len() {
+                out += &format!("  … and {} more (--verbose)\n", remarks.len() - shown);
+            }
+            out
+        }
     }
-}
-
-/// All findings, or the weightiest and the number of the others.
-fn findings_text(remarks: &[Remark], detail: Detail) -> String {
-    let shown = match detail {
-        Detail::Summary if remarks.len() > FINDINGS + 1 => FINDINGS,
-        _ => remarks.len(),
-    };
-    let mut out: String = remarks[..shown].iter().map(Remark::to_text).collect();
-    if shown < remarks.len() {
-        out.push_str(&format!(
-            "  … and {} more (--verbose)\n",
-            remarks.len() - shown
-        ));
-    }
-    out
 }
 
 impl Remark {
-    /// The finding with its place, in a paragraph.
+    /// The finding in a paragraph.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
-        paragraph(mark, &format!("{}: {}", self.kind, self.describe()))
+        paragraph(mark, &format!("{}: {}", self.kind, self.text))
     }
-}
-
-fn facts_text(facts: &[(String, String)]) -> String {
-    let width = facts.iter().map(|(name, _)| length(name)).max();
-    let width = width.unwrap_or(0);
-    let line = |(name, text): &(String, String)| paragraph(&format!("  {name:<width$}  "), text);
-    facts.iter().map(line).collect()
 }
 
 fn verdict_text(verdict: &Verdict) -> String {
     let mut out = paragraph("\nVerdict: ", &verdict.word);
-    for reason in &verdict.reasons {
-        out.push_str(&paragraph("  - ", reason));
-    }
+    let reasons = verdict.reasons.iter();
+    out.extend(reasons.map(|reason| paragraph("  - ", reason)));
     for (i, step) in verdict.next.iter().enumerate() {
         let start = if i == 0 { "\nNext: " } else { "      " };
-        out.push_str(&paragraph(start, step));
+        out += &paragraph(start, step);
     }
     out
 }
@@ -142,9 +120,7 @@ pub fn paragraph(first: &str, text: &str) -> String {
         _ => part.replace(' ', UNBROKEN),
     });
     let text = parts.collect::<Vec<String>>().join("`");
-    let mut out = textwrap::fill(&text, options).replace(UNBROKEN, " ");
-    out.push('\n');
-    out
+    textwrap::fill(&text, options).replace(UNBROKEN, " ") + "\n"
 }
 
 /// Stands for a space at which no line ends; in private use, so that no text has it.
@@ -158,34 +134,20 @@ fn length(text: &str) -> usize {
     text.chars().count()
 }
 
-/// How the columns of a table are narrowed.
-#[derive(Clone, Copy)]
-struct Layout {
-    /// Uncertainties are below their values.
-    below: bool,
-    /// Spaces between columns.
-    gap: usize,
-    /// Smallest width to which headings are wrapped.
-    head: usize,
-}
-
-const fn layout(below: bool, gap: usize, head: usize) -> Layout {
-    Layout { below, gap, head }
-}
-
-/// Layouts of a table, from wide to narrow; the first that fits is used.
-const LAYOUTS: [Layout; 6] = [
-    layout(false, 2, 16),
-    layout(false, 2, 8),
-    layout(false, 1, 5),
-    layout(true, 2, 8),
-    layout(true, 2, 5),
-    layout(true, 1, 5),
+/// Layouts of a table, from wide to narrow; the first that fits is used: whether uncertainties are
+/// below their values, spaces between columns, smallest width to which headings are wrapped.
+const LAYOUTS: [(bool, usize, usize); 6] = [
+    (false, 2, 16),
+    (false, 2, 8),
+    (false, 1, 5),
+    (true, 2, 8),
+    (true, 2, 5),
+    (true, 1, 5),
 ];
 
 /// A column in print.
-struct Printed {
-    group: String,
+struct Printed<'a> {
+    group: &'a str,
     /// Lines of the heading, then those of each cell.
     cells: Vec<Vec<String>>,
     right: bool,
@@ -193,63 +155,61 @@ struct Printed {
 }
 
 fn table_text(table: &Table, detail: Detail) -> String {
-    let rows = match detail {
-        Detail::Summary if table.all > MAX_SUMMARY_ROWS => &table.rows[..MAX_SUMMARY_ROWS - 1],
-        _ => &table.rows[..],
-    };
-    let print = |layout: &Layout, room: usize| -> Vec<Printed> {
+    let (rows, more) = table.shown(detail);
+    let print = |below: bool, head: usize, room: usize| -> Vec<Printed<'_>> {
         let columns = table.columns.iter().enumerate();
         let print = |(i, column)| {
-            let cells = rows.iter().map(|r| &r.cells[i]);
-            Printed::new(column, table.is_numeric(i), cells, layout, room)
+            let cells = rows.iter().map(|row| &row[i]);
+            Printed::new(column, table.is_numeric(i), cells, (below, head, room))
         };
         columns.map(print).collect()
     };
-    let fits = |layout: &&Layout| total(&print(layout, usize::MAX), layout.gap) <= WIDTH;
-    let layout = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[5]);
-    let mut columns = print(layout, usize::MAX);
-    // Sentences share what the numbers leave.
-    let over = total(&columns, layout.gap).saturating_sub(WIDTH);
-    if over > 0 {
-        let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
-        let room = prose.map_or(0, |width| width.saturating_sub(over));
-        columns = print(layout, room.max(MIN_PROSE_WIDTH));
+    let (mut columns, mut gap) = (Vec::new(), 0);
+    for (below, between, head) in LAYOUTS {
+        (columns, gap) = (print(below, head, usize::MAX), between);
+        let over = total(&columns, gap).saturating_sub(WIDTH);
+        if over == 0 {
+            break;
+        }
+        if (below, between, head) == LAYOUTS[5] {
+            // Sentences share what the numbers leave.
+            let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
+            let room = prose.map_or(0, |width| width.saturating_sub(over));
+            columns = print(below, head, room.max(MIN_PROSE_WIDTH));
+        }
     }
-    let mut out = String::new();
-    if !table.caption.is_empty() {
-        out.push_str(&paragraph("  ", &table.caption));
-    }
-    out.push_str(&grid_text(&columns, rows, layout.gap));
-    let left_out = table.all.saturating_sub(rows.len());
-    if left_out > 0 {
-        out.push_str(&format!("  … and {left_out} more; --json has all\n"));
+    let caption = Some(&table.caption).filter(|c| !c.is_empty());
+    let mut out = caption.map_or_else(String::new, |c| paragraph("  ", c));
+    out += &grid_text(&columns, rows.len(), gap);
+    if more > 0 {
+        out += &format!("  {}\n", left_out(more));
     }
     out
 }
 
 /// Width of the columns side by side, behind an indent.
-fn total(columns: &[Printed], gap: usize) -> usize {
+fn total(columns: &[Printed<'_>], gap: usize) -> usize {
     let widths: usize = columns.iter().map(|c| c.width).sum();
     2 + widths + gap * columns.len().saturating_sub(1)
 }
 
-impl Printed {
+impl<'a> Printed<'a> {
+    /// Headings are wrapped to `head` at least, sentences to `room`.
     fn new<'c>(
-        column: &Column,
+        column: &'a Column,
         right: bool,
         cells: impl Iterator<Item = &'c Cell>,
-        layout: &Layout,
-        room: usize,
+        (below, head, room): (bool, usize, usize),
     ) -> Self {
         let cells = cells.map(|cell| match cell {
             Cell::Text(text) if !right => lines(&one_line(text), room),
-            Cell::Number(q, Some(sd)) if layout.below => vec![q.clone(), format!("± {sd}")],
+            Cell::Number(q, Some(sd)) if below => vec![q.clone(), format!("± {sd}")],
             _ => vec![one_line(&cell.plain()).into_owned()],
         });
         let mut cells: Vec<Vec<String>> = cells.collect();
         let widest = |cells: &[Vec<String>]| cells.iter().flatten().map(|t| length(t)).max();
         let words = column.name.split(' ').map(length).max();
-        let room = widest(&cells).max(words).unwrap_or(0).max(layout.head);
+        let room = widest(&cells).max(words).unwrap_or(0).max(head);
         let head = match column.name.rsplit_once(", ") {
             // A unit gets its own line if that is enough.
             Some((name, unit)) if length(&column.name) > room && length(name) < room => {
@@ -259,77 +219,48 @@ impl Printed {
         };
         cells.insert(0, head);
         Printed {
-            group: column.group.clone(),
+            group: &column.group,
             width: widest(&cells).unwrap_or(0),
             cells,
             right,
-        }
-    }
-
-    fn padded(&self, text: &str) -> String {
-        let width = self.width;
-        if self.right {
-            format!("{text:>width$}")
-        } else {
-            format!("{text:<width$}")
         }
     }
 }
 
 /// The text in lines of at most this width.
 fn lines(text: &str, width: usize) -> Vec<String> {
-    let options = options(width).break_words(true);
-    let lines = textwrap::wrap(text, options);
+    let lines = textwrap::wrap(text, options(width).break_words(true));
     lines.into_iter().map(Cow::into_owned).collect()
 }
 
-fn grid_text(columns: &[Printed], rows: &[Row], gap: usize) -> String {
-    let mut out = groups_text(columns, gap);
-    for i in 0..=rows.len() {
-        let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
-        for k in 0..high {
-            let line = |c: &Printed| {
-                let lines = &c.cells[i];
-                // Headings are aligned at the bottom.
-                let above = if i == 0 { high - lines.len() } else { 0 };
-                let line = k.checked_sub(above).and_then(|k| lines.get(k));
-                c.padded(line.map_or("", |t| t))
-            };
-            let cells: Vec<String> = columns.iter().map(line).collect();
-            let line = cells.join(&" ".repeat(gap));
-            out.push_str(format!("  {line}").trim_end());
-            out.push('\n');
-        }
-        if let Some(row) = i.checked_sub(1).map(|i| &rows[i])
-            && !row.note.is_empty()
-        {
-            out.push_str(&paragraph("      ", &row.note));
-        }
-    }
-    out
-}
-
-/// The line above the headings: groups, centred on their columns.
-fn groups_text(columns: &[Printed], gap: usize) -> String {
+/// Groups, headings, rows.
+fn grid_text(columns: &[Printed<'_>], rows: usize, gap: usize) -> String {
+    let line = |cells: Vec<String>| format!("  {}", cells.join(&" ".repeat(gap)));
     let groups = columns.chunk_by(|a, b| a.group == b.group).map(|group| {
         let width = total(group, gap) - 2;
         let name: String = group[0].group.chars().take(width).collect();
         format!("{name:^width$}")
     });
-    let line = groups.collect::<Vec<_>>().join(&" ".repeat(gap));
-    match line.trim_end() {
-        "" => String::new(),
-        line => format!("  {line}\n"),
+    let groups = Some(line(groups.collect())).filter(|line| !line.trim().is_empty());
+    let mut out: Vec<String> = groups.into_iter().collect();
+    for i in 0..=rows {
+        let high = columns.iter().map(|c| c.cells[i].len()).max().unwrap_or(0);
+        out.extend((0..high).map(|k| {
+            let cell = |c: &Printed<'_>| {
+                // Headings are aligned at the bottom.
+                let above = if i == 0 { high - c.cells[i].len() } else { 0 };
+                let text = k.checked_sub(above).and_then(|k| c.cells[i].get(k));
+                let (text, width) = (text.map_or("", |t| t), c.width);
+                if c.right {
+                    format!("{text:>width$}")
+                } else {
+                    format!("{text:<width$}")
+                }
+            };
+            line(columns.iter().map(cell).collect())
+        }));
     }
-}
-
-impl Cell {
-    /// The text of the cell in one line.
-    pub(super) fn plain(&self) -> String {
-        match self {
-            Cell::Text(text) => text.clone(),
-            Cell::Number(q, None) => q.clone(),
-            Cell::Number(q, Some(sd)) => format!("{q} ± {sd}"),
-        }
-    }
+    out.iter()
+        .map(|line| format!("{}\n", line.trim_end()))
+        .collect()
 }

@@ -8,43 +8,26 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use gravical::output::write_text;
+use gravical::output::{make_folder, write_text};
 use gravical::{Error, Result};
 
 use super::{Figure, svg};
 
-/// Whether figures can be written to `folder`, before the work that they need. The folder may be
-/// absent; the one that it is in may not.
+/// Whether figures can be written to `folder`, before the work that they need.
 ///
 /// # Errors
 ///
-/// `exists` where there are figures and `force` is false, `no-folder`, `figures-target` (all usage).
+/// `no-folder` for what is none, `exists` where there are figures and `force` is false (both usage).
 pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
-    if folder == Path::new("-") {
-        return Err(Error::usage(
-            "figures-target",
-            "figures go into a folder; standard output is for tables and JSON",
-        )
-        .of_option("figures"));
-    }
-    if folder.exists() && !folder.is_dir() {
-        let error = Error::usage("no-folder", "figures go into a folder; this is a file");
+    if folder == Path::new("-") || (folder.exists() && !folder.is_dir()) {
+        let error = Error::usage("no-folder", "figures go into a folder, which this is not");
         return Err(error.at(folder, None).with_hint("name a folder"));
     }
-    let parent = folder.parent().filter(|p| !p.as_os_str().is_empty());
-    if let Some(parent) = parent.filter(|p| !p.is_dir()) {
-        let message = format!("there is no folder \"{}\"", parent.display());
-        return Err(Error::usage("no-folder", message)
-            .at(folder, None)
-            .with_hint("make it first, or name another folder"));
-    }
     if !force && !figures_in(folder).is_empty() {
-        return Err(
-            Error::usage("exists", "this folder holds the figures of an earlier run")
-                .at(folder, None)
-                .with_hint("name another folder, or replace all of them")
-                .advise("force", "true"),
-        );
+        let error = Error::usage("exists", "this folder holds the figures of an earlier run");
+        let error = error.at(folder, None);
+        let error = error.with_hint("name another folder, or replace all of them");
+        return Err(error.advise("force", "true"));
     }
     Ok(())
 }
@@ -76,16 +59,15 @@ pub fn write_figures<'a>(
     force: bool,
 ) -> Result<()> {
     check_figures(folder, force)?;
+    make_folder(folder)?;
     let mut earlier = figures_in(folder);
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
     let at = |figure: &'a Figure| (folder.join(format!("{}.svg", figure.name)), figure);
     let figures: Vec<(PathBuf, &Figure)> = figures.into_iter().map(at).collect();
     let is_foreign = |path: &PathBuf| path.exists() && !earlier.contains(path);
     if let Some((path, _)) = figures.iter().find(|(path, _)| is_foreign(path)) {
         let text = "this file has the name of a figure, and is none of this program";
-        return Err(Error::usage("exists", text)
-            .at(path, None)
-            .with_hint("name another folder, or move the file"));
+        let error = Error::usage("exists", text).at(path, None);
+        return Err(error.with_hint("name another folder, or move the file"));
     }
     for (path, figure) in figures {
         write_text(&path, force, &svg::standalone(figure))?;

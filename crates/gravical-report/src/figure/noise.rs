@@ -2,7 +2,7 @@
 
 use gravical::noise::{AllanPoint, ChannelNoise, NoiseResult, Term};
 
-use super::panel::{Axis, Figure, Panel, Role, Series};
+use super::panel::{Axis, Figure, Panel, Role, Scale, Series};
 use super::svg::extent;
 
 const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
@@ -10,27 +10,18 @@ const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 9
 /// The figures of a result: accelerometer, gyroscope.
 #[must_use]
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {
-    let sensors = [
-        (
-            'a',
-            "allan-accelerometer",
-            "Allan deviation of the accelerometer",
-            "m/s²",
-        ),
-        (
-            'g',
-            "allan-gyroscope",
-            "Allan deviation of the gyroscope",
-            "rad/s",
-        ),
-    ];
-    let figure = |(letter, name, title, unit): (char, &str, &str, &str)| {
+    let sensors = [("accelerometer", "m/s²"), ("gyroscope", "rad/s")];
+    let figure = |(sensor, unit): (&str, &str)| {
         let channels = result.channels.iter();
-        let channels: Vec<&ChannelNoise> =
-            channels.filter(|c| c.channel.starts_with(letter)).collect();
+        let channels = channels.filter(|c| c.channel.starts_with(&sensor[..1]));
+        let channels: Vec<&ChannelNoise> = channels.collect();
+        let (name, title) = (
+            format!("allan-{sensor}"),
+            format!("Allan deviation of the {sensor}"),
+        );
         let panels = channels.iter().map(|c| panel(c, &channels, unit));
-        let figure = Figure::new(name, title, CAPTION);
-        (!channels.is_empty()).then(|| figure.beside(panels))
+        let figure = Figure::new(&name, &title, CAPTION, panels).beside();
+        (!channels.is_empty()).then_some(figure)
     };
     sensors.into_iter().filter_map(figure).collect()
 }
@@ -39,33 +30,40 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
     // All channels over one range, which is that of the measurement: terms fall far below it.
     let sigma = all.iter().flat_map(|c| &c.adev).map(|p| p.sigma.log10());
     let (low, high) = extent(sigma.filter(|s| s.is_finite()));
-    let mut y = Axis::log("σ", unit).including(&[low, high]);
-    y.within = Some([low - 0.4, high + 0.4]);
-    let mut panel = Panel::new(&channel.channel, Axis::log("τ", "s"), y);
+    let y = Axis {
+        include: vec![low, high],
+        within: Some([low - 0.4, high + 0.4]),
+        ..Axis::scaled("σ", unit, Scale::Log)
+    };
     let column = |value: fn(&AllanPoint) -> f64| -> Vec<f64> {
         let values = channel.adev.iter().map(value);
         values.map(f64::log10).collect()
     };
     let tau = column(|p| p.tau_s);
     let (low, high) = (column(|p| p.low), column(|p| p.high));
-    panel = panel.with(Series::band("95 %", Role::Result, tau.clone(), low, high));
+    let mut series = vec![Series::band("95 %", Role::Result, tau.clone(), low, high)];
     // A curve over averaging times, smooth on logarithmic axes.
     let (from, to) = extent(tau.iter().copied());
     let curve = |name: &str, role, at: &dyn Fn(f64) -> f64| {
         let x = (0..=60).map(|k| from + (to - from) * f64::from(k) / 60.0);
-        let (x, y) = x.map(|x| (x, at(10_f64.powf(x)).log10())).unzip();
-        Series::line(name, role, x, y)
+        Series::line(name, role, x.map(|x| (x, at(10_f64.powf(x)).log10())))
     };
     if let Some(fit) = channel.fit {
         for term in Term::ALL {
             let x = fit.parameters[term as usize];
             if x > 0.0 {
                 let part = |t: f64| x * term.shape(t).sqrt();
-                panel = panel.with(curve(term.symbol(), Role::Guide, &part));
+                series.push(curve(term.symbol(), Role::Guide, &part));
             }
         }
-        panel = panel.with(curve("fitted curve", Role::Warning, &|t| fit.deviation(t)));
+        series.push(curve("fitted curve", Role::Warning, &|t| fit.deviation(t)));
     }
-    let sigma = column(|p| p.sigma);
-    panel.with(Series::points("Allan deviation", Role::Result, tau, sigma))
+    let points = tau.into_iter().zip(column(|p| p.sigma));
+    series.push(Series::points("Allan deviation", Role::Result, points));
+    Panel::new(
+        &channel.channel,
+        Axis::scaled("τ", "s", Scale::Log),
+        y,
+        series,
+    )
 }

@@ -1,5 +1,7 @@
 //! Figure, panel, axis, series: what is drawn, in the units of the result.
 
+use std::collections::BTreeSet;
+
 /// A plot: one or several panels under one title.
 #[must_use]
 #[derive(Debug, Clone, PartialEq)]
@@ -76,12 +78,6 @@ pub enum Role {
     Warning,
     /// Is wrong.
     Bad,
-    /// Along x.
-    X,
-    /// Along y.
-    Y,
-    /// Along z.
-    Z,
     /// Intervals of the x axis.
     Interval,
     /// Helps the eye: thin and pale, not in the legend. Its points are texts without a symbol.
@@ -121,61 +117,55 @@ pub struct Series {
     pub high: Vec<f64>,
     /// A text for each point.
     pub labels: Vec<String>,
-    /// Symbol of points as a path about 0, 0; none for that of the role.
-    pub symbol: Option<&'static str>,
 }
 
-/// The three axes of a vector with the roles of their series.
-pub(super) const XYZ: [(&str, Role); 3] = [("x", Role::X), ("y", Role::Y), ("z", Role::Z)];
+/// The axes of a vector.
+pub(crate) const XYZ: [&str; 3] = ["x", "y", "z"];
 
 impl Figure {
-    /// A figure without panels.
-    pub fn new(name: &str, title: &str, caption: impl Into<String>) -> Self {
+    /// A figure of these panels, one below the other.
+    pub fn new(
+        name: &str,
+        title: &str,
+        caption: impl Into<String>,
+        panels: impl IntoIterator<Item = Panel>,
+    ) -> Self {
         Figure {
             name: name.to_owned(),
             title: title.to_owned(),
             caption: caption.into(),
             beside: false,
-            panels: Vec::new(),
+            panels: panels.into_iter().collect(),
         }
     }
 
-    /// With one more panel.
-    pub fn with(mut self, panel: Panel) -> Self {
-        self.panels.push(panel);
-        self
-    }
-
-    /// With these panels, side by side.
-    pub fn beside(mut self, panels: impl IntoIterator<Item = Panel>) -> Self {
-        self.beside = true;
-        self.panels.extend(panels);
-        self
+    /// With the panels side by side.
+    pub fn beside(self) -> Self {
+        Figure {
+            beside: true,
+            ..self
+        }
     }
 }
 
 impl Panel {
-    /// An empty panel.
-    pub fn new(title: &str, x: Axis, y: Axis) -> Self {
+    /// A panel of these series.
+    pub fn new(title: &str, x: Axis, y: Axis, series: impl IntoIterator<Item = Series>) -> Self {
         Panel {
             title: title.to_owned(),
             x,
             y,
             equal: false,
-            series: Vec::new(),
+            series: series.into_iter().collect(),
         }
     }
 
     /// With axes of equal units in a square plot.
-    pub fn equal(mut self) -> Self {
-        self.equal = true;
-        self
-    }
-
-    /// With one more series.
-    pub fn with(mut self, series: Series) -> Self {
-        self.series.push(series);
-        self
+    pub fn equal(self) -> Self {
+        Panel {
+            equal: true,
+            ..self
+        }
     }
 }
 
@@ -191,36 +181,15 @@ impl Axis {
         }
     }
 
-    /// An axis of positive numbers, of which series have the decimal logarithms.
-    pub fn log(label: &str, unit: &str) -> Self {
-        Axis {
-            scale: Scale::Log,
-            ..Axis::new(label, unit)
+    /// An axis of this scale; long names lose their middle.
+    pub fn scaled(label: &str, unit: &str, mut scale: Scale) -> Self {
+        if let Scale::Names(names) = &mut scale {
+            names.iter_mut().for_each(shorten);
         }
-    }
-
-    /// An axis of names, which stand at 0, 1, 2, …; long ones lose their middle.
-    pub fn names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        let names = names.into_iter().map(|name| short(name.into()));
-        let scale = Scale::Names(names.collect());
         Axis {
             scale,
-            ..Axis::new(label, "")
+            ..Axis::new(label, unit)
         }
-    }
-
-    /// An axis that is not drawn, over these values at least.
-    pub fn hidden(include: [f64; 2]) -> Self {
-        Axis {
-            scale: Scale::Hidden,
-            ..Axis::new("", "").including(&include)
-        }
-    }
-
-    /// With these values in view whatever the series are.
-    pub fn including(mut self, values: &[f64]) -> Self {
-        self.include.extend_from_slice(values);
-        self
     }
 }
 
@@ -235,12 +204,12 @@ impl Series {
             low: Vec::new(),
             high: Vec::new(),
             labels: Vec::new(),
-            symbol: None,
         }
     }
 
     /// A line through all points.
-    pub fn line(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+    pub fn line(name: &str, role: Role, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (x, y) = points.into_iter().unzip();
         Series::new(name, role, Mark::Line, x, y)
     }
 
@@ -253,43 +222,22 @@ impl Series {
         }
     }
 
-    /// Thinned if its rows are many. It breaks where a value is not finite and at `breaks`: the
-    /// rows, in order, before which samples are missing.
-    pub fn thinned(mut self, breaks: &[usize]) -> Self {
-        let (first, second) = match self.mark {
-            Mark::Band => (&self.low, &self.high),
-            _ => (&self.x, &self.y),
-        };
-        let rows = self.x.len().min(first.len()).min(second.len());
-        let shown = thinned_rows(rows, breaks, |i| [first[i], second[i]]);
-        let pick = |column: &Vec<f64>| -> Vec<f64> {
-            let value = |i: &Option<usize>| i.map_or(f64::NAN, |i| column[i]);
-            shown.iter().map(value).collect()
-        };
-        for column in [&mut self.x, &mut self.y, &mut self.low, &mut self.high] {
-            if !column.is_empty() {
-                *column = pick(column);
-            }
-        }
-        self
-    }
-
     /// Points.
-    pub fn points(name: &str, role: Role, x: Vec<f64>, y: Vec<f64>) -> Self {
+    pub fn points(name: &str, role: Role, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (x, y) = points.into_iter().unzip();
         Series::new(name, role, Mark::Points, x, y)
     }
 
     /// Points at 0, 1, 2, …, where names stand; what is not finite is left out.
     pub fn categorical(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
-        let y: Vec<f64> = y.into_iter().collect();
-        let x = (0..y.len()).map(|i| i as f64).collect();
-        Series::points(name, role, x, y)
+        let y = y.into_iter().enumerate();
+        Series::points(name, role, y.map(|(i, y)| (i as f64, y)))
     }
 
     /// A horizontal line across as many names.
     pub fn rule(name: &str, y: f64, names: usize) -> Self {
-        let x = vec![-0.5, names as f64 - 0.5];
-        Series::line(name, Role::Reference, x, vec![y; 2])
+        let ends = [(-0.5, y), (names as f64 - 0.5, y)];
+        Series::line(name, Role::Reference, ends)
     }
 
     /// Shaded intervals of the x axis.
@@ -305,21 +253,32 @@ impl Series {
         self
     }
 
+    /// With a text at each point.
+    pub fn labelled(mut self, labels: impl IntoIterator<Item = String>) -> Self {
+        self.labels = labels.into_iter().collect();
+        self.labels.iter_mut().for_each(shorten);
+        self
+    }
+
     /// Whether there is something to draw.
     pub(super) fn has_values(&self) -> bool {
         let shade = self.mark == Mark::Shade && !self.x.is_empty();
         shade || self.y.iter().chain(&self.low).any(|v| v.is_finite())
     }
 
-    /// With this symbol in place of the role's.
-    pub fn drawn_as(mut self, symbol: &'static str) -> Self {
-        self.symbol = Some(symbol);
-        self
-    }
-
-    /// With a text at each point.
-    pub fn labelled(mut self, labels: Vec<String>) -> Self {
-        self.labels = labels.into_iter().map(short).collect();
+    /// Thinned if its rows are many. It breaks where a value is not finite and at `breaks`: the
+    /// rows, in order, before which samples are missing.
+    pub fn thinned(mut self, breaks: &[usize]) -> Self {
+        let rows = match self.mark {
+            Mark::Band => thinned_rows([&self.low, &self.high], breaks),
+            _ => thinned_rows([&self.x, &self.y], breaks),
+        };
+        for column in [&mut self.x, &mut self.y, &mut self.low, &mut self.high] {
+            if !column.is_empty() {
+                let value = |row: &Option<usize>| row.map_or(f64::NAN, |i| column[i]);
+                *column = rows.iter().map(value).collect();
+            }
+        }
         self
     }
 }
@@ -327,15 +286,14 @@ impl Series {
 /// Characters of the longest name that a figure has room for.
 const MAX_NAME: usize = 23;
 
-/// A longer name without its middle.
-fn short(name: String) -> String {
+/// Takes the middle out of a longer name.
+fn shorten(name: &mut String) {
     let count = name.chars().count();
-    if count <= MAX_NAME {
-        return name;
+    if count > MAX_NAME {
+        let head = name.chars().take(MAX_NAME / 2);
+        let tail = name.chars().skip(count - MAX_NAME / 2);
+        *name = head.chain(['…']).chain(tail).collect();
     }
-    let head = name.chars().take(MAX_NAME / 2);
-    let tail = name.chars().skip(count - MAX_NAME / 2);
-    head.chain(['…']).chain(tail).collect()
 }
 
 /// Rows above which a series is thinned.
@@ -347,39 +305,31 @@ const BUCKETS: usize = 2000;
 
 /// The rows of a series to draw, in order; none where it breaks. Of each part the rows with the
 /// smallest and the largest of either value stay, so that no spike is lost.
-fn thinned_rows(
-    rows: usize,
-    breaks: &[usize],
-    value: impl Fn(usize) -> [f64; 2],
-) -> Vec<Option<usize>> {
-    let step = if rows > LIMIT {
-        rows.div_ceil(BUCKETS)
+fn thinned_rows(values: [&[f64]; 2], breaks: &[usize]) -> Vec<Option<usize>> {
+    let all: Vec<usize> = (0..values[0].len()).collect();
+    let step = if all.len() > LIMIT {
+        all.len().div_ceil(BUCKETS)
     } else {
         1
     };
-    let missing = |i: &usize| value(*i).iter().any(|v| !v.is_finite());
-    let all: Vec<usize> = (0..rows).collect();
+    let missing = |i: usize| values.iter().any(|v| !v[i].is_finite());
     let together =
-        |a: &usize, b: &usize| missing(a) == missing(b) && breaks.binary_search(b).is_err();
-    let mut shown = Vec::new();
-    for run in all.chunk_by(together).filter(|run| !missing(&run[0])) {
-        if !shown.is_empty() {
-            shown.push(None);
+        |a: &usize, b: &usize| missing(*a) == missing(*b) && breaks.binary_search(b).is_err();
+    let mut rows = Vec::new();
+    for run in all.chunk_by(together).filter(|run| !missing(run[0])) {
+        if !rows.is_empty() {
+            rows.push(None);
         }
         for part in run.chunks(step) {
-            let mut extremes: Vec<usize> = Vec::new();
-            for column in [0, 1] {
-                let order =
-                    |a: &&usize, b: &&usize| value(**a)[column].total_cmp(&value(**b)[column]);
-                extremes.extend(part.iter().min_by(order));
-                extremes.extend(part.iter().max_by(order));
-            }
-            extremes.sort_unstable();
-            extremes.dedup();
-            shown.extend(extremes.into_iter().map(Some));
+            let extremes = values.iter().flat_map(|v| {
+                let order = |a: &&usize, b: &&usize| v[**a].total_cmp(&v[**b]);
+                [part.iter().min_by(order), part.iter().max_by(order)]
+            });
+            let extremes: BTreeSet<usize> = extremes.flatten().copied().collect();
+            rows.extend(extremes.into_iter().map(Some));
         }
     }
-    shown
+    rows
 }
 
 #[cfg(test)]
@@ -388,19 +338,16 @@ mod tests {
 
     #[test]
     fn one_spike_among_a_million_stays() {
-        let t: Vec<f64> = (0..1_000_000).map(|i| f64::from(i) * 0.01).collect();
-        let spike = |i: usize| match i {
+        let spike = |i: u32| match i {
             123_457 => 50.0,
             765_431 => -60.0,
-            _ => (i as f64).sin(),
+            _ => f64::from(i).sin(),
         };
-        let y = |up: f64| (0..t.len()).map(|i| spike(i) + up).collect();
-        let s = Series::line("a", Role::Raw, t.clone(), y(0.0)).thinned(&[]);
+        let points = (0..1_000_000).map(|i| (f64::from(i) * 0.01, spike(i)));
+        let s = Series::line("a", Role::Raw, points).thinned(&[]);
         assert!(s.x.len() <= 4 * BUCKETS && s.x.is_sorted());
         assert!(s.y.contains(&50.0) && s.y.contains(&-60.0));
-        assert_eq!((s.x[0], s.x.last()), (0.0, t.last()));
-        let s = Series::band("b", Role::Raw, t.clone(), y(0.0), y(1.0)).thinned(&[]);
-        assert!(s.low.contains(&-60.0) && s.high.contains(&51.0));
+        assert_eq!((s.x[0], s.x.last()), (0.0, Some(&9999.99)));
     }
 
     #[test]
@@ -409,8 +356,8 @@ mod tests {
         for rows in [100, 100_000] {
             let missing = rows / 5 + 1..rows / 5 + rows / 20;
             let value = |i: usize| if missing.contains(&i) { f64::NAN } else { 1.0 };
-            let (x, y) = (0..rows).map(|i| (i as f64, value(i))).unzip();
-            let s = Series::line("a", Role::Raw, x, y).thinned(&[rows / 2]);
+            let points = (0..rows).map(|i| (i as f64, value(i)));
+            let s = Series::line("a", Role::Raw, points).thinned(&[rows / 2]);
             let gaps: Vec<usize> = (0..s.x.len()).filter(|i| s.x[*i].is_nan()).collect();
             let ends: Vec<[f64; 2]> = gaps.iter().map(|&i| [s.x[i - 1], s.x[i + 1]]).collect();
             let around = |from: usize, to: usize| [(from - 1) as f64, to as f64];

@@ -3,11 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::document::{self, Block, Cell, Column, Document, Row, Section, Snippet, Table, Verdict};
-use crate::figure::Figure;
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, Source,
+    PoseKind,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -16,10 +14,11 @@ use gravical::numfmt::{
 };
 use gravical::poses::face::in_words;
 
-use super::placements::{next_poses, placements};
 use super::provenance::Provenance;
 use super::temperature::drift;
-use super::{XYZ, gravity_source, named, short_name};
+use super::{gravity_source, short_name};
+use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
@@ -29,10 +28,7 @@ pub fn calibration<'a>(
     saved: Option<&Path>,
     figures: &'a [Figure],
 ) -> Document<'a> {
-    let figure = |id, title, name| Section::new(id, title).figures(named(figures, &[name]));
     let placed = !file.accelerometer.poses.is_empty();
-    let poses = placed.then(|| placements(file).figures(named(figures, &["residuals"])));
-    let next = placed.then(|| next_poses(file).figures(named(figures, &["sphere"])));
     Document {
         subject: subject(file),
         verdict: Some(verdict(file, saved)),
@@ -40,12 +36,11 @@ pub fn calibration<'a>(
     }
     .with(accelerometer(file))
     .with(file.gyroscope.as_ref().map(gyroscope))
-    .with(figure("magnitude", "Magnitude at rest", "norm"))
-    .with(poses)
-    .with(next)
-    .with(figure("captures", "Recorded poses", "captures"))
-    .with(figure("noise", "Noise", "noise"))
-    .with(temperature(file, named(figures, &["temperature"])))
+    .with(Section::new("Magnitude at rest").figures(figures, &["norm"]))
+    .with(placed.then(|| poses(file)))
+    .with(Section::new("Directions").figures(figures, &["sphere"]))
+    .with(Section::new("Recorded poses").figures(figures, &["captures"]))
+    .with(temperature(file))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
     .with_provenance(&Provenance {
@@ -115,7 +110,7 @@ fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
     Verdict {
         conclusion: conclusion(file),
         next: next(file, saved),
-        ..Verdict::new(grade, &word, &file.verdict.reasons)
+        ..Verdict::new(grade, word, &file.verdict.reasons)
     }
 }
 
@@ -172,33 +167,15 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let sd = a.deviations;
     let bias = (a.bias, sd.map(|d| d.bias));
     let scale = (a.scale, sd.map(|d| d.scale));
-    let angles = sd.map(|d| {
-        let [xy, yz, zx] = d.axis_angle_deg.map(|v| digits(v, 2));
-        format!(
-            " Standard uncertainty of the angles between the axes: xy {xy}°, yz {yz}°, zx {zx}°."
-        )
-    });
-    let code = export::snippets(file).map(|(language, fence, code)| Snippet {
-        language,
-        fence,
-        code,
-    });
-    Section::new("parameters", "Accelerometer")
-        .with(Block::Equation(vec![
-            "raw = K R a + b",
-            "calibrated = matrix · (raw − b)",
-        ]))
+    let section = Section::new("Accelerometer")
+        .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
         .full(Block::paragraph(format!(
-            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹.{}",
-            angles.unwrap_or_default()
+            "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
-        .with(matrices(
-            &a.orientation,
-            &a.matrix,
-            &format!("matrix, m/s² per {raw}"),
-        ))
-        .full(Block::Snippets(code.into()))
+        .with(matrices(&a.orientation, &a.matrix, &format!("matrix, m/s² per {raw}")));
+    let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
+    code.into_iter().fold(section, Section::full)
 }
 
 /// Equation, table, matrices, residuals.
@@ -212,11 +189,10 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
-    let section = Section::new("gyroscope", "Gyroscope")
-        .with(Block::Equation(vec![
-            "raw = K R ω + b + S a",
-            "calibrated = matrix · (raw − b − S a)",
-        ]))
+    let mut section = Section::new("Gyroscope")
+        .with(Block::Equation(
+            "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
+        ))
         .with(Block::paragraph(how))
         .full(Block::paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
@@ -228,14 +204,10 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
             (g.scale, scale_sd.flatten()),
             None,
         ));
-    let section = match g.method {
-        GyroMethod::Bias => section,
-        _ => section.with(matrices(
-            &g.orientation,
-            &g.matrix,
-            &format!("matrix, rad/s per {raw}"),
-        )),
-    };
+    if g.method != GyroMethod::Bias {
+        let name = format!("matrix, rad/s per {raw}");
+        section = section.with(matrices(&g.orientation, &g.matrix, &name));
+    }
     let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) else {
         return section;
     };
@@ -268,52 +240,86 @@ fn bias_and_scale(
         let n = sd.filter(|sd| *sd > 0.0).map_or(decimals, decimals_for);
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
-    let row = |i: usize| {
-        let cells = [
-            estimate(bias, i, decimals_of(scale.0[i], 6)),
-            estimate(scale, i, decimals_of(scale.0[i], 7)),
-        ];
-        let off = off_nominal.map(|off| Cell::number(signed(off[i], 2)));
-        Row::named(XYZ[i], cells.into_iter().chain(off))
-    };
     let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
-    Table::new(format!("Bias and scale{uncertain}"))
+    let table = Table::new(format!("Bias and scale{uncertain}"))
         .columns([
             "axis",
             &format!("bias b, {raw}"),
             &format!("scale K, {raw} per {unit}"),
         ])
-        .columns(off_nominal.map(|_| "off nominal, %"))
-        .rows((0..3).map(row))
+        .columns(off_nominal.map(|_| "off nominal, %"));
+    (0..3).fold(table, |table, i| {
+        let cells = [
+            estimate(bias, i, decimals_of(scale.0[i], 6)),
+            estimate(scale, i, decimals_of(scale.0[i], 7)),
+        ];
+        let off = off_nominal.map(|off| Cell::number(signed(off[i], 2)));
+        table.row(XYZ[i], cells.into_iter().chain(off))
+    })
 }
 
 /// R and the calibration matrix, side by side.
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
-    let text = power_of_ten(matrix);
-    let row = |i: usize| {
-        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
-        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
-        Row::named(XYZ[i], orientation.into_iter().chain(matrix))
-    };
-    Table::new("")
-        .columns([""])
-        .columns(Column::axes("R"))
-        .columns(Column::axes(name))
-        .rows((0..3).map(row))
-}
-
-/// Formats the elements of a matrix, with powers of ten if all are small.
-fn power_of_ten(matrix: &[[f64; 3]; 3]) -> impl Fn(f64) -> String {
+    // With powers of ten if all are small.
     let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
-    move |v| match v {
+    let text = |v: f64| match v {
         0.0 => "0".to_owned(),
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
-    }
+    };
+    let table = Table::new("")
+        .columns([""])
+        .columns(Column::axes("R"))
+        .columns(Column::axes(name));
+    (0..3).fold(table, |table, i| {
+        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        table.row(XYZ[i], orientation.into_iter().chain(matrix))
+    })
 }
 
-fn temperature<'a>(file: &CalibrationFile, figures: Vec<&'a Figure>) -> Section<'a> {
-    let mut section = Section::new("temperature", "Temperature").figures(figures);
+/// Every pose before and after calibration.
+fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
+    let a = &file.accelerometer;
+    // The closed form has only errors of the vectors.
+    let exact = a.method == Method::Ferraris;
+    let raw = a.poses.iter().flat_map(|p| p.raw);
+    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let decimals = decimals_of(largest, 5).min(4);
+    let mg = |v: f64| signed(milli_g(v), 2);
+    let mut table = Table::new("")
+        .columns(["pose"])
+        .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
+        .columns(Column::axes("calibrated, m/s²"))
+        .columns(exact.then_some("error, m/s²"))
+        .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"]);
+    for p in &a.poses {
+        let unused = if p.fitted { "" } else { " (not used)" };
+        let mut cells = Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)).to_vec();
+        cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+        cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
+        cells.extend([
+            Cell::maybe(p.magnitude_error_mps2, mg),
+            Cell::maybe(p.left_out_error_mps2, mg),
+            Cell::maybe(p.tilt_deg, |v| fixed(v, 1)).plus_minus(p.tilt_sd_deg, 1),
+        ]);
+        table = table.row(format!("{}{unused}", p.label), cells);
+    }
+    let error = if exact {
+        "error: magnitude of calibrated − expected. "
+    } else {
+        ""
+    };
+    let fitted = "‖a‖ − g is what is left after the fit: no measure of accuracy.";
+    let note = format!(
+        "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
+    );
+    let section = Section::new("Poses").with(table);
+    section.with(Block::note(fitted)).full(Block::Note(note))
+}
+
+fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
+    let mut section = Section::new("Temperature");
     if let Some(t) = &file.temperature_c {
         section = section.full(Block::paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
@@ -348,7 +354,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     });
     let notes = [open, agrees].into_iter().flatten();
     let text = notes.fold(how(a.method).to_owned(), |text, note| text + &note);
-    let section = Section::new("method", "Method and uncertainty").full(Block::Paragraph(text));
+    let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
     match budget(file) {
         Some(table) => section.with(table),
         None => section,
@@ -373,41 +379,17 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
-    let parts = budget.contributions.iter();
-    let parts = parts.map(|part| {
-        Row::from([
-            Cell::text(words(&part.source)),
-            Cell::maybe(part.norm_mps2, mg),
-            Cell::text(basis(part.source)),
-        ])
-    });
-    let sum = |name: &str, value: f64, how: &str| {
-        Row::named(name, [Cell::number(mg(value)), Cell::text(how)])
-    };
-    let k = format!("k = {}", budget.coverage_factor);
-    let table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns(["source", "mg", "from"])
-        .rows(parts)
-        .row(sum("combined", budget.combined_mps2, "root sum of squares"))
-        .row(sum("expanded", budget.expanded_mps2, &k));
-    Some(table)
-}
-
-/// What the value of a source rests on.
-fn basis(source: Source) -> &'static str {
-    match source {
-        Source::Noise => "standard errors of the means",
-        Source::Quantisation => "steps of the converter",
-        Source::ModelError => "deviation of the poses from the model, beyond their noise",
-        Source::Nonlinearity => "response that the poses show, not corrected",
-        Source::PoseTilt => "tilt of the face poses, in each of two components",
-        Source::DataSheet => {
-            "scale ±3 %, cross-axis ±2 %, zero-g ±0.6 m/s², where the poses determine less"
-        }
-        Source::NoiseAndTilt => "standard errors of the means, tilt of the face poses",
-        Source::LocalGravity => {
-            "none where given; anomalies at a latitude; 9.780 to 9.832 m/s² if assumed"
-        }
-        Source::Temperature => "its range during the session",
+    let mut table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
+        .columns(["source", "mg"]);
+    for part in &budget.contributions {
+        table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }
+    let [combined, expanded] =
+        [budget.combined_mps2, budget.expanded_mps2].map(|v| [Cell::number(mg(v))]);
+    let expanded_name = format!("expanded, k = {}", budget.coverage_factor);
+    Some(
+        table
+            .row("combined (root sum of squares)", combined)
+            .row(expanded_name, expanded),
+    )
 }

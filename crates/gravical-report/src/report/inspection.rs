@@ -2,7 +2,6 @@
 
 use std::fmt::Display;
 
-use crate::document::{Block, Cell, Column, Document, Row, Section, Table};
 use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
@@ -11,74 +10,64 @@ use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::short_name;
 use super::temperature::drift;
+use crate::document::{Block, Cell, Column, Document, Section, Table};
 
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = inspection.labels.iter().take(12);
-    let labels: Vec<String> = labels
-        .map(|(name, rows)| format!("{name} {rows}"))
-        .collect();
-    let listed = |all: Vec<String>| (!all.is_empty()).then(|| all.join(", "));
-    let (serial, temperature) = (inspection.serial.as_ref(), inspection.temperature_c);
+    let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
+    let serial = inspection.serial.as_ref();
+    let serial = serial.map(|serial| format!("serial number {serial}"));
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
+    let missing = missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2)));
     let a = inspection.accelerometer;
     let per_g = a.lsb_per_g.filter(|_| a.unit == AccelUnit::Counts);
     let gyro = inspection.gyroscope.map(|g| {
         let per_deg_s = g.lsb_per_deg_s.filter(|_| g.unit == GyroUnit::Counts);
         scale(g.unit, per_deg_s, "°/s", g.origin)
     });
-    let facts = Block::facts([
-        ("format", Some(inspection.description.clone())),
-        (
-            "sensor",
-            serial.map(|serial| format!("serial number {serial}")),
-        ),
-        ("lines", Some(inspection.row_counts.sum.clone())),
-        ("time", Some(time(inspection))),
-        (
-            "missing",
-            missing.map(|share| format!("{} % of the samples", digits(100.0 * share, 2))),
-        ),
-        ("accel", Some(scale(a.unit, per_g, "g", a.origin))),
-        ("gyro", gyro),
-        (
-            "temp",
-            temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
-        ),
-        ("labels", listed(labels)),
-        ("static", Some(stillness(inspection))),
-    ]);
-    let reading = Section::new("reading", "How it was read");
+    let temperature = inspection.temperature_c;
+    let temperature = temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C"));
+    let reading = Section::new("How it was read")
+        .fact("format", inspection.description.clone())
+        .fact("sensor", serial)
+        .fact("lines", inspection.row_counts.sum.clone())
+        .fact("time", time(inspection))
+        .fact("missing", missing)
+        .fact("accel", scale(a.unit, per_g, "g", a.origin))
+        .fact("gyro", gyro)
+        .fact("temp", temperature)
+        .fact("labels", listed(labels))
+        .fact("static", stillness(inspection));
     let intervals = &inspection.static_intervals;
-    let temperature = inspection.temperature_drift.as_ref();
+    let drift = inspection.temperature_drift.as_ref();
     Document {
         subject: vec![inspection.file.clone()],
         ..Document::new(format!("Recording {}", short_name(&inspection.file)))
     }
-    .with(reading.with(facts))
+    .with(reading)
     .with((!intervals.is_empty()).then(|| stills(intervals)))
-    .with(temperature.map(|model| drift(Section::new("temperature", "Temperature"), model)))
+    .with(drift.map(|model| self::drift(Section::new("Temperature"), model)))
     .with_findings(&inspection.findings, false)
+}
+
+fn listed(all: impl Iterator<Item = String>) -> Option<String> {
+    let all = all.collect::<Vec<_>>().join(", ");
+    Some(all).filter(|all| !all.is_empty())
 }
 
 fn time(inspection: &Inspection) -> String {
     let t = &inspection.timing;
-    let mut parts = Vec::new();
-    if let Some(duration) = t.duration_s {
-        parts.push(format!("{duration:.2} s"));
-    }
-    match (t.unit, t.median_rate_hz) {
-        (Some(unit), Some(rate)) => {
-            parts.push(format!("stamps in {}", unit.name()));
-            parts.push(format!("{rate:.2} Hz"));
-            if let Some(jitter) = t.jitter_s {
-                parts.push(format!("jitter {:.2} ms", 1000.0 * jitter));
-            }
+    let duration = t.duration_s.map(|duration| format!("{duration:.2} s"));
+    let mut parts = Vec::from_iter(duration);
+    match (t.unit, t.median_rate_hz, t.nominal_rate_hz) {
+        (Some(unit), Some(rate), _) => {
+            parts.push(format!("stamps in {}, {rate:.2} Hz", unit.name()));
+            let jitter = t.jitter_s.map(|s| format!("jitter {:.2} ms", 1000.0 * s));
+            parts.extend(jitter);
         }
-        _ => match t.nominal_rate_hz {
-            Some(rate) => parts.push(format!("no time stamps; {rate} Hz according to the file")),
-            None => parts.push("no time stamps, rate unknown (--rate)".to_owned()),
-        },
+        (.., Some(rate)) => parts.push(format!("no time stamps; {rate} Hz according to the file")),
+        _ => parts.push("no time stamps, rate unknown (--rate)".to_owned()),
     }
     parts.join(", ")
 }
@@ -114,26 +103,24 @@ fn stillness(inspection: &Inspection) -> String {
 }
 
 fn stills(all: &[StillSpan]) -> Section<'static> {
-    let row = |(i, still): (usize, &StillSpan)| {
+    let mut table = Table::new("")
+        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
+        .columns(Column::axes("mean reading"));
+    for (number, still) in (1..).zip(all) {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);
         let seconds = |v: Option<f64>| Cell::maybe(v, |v| fixed(v, 1));
-        let mut cells = vec![
-            Cell::text((i + 1).to_string()),
+        let cells = [
             Cell::text(format!("{}–{}", still.lines[0], still.lines[1])),
             seconds(still.start_s),
             seconds(still.end_s),
             Cell::text(still.face.as_deref().unwrap_or("–")),
             Cell::number(fixed(still.face_angle_deg, 1)),
         ];
-        cells.extend(Cell::axes(Some(still.mean), |_, v| fixed(v, n)));
-        Row::from(cells)
-    };
-    let table = Table::new("")
-        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
-        .columns(Column::axes("mean reading"))
-        .rows(all.iter().enumerate().map(row));
-    Section::new("intervals", "Static intervals")
+        let mean = Cell::axes(Some(still.mean), |_, v| fixed(v, n));
+        table = table.row(number.to_string(), cells.into_iter().chain(mean));
+    }
+    Section::new("Static intervals")
         .with(table)
         .full(Block::note(format!(
             "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."

@@ -7,9 +7,7 @@ mod compare;
 mod denoise;
 mod inspection;
 mod motion;
-mod moves;
 mod noise;
-mod placements;
 mod provenance;
 mod temperature;
 
@@ -17,8 +15,6 @@ mod temperature;
 mod tests;
 
 use gravical::calibration_file::GravitySource;
-
-use crate::figure::Figure;
 
 pub use calibration::calibration;
 pub use check::check;
@@ -30,15 +26,6 @@ pub use noise::noise;
 pub use provenance::Provenance;
 
 use crate::document::short_name;
-
-/// The figures with these names, in this order, those that exist.
-fn named<'a>(figures: &'a [Figure], names: &[&str]) -> Vec<&'a Figure> {
-    let find = |name: &&str| figures.iter().find(|f| f.name == *name);
-    names.iter().filter_map(find).collect()
-}
-
-/// The axes of a sensor.
-const XYZ: [&str; 3] = ["x", "y", "z"];
 
 /// How local gravity is known.
 fn gravity_source(source: GravitySource) -> &'static str {

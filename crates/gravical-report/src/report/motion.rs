@@ -1,17 +1,15 @@
-//! Report of a motion: timing, rests, moves, end point, uncertainty budget, comparison with a
-//! reference.
+//! Report of a motion: figures, moves, end point, uncertainty budget, comparison with a reference,
+//! timing, rests.
 
 use gravical::core::matrix3::norm;
-
-use crate::document::{Block, Cell, Document, Grade, Row, Section, Table, Verdict};
-use crate::figure::Figure;
-use gravical::motion::{MotionJudgement, MotionResult};
-use gravical::numfmt::{decimals_by, digits, fixed, words};
+use gravical::motion::{Budget, Comparison, Ends, MotionJudgement, MotionResult};
+use gravical::numfmt::{decimals_by, decimals_for, decimals_of, digits, fixed, words};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
-use super::moves::{end, error_budget, largest, moves, truth};
-use super::{named, short_name};
+use super::short_name;
+use crate::document::{Block, Cell, Column, Document, Grade, Section, Table, Verdict};
+use crate::figure::Figure;
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
 pub fn motion<'a>(
@@ -19,26 +17,22 @@ pub fn motion<'a>(
     recording: &Recording,
     figures: &'a [Figure],
 ) -> Document<'a> {
-    let figure = |id, title, names: &[&str]| Section::new(id, title).figures(named(figures, names));
+    let figure = |title, names: &[&str]| Section::new(title).figures(figures, names);
     // For a recording at rest the verdict says everything.
     let moved = !result.moves.is_empty();
-    let only = result.moves.len() == 1;
     let budget = result.largest_budget().filter(|_| moved);
+    let accelerations = ["acceleration", "motion-acceleration"];
     Document {
         verdict: Some(verdict(result)),
         ..Document::new(format!("Motion of {}", short_name(&result.input)))
     }
-    .with(figure("position", "Position", &["position"]))
-    .with(figure("trajectory", "Trajectory", &["trajectory"]))
-    .with(figure("velocity", "Velocity", &["velocity"]))
-    .with(figure(
-        "acceleration",
-        "Acceleration",
-        &["acceleration", "motion-acceleration"],
-    ))
+    .with(figure("Position", &["position"]))
+    .with(figure("Trajectory", &["trajectory"]))
+    .with(figure("Velocity", &["velocity"]))
+    .with(figure("Acceleration", &accelerations))
     .with(moved.then(|| moves(result)))
     .with(moved.then(|| end(result)))
-    .with(budget.map(|(number, b)| error_budget(number, only, &b)))
+    .with(budget.map(|(number, b)| error_budget(number, result.moves.len() == 1, &b)))
     .with(result.truth.as_ref().map(truth))
     .with(timing(result, recording))
     .with(rests(result))
@@ -58,19 +52,17 @@ fn verdict(result: &MotionResult) -> Verdict {
     };
     // One number for one move, the end for several.
     let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
-    let conclusion = match (displacement(result), sigma) {
-        _ if usable == 0 => None,
-        (Some(displacement), _) => Some(displacement),
-        (None, Some(sigma)) => Some(format!(
+    let end = sigma.map(|sigma| {
+        format!(
             "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
-        )),
-        (None, None) => None,
-    };
+        )
+    });
+    let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
     let word = words(&result.verdict.judgement);
     Verdict {
         conclusion: conclusion.map(|text| text + doubt),
-        ..Verdict::new(grade, &word, &result.verdict.reasons)
+        ..Verdict::new(grade, word, &result.verdict.reasons)
     }
 }
 
@@ -90,6 +82,147 @@ fn displacement(result: &MotionResult) -> Option<String> {
     Some(format!("displacement {long} ± {} m (± 1σ)", digits(sd, 2)))
 }
 
+/// Decimals of each axis for a length with this uncertainty, m: two digits of it;
+/// without one four digits of the largest value.
+fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
+    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
+        s.map(decimals_for)
+    })
+}
+
+fn largest(value: [f64; 3]) -> f64 {
+    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
+/// Lengths along the axes with their standard uncertainties, if known.
+fn lengths(values: Option<[f64; 3]>, sigma: Option<[f64; 3]>, n: [usize; 3]) -> [Cell; 3] {
+    let sigma = sigma.filter(|_| values.is_some());
+    std::array::from_fn(|k| {
+        let cell = Cell::maybe(values.map(|v| v[k]), |v| fixed(v, n[k]));
+        cell.plus_minus(sigma.map(|s| s[k]), n[k])
+    })
+}
+
+fn seconds<const N: usize>(times: [f64; N]) -> Vec<Cell> {
+    times.map(|s| Cell::number(fixed(s, 2))).into()
+}
+
+fn moves<'a>(result: &MotionResult) -> Section<'a> {
+    let mut table = Table::new("")
+        .columns(["move", "from, s", "to, s"])
+        .columns(Column::axes("displacement ± 1σ, m"))
+        .columns(["path, m", "speed, m/s", "rest at"]);
+    for (number, m) in (1..).zip(&result.moves) {
+        let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
+        // At most the digits of the displacement.
+        let finest = n.into_iter().max().unwrap_or(3).min(6);
+        let ends = match m.ends {
+            Ends::RestToRest => "both",
+            Ends::FromRest => "start",
+            Ends::ToRest => "end",
+            Ends::Free => "none",
+        };
+        let mut cells = seconds([m.start_s, m.end_s]);
+        cells.extend(lengths(m.displacement_m, m.sigma_m, n));
+        cells.extend([
+            Cell::maybe(m.path_m, |v| fixed(v, decimals_of(v, 3).min(finest))),
+            Cell::maybe(m.peak_speed_mps, |v| fixed(v, decimals_of(v, 2).min(5))),
+            Cell::text(ends),
+        ]);
+        table = table.row(number.to_string(), cells);
+    }
+    let unusable = (1..).zip(&result.moves).filter_map(|(number, m)| {
+        let why = format!("not usable: {}", m.unusable.as_ref()?);
+        Some((format!("move {number}"), why))
+    });
+    Section::new("Moves").with(table).reasons(unusable).with(Block::note(
+        "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
+    ))
+}
+
+fn end<'a>(result: &MotionResult) -> Section<'a> {
+    let section = Section::new("End point");
+    let last = &result.r#final;
+    let Some(position) = last.position_m else {
+        return section.with(Block::paragraph(
+            "The end position is unknown because a move before it is not usable.",
+        ));
+    };
+    let n = decimals(last.sigma_m, position);
+    let mut table = Table::new("Position relative to the start (± 1σ)")
+        .columns([""])
+        .columns(Column::axes(""))
+        .row("position, m", lengths(Some(position), last.sigma_m, n));
+    if let Some(plain) = result.uncalibrated {
+        table = table.row("uncalibrated, m", lengths(plain.position_m, None, n));
+    }
+    section.with(table)
+}
+
+fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
+    let section = Section::new("Error budget");
+    let noise = "noise of the accelerometer and of the levelling, clock";
+    let attitude = "attitude in the move: gyroscope, or tilts without one";
+    let parts = [
+        (norm(&b.noise), noise),
+        (norm(&b.calibration), "calibration of both sensors, gravity"),
+        (norm(&b.attitude), attitude),
+    ];
+    let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();
+    if total == 0.0 || !total.is_finite() {
+        return section;
+    }
+    let of = if only {
+        "the displacement".to_owned()
+    } else {
+        format!("move {number}, the least certain one")
+    };
+    let n = decimals_of(1e3 * total, 2).min(3);
+    let mm = |value: f64| Cell::number(fixed(1e3 * value, n));
+    let mut table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ")).columns([
+        "source",
+        "mm",
+        "% of the variance",
+    ]);
+    for (value, what) in parts {
+        let share = 100.0 * value * value / (total * total);
+        table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
+    }
+    let (sum, all) = ("combined (root sum of squares)", Cell::number("100"));
+    section.with(
+        table
+            .row(sum, [mm(total), all])
+            .row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]),
+    )
+}
+
+fn truth<'a>(c: &Comparison) -> Section<'a> {
+    let shifted = match c.time_offset_s {
+        0.0 => String::new(),
+        offset => format!(", time offset {offset:+.3} s"),
+    };
+    let source = format!(
+        "{}: {} points from {:.2} to {:.2} s, rotated by {:+.1}° about the vertical{shifted}",
+        short_name(&c.source),
+        c.points,
+        c.from_s,
+        c.to_s,
+        c.yaw_deg
+    );
+    let percent = c.percent_of_path;
+    let percent = percent.map_or(String::new(), |v| {
+        format!(" ({} % of the path)", digits(v, 2))
+    });
+    Section::new("Comparison with the reference")
+        .with(Block::paragraph(source))
+        .fact(
+            "end error",
+            format!("{} m{percent}", digits(c.end_error_m, 2)),
+        )
+        .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
+        .fact("path", format!("{} m", digits(c.path_m, 3)))
+}
+
 /// How the recording was read and processed.
 fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     // A finding reports a unit that is decided later.
@@ -97,9 +230,11 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         Some(_) => "; with a gyroscope",
         None => "; no gyroscope",
     };
-    let (unit, origin) = (
-        recording.accel_scale.unit,
-        origin(recording.accel_scale.origin),
+    let scale = &recording.accel_scale;
+    let unit = format!(
+        "accelerometer {} ({}){gyro}",
+        scale.unit,
+        origin(scale.origin)
     );
     let calibration = result.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
@@ -108,21 +243,6 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         0 => "none".to_owned(),
         count => format!("{count}, {at_rest_s:.1} s in total"),
     };
-    Section::new("timing", "Timing and procedure").with(Block::facts([
-        ("read as", Some(recording.description.clone())),
-        (
-            "unit",
-            Some(format!("accelerometer {unit} ({origin}){gyro}")),
-        ),
-        ("calibration", Some(calibration)),
-        ("procedure", Some(result.procedure.clone())),
-        ("frame", Some(result.frame.clone())),
-        ("time", Some(time(result))),
-        ("rests", Some(rests)),
-    ]))
-}
-
-fn time(result: &MotionResult) -> String {
     let rate = match (result.rate_hz.r#true, result.rate_hz.nominal) {
         (Some(rate), _) => format!("{rate:.2} Hz from time stamps"),
         (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
@@ -132,23 +252,30 @@ fn time(result: &MotionResult) -> String {
         0 => String::new(),
         n => format!("; {n} rows skipped"),
     };
-    format!("{:.2} s, {rate}{left_out}", result.duration_s)
+    Section::new("Timing and procedure")
+        .fact("read as", recording.description.clone())
+        .fact("unit", unit)
+        .fact("calibration", calibration)
+        .fact("procedure", result.procedure.clone())
+        .fact("frame", result.frame.clone())
+        .fact(
+            "time",
+            format!("{:.2} s, {rate}{left_out}", result.duration_s),
+        )
+        .fact("rests", rests)
 }
 
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
-    let section = Section::new("rests", "Rests");
+    let section = Section::new("Rests");
     if result.rests.is_empty() {
         return section.full(Block::paragraph("No rest was found."));
     }
-    let rests = result.rests.iter().enumerate().map(|(i, span)| {
+    let mut table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
+    for (number, span) in (1..).zip(&result.rests) {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
-        Row::named(
-            (i + 1).to_string(),
-            times.map(|s| Cell::number(fixed(s, 2))),
-        )
-    });
-    let table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
-    let section = section.full(table.rows(rests));
+        table = table.row(number.to_string(), seconds(times));
+    }
+    let section = section.full(table);
     let hidden = result.visible_moves.iter();
     let hidden = hidden.map(|v| {
         let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));

@@ -1,55 +1,50 @@
 //! Report of the noise of a sensor.
 
-use std::collections::BTreeMap;
-
-use crate::document::{Block, Cell, Document, Row, Section, Table};
-use crate::figure::Figure;
 use gravical::noise::{ChannelNoise, NoiseResult, Term, Unit, duration_text};
 use gravical::numfmt::{count, decimals_for, fixed, small};
 
 use super::short_name;
+use crate::document::{Block, Cell, Document, Section, Table};
+use crate::figure::Figure;
 
 /// The document of an Allan deviation; `figures` are those of [`crate::figure::noise`].
 pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
     let name = short_name(result.inputs.first().map_or("", |input| &input.path));
-    let spans = count(result.static_intervals, "static interval");
     let segments = match result.segments {
         1 => String::new(),
         n => format!(", {n} segments between gaps"),
     };
     let at_rest = format!(
-        "{} of {}, {spans}{segments}, {} Hz",
+        "{} of {}, {}{segments}, {} Hz",
         duration_text(result.used_s),
         duration_text(result.recorded_s),
+        count(result.static_intervals, "static interval"),
         fixed(result.rate_hz, 2)
     );
     let temperature = result.temperature_c;
-    let reading = Section::new("reading", "How it was read").with(Block::facts([
-        ("read as", Some(result.description.clone())),
-        ("at rest", Some(at_rest)),
-        (
-            "temperature",
-            temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C")),
-        ),
-    ]));
-    let mut section = Section::new("noise", "Noise");
+    let temperature = temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C"));
+    let reading = Section::new("How it was read")
+        .fact("read as", result.description.clone())
+        .fact("at rest", at_rest)
+        .fact("temperature", temperature);
+    let mut section = Section::new("Noise");
     let (gyroscope, accelerometer): (Vec<_>, Vec<_>) =
         result.channels.iter().partition(|c| c.is_gyroscope());
     for channels in [accelerometer, gyroscope] {
         if !channels.is_empty() {
-            section = section.with(parameters(&channels));
-            let reasons = not_observable(&channels).into_iter().map(Block::Note);
-            section = reasons.fold(section, Section::with);
+            let missing = channels.iter().flat_map(|c| {
+                let missing = c.not_observable.iter();
+                missing.map(move |m| (c.channel.clone(), format!("{}: {}", m.term, m.reason)))
+            });
+            section = section.with(parameters(&channels)).reasons(missing);
         }
     }
     let section = section.with(Block::note(
         "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).",
     ));
-    let curves = Section::new("allan", "Allan deviation")
-        .figures(figures)
-        .full(Block::Equation(vec![
-            "σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3",
-        ]))
+    let curves = Section::new("Allan deviation")
+        .figures(figures, &["allan-accelerometer", "allan-gyroscope"])
+        .full(Block::Equation("σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3"))
         .full(Block::paragraph(METHOD));
     Document {
         subject: vec![name.clone()],
@@ -64,28 +59,23 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
 /// The parameters of a sensor, a column for each axis.
 fn parameters(channels: &[&ChannelNoise]) -> Table {
     let gyroscope = channels.iter().any(|c| c.is_gyroscope());
-    let row = |label: String, cell: &dyn Fn(&ChannelNoise) -> Cell| {
-        Row::named(label, channels.iter().map(|c| cell(c)))
-    };
-    let terms = Term::ALL.map(|term| {
-        let Unit { name, factor, .. } = Unit::of(term, gyroscope);
-        row(format!("{}, {name}", term.symbol()), &|c| {
-            value(c, term, factor)
-        })
-    });
-    // In SI units, which code needs.
-    let in_si = row(format!("N, {}", Unit::of(Term::N, gyroscope).si), &|c| {
-        Cell::maybe(c.n.as_ref().map(|n| n.value), |n| format!("{n:.2e}"))
-    });
     let sensor = if gyroscope {
         "gyroscope"
     } else {
         "accelerometer"
     };
-    Table::new(sensor)
+    let mut table = Table::new(sensor)
         .columns([""])
-        .columns(channels.iter().map(|c| c.channel.as_str()))
-        .rows(terms.into_iter().chain([in_si]))
+        .columns(channels.iter().map(|c| c.channel.as_str()));
+    for term in Term::ALL {
+        let Unit { name, factor, .. } = Unit::of(term, gyroscope);
+        let cells = channels.iter().map(|c| value(c, term, factor));
+        table = table.row(format!("{}, {name}", term.symbol()), cells);
+    }
+    // In SI units, which code needs.
+    let n = channels.iter().map(|c| c.n.as_ref().map(|n| n.value));
+    let n = n.map(|n| Cell::maybe(n, |n| format!("{n:.2e}")));
+    table.row(format!("N, {}", Unit::of(Term::N, gyroscope).si), n)
 }
 
 fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
@@ -97,19 +87,6 @@ fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {
     }
     let most = channel.missing(term).and_then(|missing| missing.at_most);
     Cell::maybe(most, |most| format!("< {}", small(factor * most, 2)))
-}
-
-/// Why terms are missing; axes with one reason together.
-fn not_observable(channels: &[&ChannelNoise]) -> Vec<String> {
-    let mut reasons: BTreeMap<String, Vec<&str>> = BTreeMap::new();
-    for channel in channels {
-        for missing in &channel.not_observable {
-            let reason = format!("{}: {}", missing.term, missing.reason);
-            reasons.entry(reason).or_default().push(&channel.channel);
-        }
-    }
-    let line = |(text, channels): (String, Vec<&str>)| format!("{}: {text}", channels.join(", "));
-    reasons.into_iter().map(line).collect()
 }
 
 const METHOD: &str = "Overlapping Allan deviation over every sample. Least squares on the variance, no term negative, weighted by the variances of overlapping estimates, with intervals from their covariance. Data sheets state one-sided densities, larger than N by √2. A term is not observable with fewer than four degrees of freedom, a standard deviation of over 35 %; its limit holds with 95 %.";

@@ -1,8 +1,9 @@
 //! Provenance of a result.
 
-use crate::document::{Block, Document, Section};
 use gravical::calibration_file::InputFile;
 use gravical::numfmt::words;
+
+use crate::document::{Block, Document, Section};
 
 /// Program, command, time and inputs of a result.
 #[derive(Debug, Clone, Copy)]
@@ -18,9 +19,8 @@ pub struct Provenance<'a> {
 }
 
 impl Document<'_> {
-    /// Adds the date below the title and a section with the provenance.
-    pub fn with_provenance(mut self, origin: &Provenance<'_>) -> Self {
-        self.stamp = format!("{} · {}", origin.created, origin.tool);
+    /// Adds a section with the provenance.
+    pub fn with_provenance(self, origin: &Provenance<'_>) -> Self {
         let mut facts = vec![("program".to_owned(), origin.tool.to_owned())];
         let command = origin.command.map(|command| format!("`{command}`"));
         facts.extend(command.map(|command| ("command".to_owned(), command)));
@@ -30,7 +30,6 @@ impl Document<'_> {
             let text = file.path.clone() + &sum.unwrap_or_default();
             (words(&file.role), text)
         }));
-        let section = Section::new("provenance", "Provenance");
-        self.with(section.full(Block::Facts(facts)))
+        self.with(Section::new("Provenance").full(Block::Facts(facts)))
     }
 }

@@ -1,36 +1,35 @@
 //! Report of drift with temperature.
 
-use crate::document::{Cell, Row, Section, Table};
-use gravical::calibration_file::{ChannelDrift, TemperatureModel};
+use gravical::calibration_file::TemperatureModel;
 use gravical::numfmt::{small, unit};
+
+use crate::document::{Cell, Section, Table};
 
 /// Adds the drift of each channel with temperature to `section`.
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
-    let table = Table::new(format!(
-        "Drift of each channel, {low:.1} to {high:.1} °C at rest"
-    ))
-    .columns(["channel", "slope, per °C", "unit", "verdict"])
-    .rows(model.channels.iter().map(channel));
-    section.with(table)
-}
-
-fn channel(c: &ChannelDrift) -> Row {
-    let corrected = c.is_corrected();
-    let verdict = if corrected {
-        "corrected"
-    } else {
-        "not corrected"
-    };
-    let input_unit = match c.input_unit.as_str() {
-        "unknown" => "?".to_owned(),
-        known => unit(known),
-    };
-    let cells = [
-        Cell::maybe(c.coefficients.first().copied(), |d| small(d, 3)),
-        Cell::text(input_unit),
-        Cell::text(verdict),
-    ];
+    let caption = format!("Drift of each channel, {low:.1} to {high:.1} °C at rest");
+    let mut table = Table::new(caption).columns(["channel", "slope, per °C", "unit", "verdict"]);
+    for c in &model.channels {
+        let verdict = if c.is_corrected() {
+            "corrected"
+        } else {
+            "not corrected"
+        };
+        let input_unit = match c.input_unit.as_str() {
+            "unknown" => "?".to_owned(),
+            known => unit(known),
+        };
+        let slope = c.coefficients.first().copied();
+        let cells = [
+            Cell::maybe(slope, |d| small(d, 3)),
+            Cell::text(input_unit),
+            Cell::text(verdict),
+        ];
+        table = table.row(&c.channel, cells);
+    }
     // The numbers are enough for an accepted channel.
-    Row::named(&c.channel, cells).noted(if corrected { "" } else { c.reason.as_str() })
+    let others = model.channels.iter().filter(|c| !c.is_corrected());
+    let reasons = others.map(|c| (c.channel.clone(), c.reason.clone()));
+    section.with(table).reasons(reasons)
 }

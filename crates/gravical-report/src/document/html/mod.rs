@@ -4,8 +4,8 @@
 use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::inline::parts;
-use super::{Block, Cell, DRAWINGS, Detail, Document, Grade, Remark, Table, Verdict};
+use super::model::left_out;
+use super::{Block, Cell, Column, Detail, Document, Grade, Remark, Table, Verdict, parts};
 use crate::figure::{Figure, svg};
 
 /// Nothing is loaded, whatever a file name or label contains.
@@ -16,20 +16,18 @@ const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
 impl Document<'_> {
-    /// The whole document as a page. Tables have at most [`ROWS`](super::ROWS) rows, all figures
-    /// together at most [`DRAWINGS`] bytes; a figure beyond that is replaced by its name.
+    /// The whole document as a page.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let mut room = DRAWINGS;
-        let verdict = self.verdict.iter();
-        let verdict = verdict.map(|v| ("verdict", "Verdict", verdict_html(v)));
+        let verdict = self.verdict.iter().map(|v| ("Verdict", verdict(v)));
         let sections = self.sections.iter().map(|s| {
-            let blocks = s.shown(Detail::Full);
-            let blocks = blocks.map(|b| block(b, s.title, &mut room).into_string());
-            (s.id, s.title, PreEscaped(blocks.collect()))
+            let blocks = s.shown(Detail::Full).map(|b| block(b, s.title));
+            (s.title, html! { @for block in blocks { (block) } })
         });
         // Anchor, heading and content.
-        let sections: Vec<(&str, &str, Markup)> = verdict.chain(sections).collect();
+        let sections = verdict.chain(sections);
+        let sections = sections.map(|(title, body)| (anchor(title), title, body));
+        let sections: Vec<(String, &str, Markup)> = sections.collect();
         let page = html! {
             (DOCTYPE)
             html lang="en" {
@@ -37,20 +35,16 @@ impl Document<'_> {
                     meta charset="utf-8";
                     meta http-equiv="Content-Security-Policy" content=(POLICY);
                     meta name="viewport" content="width=device-width, initial-scale=1";
-                    meta name="color-scheme" content="light dark";
                     // Prevents a request for /favicon.ico.
                     link rel="icon" href="data:,";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) }
-                    // Of its own: a figure that is saved takes it along.
-                    style id="figures" { (PreEscaped(svg::STYLE)) }
-                    style { "@media screen and (prefers-color-scheme:dark){" (PreEscaped(svg::DARK)) "}" }
                 }
                 body {
                     a.skip href="#main" { "Skip to the report" }
                     header {
                         h1 { (self.title) }
-                        @for line in self.lead() { p.sub { (line) } }
+                        @for line in &self.subject { p.sub { (line) } }
                     }
                     nav aria-label="Sections" {
                         ol { @for (id, title, _) in &sections { li { a href={ "#" (id) } { (title) } } } }
@@ -71,8 +65,13 @@ impl Document<'_> {
     }
 }
 
+/// Where a link to a section leads.
+fn anchor(title: &str) -> String {
+    title.to_lowercase().replace(' ', "-")
+}
+
 /// Badge, conclusion, reasons, next steps.
-fn verdict_html(v: &Verdict) -> Markup {
+fn verdict(v: &Verdict) -> Markup {
     let (class, sign) = match v.grade {
         Grade::Good => ("good", "✓"),
         Grade::Fair => ("fair", "~"),
@@ -100,25 +99,19 @@ fn words(text: &str) -> Markup {
     }
 }
 
-fn block(block: &Block<'_>, title: &str, room: &mut usize) -> Markup {
+fn block(block: &Block<'_>, title: &str) -> Markup {
     match block {
         Block::Paragraph(text) => html! { p { (words(text)) } },
         Block::Note(text) => html! { p.note { (words(text)) } },
-        Block::Equation(lines) => html! {
-            p.equation { @for (i, line) in lines.iter().enumerate() { @if i > 0 { br; } (line) } }
-        },
+        Block::Equation(lines) => html! { p.equation { (lines) } },
         Block::Facts(facts) => html! {
             dl { @for (name, text) in facts { div { dt { (name) } dd { (words(text)) } } } }
         },
         Block::Table(t) => table(t, title),
-        Block::Figure(f) => figure(f, room),
-        Block::Snippets(all) => html! {
-            @for (i, s) in all.iter().enumerate() {
-                details open[i == 0] {
-                    summary { (s.language) }
-                    pre.paste role="region" aria-label=(s.language) tabindex="0" { (s.code) }
-                }
-            }
+        Block::Figure(f) => figure(f),
+        Block::Code(language, _, code) => html! {
+            h3 { (language) }
+            pre role="region" aria-label=(language) tabindex="0" { (code) }
         },
         Block::Findings(all) => html! { ul.findings { @for r in all { (remark(r)) } } },
     }
@@ -135,67 +128,62 @@ fn remark(r: &Remark) -> Markup {
             span.sign aria-hidden="true" { (sign) } " "
             span.vh { (word) ": " }
             code { (r.kind) } " " (words(&r.text))
-            @if !r.place.is_empty() { span.where { " [" (r.place) "]" } }
         }
     }
 }
 
 /// A table that scrolls if it is wider than the page.
 fn table(t: &Table, title: &str) -> Markup {
-    let caption = if t.caption.is_empty() {
-        title
-    } else {
-        &t.caption
-    };
-    let grouped = t.columns.iter().any(|c| !c.group.is_empty());
-    let numeric: Vec<bool> = (0..t.columns.len()).map(|i| t.is_numeric(i)).collect();
-    let head = |i: usize, rows: &str| {
-        html! { th class=[numeric[i].then_some("n")] scope="col" rowspan=(rows) { (t.columns[i].name) } }
-    };
-    let in_group = |i: &usize| !t.columns[*i].group.is_empty();
-    let indices: Vec<usize> = (0..t.columns.len()).collect();
-    let left_out = t.all.saturating_sub(t.rows.len());
+    let caption = Some(t.caption.as_str()).filter(|c| !c.is_empty());
+    let class: Vec<Option<&str>> = (0..t.columns.len())
+        .map(|i| t.is_numeric(i).then_some("n"))
+        .collect();
+    let groups: Vec<&[Column]> = t.columns.chunk_by(|a, b| a.group == b.group).collect();
+    let (rows, more) = t.shown(Detail::Full);
     html! {
-        div.scroll tabindex="0" role="region" aria-label=(caption) {
+        div.scroll tabindex="0" role="region" aria-label=(caption.unwrap_or(title)) {
             table {
-                caption class=[t.caption.is_empty().then_some("vh")] { (caption) }
+                caption class=[caption.is_none().then_some("vh")] { (caption.unwrap_or(title)) }
                 thead {
-                    tr {
-                        @for group in indices.chunk_by(|a, b| in_group(a) && t.columns[*a].group == t.columns[*b].group) {
-                            @if in_group(&group[0]) {
-                                th scope="colgroup" colspan=(group.len()) { (t.columns[group[0]].group) }
-                            } @else {
-                                (head(group[0], if grouped { "2" } else { "1" }))
-                            }
-                        }
-                    }
-                    @if grouped {
-                        tr { @for i in indices.iter().filter(|i| in_group(i)) { (head(*i, "1")) } }
-                    }
-                }
-                tbody {
-                    @for row in &t.rows {
+                    @if groups.iter().any(|g| !g[0].group.is_empty()) {
                         tr {
-                            @for (i, cell) in row.cells.iter().enumerate() {
-                                @if i == 0 {
-                                    th scope="row" { (cell_text(cell)) }
+                            @for group in &groups {
+                                @if group[0].group.is_empty() {
+                                    td colspan=(group.len()) {}
                                 } @else {
-                                    td class=[numeric[i].then_some("n")] { (cell_text(cell)) }
+                                    th scope="colgroup" colspan=(group.len()) { (group[0].group) }
                                 }
                             }
                         }
-                        @if !row.note.is_empty() {
-                            tr.reason { td colspan=(t.columns.len()) { (words(&row.note)) } }
+                    }
+                    tr {
+                        @for (column, class) in t.columns.iter().zip(&class) {
+                            th class=[*class] scope="col" { (column.name) }
+                        }
+                    }
+                }
+                tbody {
+                    @for row in rows {
+                        tr {
+                            @for (i, (cell, class)) in row.iter().zip(&class).enumerate() {
+                                @if i == 0 {
+                                    th scope="row" { (cell_text(cell)) }
+                                } @else {
+                                    td class=[*class] { (cell_text(cell)) }
+                                }
+                            }
                         }
                     }
                 }
             }
         }
-        @if left_out > 0 { p.note { "… and " (left_out) " more; " code { "--json" } " has all." } }
+        @if more > 0 { p.note { (left_out(more)) } }
     }
 }
 
 fn cell_text(c: &Cell) -> Markup {
+    // With a typographic minus sign.
+    let shown = |text: &str| text.replace('-', "−");
     match c {
         Cell::Text(text) => html! { (text) },
         Cell::Number(text, sd) => html! {
@@ -205,27 +193,11 @@ fn cell_text(c: &Cell) -> Markup {
     }
 }
 
-/// With a typographic minus sign.
-fn shown(text: &str) -> String {
-    text.replace('-', "−")
-}
-
-fn figure(f: &Figure, room: &mut usize) -> Markup {
-    let drawing = svg::inline(f);
-    let fits = drawing.len() <= *room;
-    *room -= if fits { drawing.len() } else { 0 };
-    let id = format!("figure-{}", f.name);
+fn figure(f: &Figure) -> Markup {
     html! {
-        figure id=(id) aria-labelledby={ (id) "-h" } {
-            figcaption { h3 id={ (id) "-h" } { (f.title) } p { (f.caption) } }
-            @if fits {
-                div.drawing { (PreEscaped(drawing)) }
-            } @else {
-                p.note {
-                    "This drawing would make the page too large; "
-                    code { "--figures DIR" } " writes it as a file of its own."
-                }
-            }
+        figure id={ "figure-" (f.name) } aria-label=(f.title) {
+            figcaption { p { (f.caption) } }
+            div.drawing { (PreEscaped(svg::standalone(f))) }
         }
     }
 }

@@ -1,5 +1,5 @@
-// Figures: values below the pointer, zooming into an interval of x by dragging, series hidden through
-// the legend, buttons that save; and code to copy. What is drawn stays in the SVG.
+// Figures: values below the pointer, zooming into an interval of x by dragging, buttons that save.
+// What is drawn stays in the SVG.
 (() => {
 const all = (e, selector) => [...e.querySelectorAll(selector)];
 const numbers = text => text.split(" ").map(Number);
@@ -26,13 +26,6 @@ function ticks(from, to) {
   return [values, Math.min(12, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)))];
 }
 
-// The points of a path of dots, which leads by steps.
-function points(path) {
-  let x = 0, y = 0;
-  return [...path.matchAll(/([Ml])(\S+) ([-\d.]+)/g)].map(([, command, a, b]) =>
-    command === "M" ? [x = +a, y = +b] : [x += +a, y += +b]);
-}
-
 // A panel with linear axes.
 class Panel {
   constructor(g) {
@@ -43,10 +36,11 @@ class Panel {
   }
   // Dots of what is shown now.
   dots(x) { return (x - this.from) / (this.to - this.from) * this.w; }
-  // The value below the pointer.
+  // The values below the pointer.
   place(event) {
-    const box = this.frame.getBoundingClientRect(), share = (event.clientX - box.left) / box.width;
-    return this.from + Math.min(1, Math.max(0, share)) * (this.to - this.from);
+    const box = this.frame.getBoundingClientRect(), share = v => Math.min(1, Math.max(0, v));
+    return [this.from + share((event.clientX - box.left) / box.width) * (this.to - this.from),
+      this.y1 - share((event.clientY - box.top) / box.height) * (this.y1 - this.y0)];
   }
   show(from, to) {
     [this.from, this.to] = [from, to];
@@ -70,100 +64,38 @@ class Panel {
     const [from, to] = [this.dots(Math.min(a, b)), this.dots(Math.max(a, b))];
     set(this.cursor, { x: from - .5, width: to - from + 1, visibility: "visible" });
   }
-  // Lines and bands in words at x; no further than four dots from it, for a gap has no value.
-  read(x) {
-    const k = this.w / (this.x1 - this.x0), dot = (x - this.x0) * k, far = 4 * (this.to - this.from) / (this.x1 - this.x0);
-    const decimals = Math.min(12, Math.max(0, Math.ceil(3 - Math.log10(this.y1 - this.y0))));
-    const number = y => fixed(this.y1 - y / this.h * (this.y1 - this.y0), decimals);
-    const near = s => {
-      s.points ??= points(s.querySelector("path").getAttribute("d"));
-      let best;
-      for (const p of s.points) if (!best || Math.abs(p[0] - dot) < Math.abs(best[0] - dot)) best = p;
-      if (!best || Math.abs(best[0] - dot) > far) return [];
-      // The lower end of a band is drawn on the way back.
-      const ends = s.dataset.mark === "band" ? s.points.filter(p => Math.abs(p[0] - best[0]) < .005).map(p => p[1]) : [best[1]];
-      return [`${s.dataset.name} ${[...new Set([Math.max(...ends), Math.min(...ends)].map(number))].join(" to ")}`];
-    };
-    const series = all(this.g, "[data-mark=line], [data-mark=band]").filter(s => !s.matches(".guide, [hidden]"));
-    return [this.g.dataset.title, series.flatMap(near).join(", "), this.g.dataset.unit].join(" ");
-  }
 }
 
 function readAndZoom(figure) {
   const panels = all(figure, "[data-view]").map(g => new Panel(g));
   if (!panels.length) return;
   const out = html("output", { ariaLive: "off" }, figure);
+  const value = (v, span) => fixed(v, Math.min(12, Math.max(0, Math.ceil(3 - Math.log10(span)))));
   for (const panel of panels) {
     // Those over the same axis go along.
-    const together = panels.filter(p => p.x0 === panel.x0 && p.x1 === panel.x1);
+    const together = panels.filter(p => p.x0 === panel.x0 && p.x1 === panel.x1), names = panel.g.dataset;
     const show = (from, to) => together.forEach(p => p.show(from, to));
-    const tell = (from, x) => {
-      const decimals = ticks(panel.from, panel.to)[1] + 2;
-      together.forEach(p => p.mark(from, x));
-      out.textContent = [`${panel.g.dataset.x} ${fixed(x, decimals)}`, ...together.map(p => p.read(x))].join("; ");
-    };
-    let start = null, at = null;
+    let start = null;
     panel.g.onpointerdown = e => {
       if (e.button || e.pointerType === "touch") return;
       e.preventDefault();
       panel.g.setPointerCapture(e.pointerId);
-      start = panel.place(e);
+      start = panel.place(e)[0];
     };
     panel.g.onpointermove = e => {
-      at = panel.place(e);
-      out.ariaLive = "off";
-      tell(start ?? at, at);
+      const [x, y] = panel.place(e), read = [value(x, panel.to - panel.from), value(y, panel.y1 - panel.y0)];
+      together.forEach(p => p.mark(start ?? x, x));
+      out.textContent = `${names.x} ${read[0]}; ${names.title} ${read[1]} ${names.unit}`;
     };
     panel.g.onpointerup = e => {
-      const [from, to] = [start ?? 0, panel.place(e)].sort((a, b) => a - b), span = panel.to - panel.from;
+      const [from, to] = [start ?? 0, panel.place(e)[0]].sort((a, b) => a - b), span = panel.to - panel.from;
       if (start !== null && to - from > Math.max(.01 * span, 1e-5 * (panel.x1 - panel.x0))) show(from, to);
       start = null;
     };
     panel.g.onpointercancel = () => { start = null; };
     panel.g.onpointerleave = () => { for (const p of together) set(p.cursor, { visibility: "hidden" }); out.textContent = ""; };
     panel.g.ondblclick = () => show(panel.x0, panel.x1);
-    // Arrows move the cursor, + and - zoom around it, 0 shows all.
-    set(panel.g, { tabindex: 0, "aria-label": `${panel.g.dataset.title}, ${panel.g.dataset.x}` });
-    panel.g.onkeydown = e => {
-      const span = panel.to - panel.from, step = { ArrowLeft: -.01, ArrowRight: .01, 0: 0, "+": 0, "-": 0 }[e.key];
-      if (step === undefined || e.ctrlKey || e.metaKey || e.altKey) return;
-      e.preventDefault();
-      at = Math.min(panel.to, Math.max(panel.from, (at ?? (panel.from + panel.to) / 2) + step * span));
-      const half = { "+": span / 4, "-": span, 0: Infinity }[e.key];
-      if (half) show(Math.max(panel.x0, at - half), Math.min(panel.x1, at + half));
-      out.ariaLive = "polite";
-      tell(at, at);
-    };
   }
-}
-
-// An entry of the legend hides its series and brings it back.
-function hideSeries(figure) {
-  for (const entry of all(figure, ".legend .entry")) {
-    // A picture has no buttons.
-    set(entry.ownerSVGElement, { role: "group" });
-    set(entry, { role: "button", tabindex: 0, "aria-pressed": true });
-    const toggle = () => {
-      const on = entry.getAttribute("aria-pressed") !== "true";
-      set(entry, { "aria-pressed": on });
-      for (const s of all(figure, ".series")) if (s.dataset.name === entry.dataset.name) s.toggleAttribute("hidden", !on);
-    };
-    entry.onclick = toggle;
-    entry.onkeydown = e => { if (e.key === "Enter" || e.key === " ") { e.preventDefault(); toggle(); } };
-  }
-}
-
-// The drawing of a figure as it is seen, but light, below a title.
-function picture(figure) {
-  const drawing = figure.querySelector(".drawing > svg").cloneNode(true);
-  const [width, height] = numbers(drawing.getAttribute("viewBox")).slice(2), whole = height + 30;
-  const svg = make("svg", { xmlns: "http://www.w3.org/2000/svg", class: "gv", width, height: whole, viewBox: `0 0 ${width} ${whole}` });
-  make("style", {}, svg).textContent = document.getElementById("figures").textContent + ".gv [hidden],.cursor{display:none}";
-  make("rect", { class: "paper", width: "100%", height: "100%" }, svg);
-  make("text", { class: "title", x: 16, y: 22 }, svg).textContent = figure.querySelector("h3").textContent;
-  set(drawing, { y: 30, width, height });
-  svg.append(drawing);
-  return svg;
 }
 
 function download(blob, name) {
@@ -172,8 +104,11 @@ function download(blob, name) {
   setTimeout(() => URL.revokeObjectURL(href), 1e4);
 }
 
+// The drawing of a figure as it is seen.
 function save(figure, kind) {
-  const svg = picture(figure), text = new XMLSerializer().serializeToString(svg), name = figure.id.replace("figure-", "");
+  const svg = figure.querySelector("svg").cloneNode(true), name = figure.id.replace("figure-", "");
+  for (const e of all(svg, ".cursor")) e.remove();
+  const text = new XMLSerializer().serializeToString(svg);
   if (kind === "SVG") return download(new Blob([text], { type: "image/svg+xml" }), name + ".svg");
   // Two dots for one of the drawing: sharp in print.
   const image = new Image(), canvas = html("canvas", { width: 2 * svg.getAttribute("width"), height: 2 * svg.getAttribute("height") });
@@ -185,26 +120,10 @@ function save(figure, kind) {
 }
 
 for (const figure of all(document, "figure")) {
-  if (!figure.querySelector(".drawing")) continue;
   readAndZoom(figure);
-  hideSeries(figure);
   const tools = html("div", { className: "tools" }, figure);
   for (const kind of ["PNG", "SVG"]) {
     html("button", { textContent: kind, ariaLabel: `Save as ${kind}`, onclick: () => save(figure, kind) }, tools);
   }
-}
-
-for (const pre of all(document, "pre.paste")) {
-  const text = pre.textContent, wrap = html("div", { style: "position:relative" });
-  pre.replaceWith(wrap);
-  wrap.append(pre);
-  const button = html("button", { className: "copy", textContent: "Copy" }, wrap);
-  button.onclick = async () => {
-    // Where the clipboard is not allowed the text is at least selected.
-    getSelection().selectAllChildren(pre);
-    try { await navigator.clipboard.writeText(text); } catch { document.execCommand("copy"); }
-    button.textContent = "Copied";
-    setTimeout(() => { button.textContent = "Copy"; }, 2000);
-  };
 }
 })();
