@@ -158,12 +158,7 @@ fn a_replay_gives_the_events_of_the_session() {
     let replayed = events(&ends(folder.path(), line, 0).out);
     // Without the commands: poses and rejections are the same, field by field.
     let same = |all: &[Value]| -> Vec<Value> {
-        let kinds = [
-            "identified",
-            "pose_candidate",
-            "pose_accepted",
-            "pose_rejected",
-        ];
+        let kinds = ["identified", "pose_accepted", "pose_rejected"];
         all.iter()
             .filter(|e| kinds.contains(&e["type"].as_str().unwrap()))
             .cloned()

@@ -80,8 +80,6 @@ pub enum Event {
     },
     /// The state, ten times a second.
     Status(Box<Status>),
-    /// The capture of a pose begins.
-    PoseCandidate,
     /// A pose was accepted; it is safe when this is shown.
     PoseAccepted(Pose),
     /// A hold was not accepted. Poses before it are untouched.
@@ -148,14 +146,12 @@ pub enum Event {
         /// Poses that are kept.
         poses: u32,
     },
-    /// The true errors of a simulated sensor.
+    /// The true error of a simulated sensor.
     Truth {
         /// Error of ‖a‖ with the calibration, rms over all directions, mg.
         norm_error_mg: f64,
         /// The same without.
         before_mg: f64,
-        /// Parameter by parameter.
-        rows: Vec<TruthRow>,
     },
     /// The last event.
     End {
@@ -228,8 +224,6 @@ pub enum State {
     Floor,
     /// The sensor moves, or its pose is done.
     Wait,
-    /// It rests; the hold begins.
-    Settle,
     /// The pose is measured.
     Capture,
     /// The session has ended.
@@ -244,8 +238,6 @@ pub enum State {
 pub enum Tile {
     /// Not recorded yet.
     ToDo,
-    /// Up now: hold still.
-    HoldStill,
     /// Being measured.
     Capturing,
     /// Recorded.
@@ -342,10 +334,6 @@ pub enum Rejection {
     Clipped,
     /// The unit is unknown, or changed.
     Units,
-    /// Another face than the one to record again: its opposite.
-    Sign,
-    /// An axis repeats one value while the others change.
-    Frozen,
     /// Rows are missing.
     Gaps,
     /// The temperature is too far from that of the first pose.
@@ -370,12 +358,8 @@ pub enum Wanted {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarningKind {
-    /// Temperature.
-    Temperature,
     /// Local gravity.
     Gravity,
-    /// Rows, columns or lines.
-    Rows,
     /// A command that cannot be done now.
     Refused,
     /// Anything else.
@@ -421,23 +405,6 @@ pub struct Fit {
     pub undetected_mg: Option<f64>,
     /// Number of poses.
     pub poses: u32,
-    /// Number of the pose that contradicts the others.
-    pub suspect: Option<u32>,
-}
-
-/// A true parameter beside its estimate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TruthRow {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// True value.
-    pub truth: f64,
-    /// Estimate.
-    pub found: f64,
-    /// Half the 95 % interval.
-    pub plus_minus: Option<f64>,
 }
 
 /// What the user wants.
@@ -464,8 +431,6 @@ pub enum Command {
     Finish,
     /// End without a calibration; what was recorded stays.
     Cancel,
-    /// Go on with a session that was saved.
-    Resume,
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².

@@ -54,6 +54,15 @@ impl Console {
         self.renderers.iter_mut().try_for_each(|r| r.show(message))
     }
 
+    /// Shows what happens before the session.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::show`].
+    pub fn note(&mut self, event: Event, text: &str) -> Result<()> {
+        self.show(&Message::new(0.0, event, text))
+    }
+
     /// The user ends the session.
     pub fn interrupt(&self) {
         self.interrupted.store(true, Ordering::SeqCst);
@@ -137,7 +146,6 @@ impl Renderer for Plain {
                 self.status(message, status);
                 return Ok(());
             }
-            Event::PoseCandidate => return Ok(()),
             Event::PoseAccepted(_) => "✓ ",
             Event::PoseRejected { .. } => "✗ ",
             Event::NextPose { .. } => "→ ",
@@ -178,17 +186,6 @@ fn details(event: &Event) -> Vec<String> {
             let report = report.iter().map(|r| format!("Report: {r}"));
             let next = next.iter().map(|n| format!("Next: {n}"));
             report.chain(next).collect()
-        }
-        Event::Truth { rows, .. } => {
-            let lines = rows.iter().map(|row| {
-                let plus_minus = row.plus_minus;
-                let plus_minus = plus_minus.map_or(String::new(), |p| format!(" ± {p:.2}"));
-                format!(
-                    "{:9} true {:8.2}  found {:8.2}{plus_minus} {}",
-                    row.name, row.truth, row.found, row.unit
-                )
-            });
-            lines.collect()
         }
         Event::End { resume, .. } => {
             let resume = resume.iter();

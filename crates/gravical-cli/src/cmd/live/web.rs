@@ -10,7 +10,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use axum::Router;
-use gravical::live::event::{Command, EndReason};
+use gravical::live::event::EndReason;
 use gravical::live::{Event, Message};
 use gravical::{Error, Result};
 use hyper::server::conn::http1;
@@ -108,7 +108,7 @@ impl Page {
     }
 
     /// Waits until the tabs have the last event, and disconnects them.
-    pub fn last_word(&self) {
+    fn last_word(&self) {
         let began = Instant::now();
         self.hub.close();
         while self.hub.tabs() > 0 && began.elapsed() < LAST_WORD {
@@ -118,24 +118,19 @@ impl Page {
         std::thread::sleep(STEP);
     }
 
-    /// Waits until the last tab is closed; true if the session is to go on.
-    pub fn stay(&self, console: &Console) -> bool {
-        if !self.hub.0.borrow().had_tab {
-            return false;
-        }
-        say("The page with the report stays until its tab is closed, or Ctrl-C.");
-        let mut read = Instant::now();
-        while read.elapsed() < LOADED_AGAIN && !console.is_interrupted() {
-            if self.hub.tabs() > 0 {
-                read = Instant::now();
-            }
-            let entry = console.entries.recv_timeout(STEP);
-            if entry.is_ok_and(|entry| entry.command == Ok(Command::Resume)) {
-                return true;
+    /// Waits until the last tab is closed, or the user ends it.
+    pub fn stay(&self, console: &Console) {
+        if self.hub.0.borrow().had_tab && !console.is_interrupted() {
+            say("The page with the report stays until its tab is closed, or Ctrl-C.");
+            let mut read = Instant::now();
+            while read.elapsed() < LOADED_AGAIN && !console.is_interrupted() {
+                if self.hub.tabs() > 0 {
+                    read = Instant::now();
+                }
+                std::thread::sleep(STEP);
             }
         }
         self.last_word();
-        false
     }
 }
 

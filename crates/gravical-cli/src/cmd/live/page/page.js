@@ -98,14 +98,14 @@ function updateBoard() {
   drawAttitude($("#next .drawing"), lying(up));
 }
 
-const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
+const WORDS = { to_do: "To do", capturing: "Capturing", done: "Done", redo: "Redo" };
 function updateTiles() {
   const s = state.status;
   for (const button of document.querySelectorAll("[data-face]")) {
     const { face } = button.dataset, tile = s?.tiles[face] ?? "to_do";
     button.dataset.mark = tile;
     write(button.querySelector(".mark"), WORDS[tile]);
-    button.style.setProperty("--share", ["capturing", "hold_still"].includes(tile) ? s.ring : 0);
+    button.style.setProperty("--share", tile === "capturing" ? s.ring : 0);
     button.disabled = choosing ? !recorded(state, face) : !hand.on;
   }
   $("#tiles").classList.toggle("choosing", choosing);
@@ -146,7 +146,7 @@ function announce(text) {
 // ---- Commands ----
 
 async function send(command) {
-  if (full || state.end && command.command !== "resume") return;
+  if (full || state.end) return;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),

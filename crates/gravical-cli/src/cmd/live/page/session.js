@@ -91,7 +91,6 @@ function posture(state) {
   const s = state.status, now = stage(state);
   if (now === "lost") return ["cross", LOST[state.lost.why] ?? "Lost"];
   if (now === "floor") return ["hold_still", "Hands off"];
-  if (now === "settle") return ["hold_still", "Hold still"];
   if (now === "capture") return ["capturing", "Capturing"];
   if (now !== "wait") return ["", ""];
   if (!s.still) return ["to_do", "Moving"];

@@ -18,7 +18,7 @@ const RETRY: Duration = Duration::from_millis(500);
 /// Everything that was said, for each tab to read at its own pace.
 #[derive(Default)]
 pub struct Said {
-    /// All events but the status; a session that goes on begins with its event `session` again.
+    /// All events but the status.
     past: Vec<Arc<str>>,
     /// The latest status, and how many events came before it.
     status: Option<(usize, Arc<str>)>,
@@ -46,11 +46,7 @@ impl Hub {
         let text = serde_json::to_string(message);
         let text = text.map_err(|e| Error::device("page", e.to_string()))?;
         self.0.send_modify(|said| {
-            match message.event {
-                Event::Session { .. } => said.has_ended = false,
-                Event::End { .. } => said.has_ended = true,
-                _ => {}
-            }
+            said.has_ended |= matches!(message.event, Event::End { .. });
             if message.event.is_status() {
                 said.status = Some((said.past.len(), text.into()));
             } else {
