@@ -94,11 +94,6 @@ impl Gaps {
         self.last_s = Some(now_s);
     }
 
-    /// Time since the last row, s.
-    pub fn silence_s(&self, now_s: f64) -> f64 {
-        self.last_s.map_or(0.0, |last_s| now_s - last_s)
-    }
-
     /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none. Then only a silence
     /// of more than `max_silence_s` tells.
     pub fn before_row(
@@ -115,8 +110,7 @@ impl Gaps {
             _ if std::mem::take(&mut self.is_resumed) => Some(0),
             rows => rows.map(|rows| rows.saturating_sub(rejected)),
         };
-        let silence_s = self.silence_s(at_s);
-        self.last_s = Some(at_s);
+        let silence_s = at_s - self.last_s.replace(at_s).unwrap_or(at_s);
         let is_silence = silence_s > max_silence_s;
         let cause = match rows {
             _ if self.cause.is_some() => self.cause.take(),

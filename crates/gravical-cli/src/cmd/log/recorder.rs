@@ -32,15 +32,11 @@ const RETRY_S: f64 = 0.5;
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
-/// At the end a shorter one is, s: somebody who sees that rows are missing ends the recording.
-const SILENT_END_S: f64 = 1.0;
 /// Opening a port resets the board within this time, and then it is silent for that time, s.
 const RESET_S: f64 = 4.0;
 const RESET_SILENCE_S: f64 = 1.5;
 /// A board that was reset by opening its port takes commands after this time, s.
 const COMMAND_S: f64 = 2.5;
-/// A board of ours answers a question within this time, s.
-const ASK_S: f64 = 1.5;
 /// Characters of a rejected line in a message.
 const QUOTED: usize = 60;
 
@@ -49,9 +45,8 @@ enum State {
     /// The board has not confirmed the settings that are wanted, which were sent at this time, s: lines
     /// are dropped.
     Setting { sent_s: Option<f64> },
-    /// They are held until their format is known. When that is tried next, s, and whether the board was
-    /// asked for its settings.
-    Holding { next_s: f64, is_asked: bool },
+    /// They are held until their format is known. When that is tried next, s.
+    Holding { next_s: f64 },
     /// They are written.
     Writing,
     /// All that was asked for is there, or the user ended it.
@@ -162,9 +157,9 @@ impl Recorder {
         }
     }
 
-    /// Whether no row has arrived for a while.
-    pub fn is_silent(&self, now_s: f64) -> bool {
-        self.paused_from_s.is_none() && self.gaps.silence_s(now_s) > self.silence_s(SILENT_END_S)
+    /// Whether nothing has arrived for a while, or the port is lost.
+    pub fn is_silent(&self) -> bool {
+        self.port.as_ref().is_none_or(|port| port.is_silent)
     }
 
     /// Seconds since the first row, without pauses.
@@ -215,7 +210,7 @@ impl Recorder {
             }
             self.gaps.open(Cause::Unplugged);
         }
-        self.drop_held("before the port was lost", |_| false);
+        self.drop_held(|_| false);
         let text = why.to_owned();
         self.say(Event::Lost { text });
     }
@@ -241,7 +236,7 @@ impl Recorder {
                 let begins_word =
                     |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
                 let keeps = |line: &Line| line.is_comment() || begins_word(line);
-                self.drop_held("before it was reset by opening the port", keeps);
+                self.drop_held(keeps);
             }
         }
         let mut lines = lines.into_iter();
@@ -346,7 +341,7 @@ impl Recorder {
     /// Looks for the format of the lines that are held. `is_last`: nothing follows.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
         let is_due = self.is_due(now_s);
-        let State::Holding { next_s, is_asked } = &mut self.state else {
+        let State::Holding { next_s } = &mut self.state else {
             return Ok(());
         };
         let lines = self.waiting.len();
@@ -368,13 +363,6 @@ impl Recorder {
             }
             return self.report_no_rows();
         };
-        let names_columns = form.header_line > 0 || form.delimiter.is_none();
-        if !names_columns && !is_last && !std::mem::replace(is_asked, true) {
-            // The settings of a board are followed by its header.
-            self.out.commands += "?\n";
-            *next_s = now_s + ASK_S;
-            return Ok(());
-        }
         self.write_held(&form)
     }
 
@@ -437,7 +425,7 @@ impl Recorder {
         } else {
             f64::NAN
         };
-        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s(SILENCE_S));
+        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s());
         if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
             self.write(format!("{}\n", gap.line()).as_bytes());
             self.counts.gaps += 1;
@@ -490,18 +478,10 @@ impl Recorder {
         self.write(format!("# rejected: {text}\n").as_bytes());
     }
 
-    /// Lines whose format is not known are dropped, but for those that are kept, and that is said.
-    fn drop_held(&mut self, when: &str, keeps: impl Fn(&Line) -> bool) {
-        let State::Holding { .. } = self.state else {
-            return;
-        };
-        let held = self.waiting.len();
-        self.waiting.retain(keeps);
-        let dropped = held - self.waiting.len();
-        if dropped > 0 {
-            self.warn(format!(
-                "{dropped} lines that the board sent {when} are not recorded"
-            ));
+    /// Lines whose format is not known are of another start, but for those that are kept.
+    fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
+        if let State::Holding { .. } = self.state {
+            self.waiting.retain(keeps);
         }
     }
 
@@ -531,14 +511,14 @@ impl Recorder {
         Ok(())
     }
 
-    /// A silence takes `min_s`, or for a slow board more, s.
-    fn silence_s(&self, min_s: f64) -> f64 {
-        min_s.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
+    /// Nothing for this time is a silence, s.
+    fn silence_s(&self) -> f64 {
+        SILENCE_S.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
     }
 
     /// A board that has sent rows is silent: some may be missing.
     fn notice_silence(&mut self, now_s: f64) {
-        let max_s = self.silence_s(SILENCE_S);
+        let max_s = self.silence_s();
         if let Some(port) = &mut self.port
             && !port.is_silent
         {
@@ -563,7 +543,7 @@ impl Recorder {
                 }
             }
             // Rows before are of another start, or have no header.
-            State::Holding { .. } => self.drop_held("before its settings", Line::is_comment),
+            State::Holding { .. } => self.drop_held(Line::is_comment),
             State::Writing if !is_met => self
                 .warn("the board was reset and has other settings than those asked for".to_owned()),
             _ => {}
@@ -598,10 +578,7 @@ impl State {
     fn of(reader: &Follow) -> Self {
         match reader.form() {
             Some(_) => State::Writing,
-            None => State::Holding {
-                next_s: 0.0,
-                is_asked: false,
-            },
+            None => State::Holding { next_s: 0.0 },
         }
     }
 }
@@ -651,7 +628,6 @@ mod tests {
         now_s: f64,
         stamp_ms: u32,
         text: String,
-        commands: String,
     }
 
     impl Bench {
@@ -664,7 +640,6 @@ mod tests {
                 now_s: 0.0,
                 stamp_ms: 0,
                 text: String::new(),
-                commands: String::new(),
             }
         }
 
@@ -673,7 +648,6 @@ mod tests {
             self.recorder.tick(self.now_s).unwrap();
             let out = std::mem::take(&mut self.recorder.out);
             self.text += std::str::from_utf8(&out.text).unwrap();
-            self.commands += &out.commands;
         }
 
         fn rows(&mut self, rows: u32) {
@@ -711,7 +685,7 @@ mod tests {
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end(), Some(End::Duration));
-        assert!(bench.recorder.is_silent(bench.now_s));
+        assert!(bench.recorder.is_silent());
     }
 
     #[test]
@@ -774,37 +748,21 @@ mod tests {
     }
 
     #[test]
-    fn rows_from_before_a_reset_are_dropped_and_a_board_without_a_header_is_asked() {
+    fn rows_from_before_a_reset_are_dropped() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
-        let mut bench = Bench::new(Args::default());
-        bench.recorder.drop_held("", |_| false);
-        bench.rows(20);
-        bench.pass(1.8);
-        bench.stamp_ms = 0;
-        bench
-            .recorder
-            .bytes(bench.now_s, HEADER.as_bytes())
-            .unwrap();
-        bench.rows(150);
-        assert!(bench.text.starts_with(HEADER) && bench.gaps().is_empty());
-        assert_eq!(bench.recorder.counts.rows, 150);
-        assert_eq!(bench.commands, "");
-
-        let settings = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
-        for answer in [true, false] {
+        const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
+        // It is silent, or it says who it is.
+        for (silence_s, lines) in [(1.8, ""), (0.1, SETTINGS)] {
             let mut bench = Bench::new(Args::default());
-            bench.recorder.drop_held("", |_| false);
+            bench.recorder.drop_held(|_| false);
+            bench.rows(20);
+            bench.pass(silence_s);
+            bench.stamp_ms = 0;
+            let lines = format!("{lines}{HEADER}");
+            bench.recorder.bytes(bench.now_s, lines.as_bytes()).unwrap();
             bench.rows(150);
-            assert_eq!((&bench.commands[..], &bench.text[..]), ("?\n", ""));
-            if answer {
-                let lines = format!("# a note\n{settings}{HEADER}");
-                bench.recorder.bytes(bench.now_s, lines.as_bytes()).unwrap();
-            }
-            bench.rows(150);
-            assert_eq!(bench.text.contains(HEADER), answer);
-            let rows = if answer { 150 } else { 300 };
-            assert_eq!(bench.recorder.counts.rows, rows);
-            assert_eq!(bench.commands, "?\n");
+            assert!(bench.text.starts_with(&lines) && bench.gaps().is_empty());
+            assert_eq!(bench.recorder.counts.rows, 150);
         }
     }
 
