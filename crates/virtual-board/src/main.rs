@@ -43,7 +43,7 @@ struct Args {
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
     /// What goes wrong, seconds after the opening: no-answer@5-8,stuck-bus@12-13,
-    /// frozen-x@20-25,who-am-i=0x70@30-33,dip@40,hang@50
+    /// who-am-i=0x70@30-33,dip@40,hang@50
     #[arg(long, value_name = "SPEC", default_value = "")]
     faults: String,
 }

@@ -147,31 +147,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn opening_and_closing_is_seen() {
-        let mut port = Port::new(None).unwrap();
-        assert!(!port.opened() && !port.is_open());
-        port.send(b"lost");
-        let mut options = File::options();
-        let mut other = options.read(true).write(true).open(port.path()).unwrap();
-        assert!(port.opened() && port.is_open());
-        assert!(!port.opened());
-        port.send(b"\x00\r\n\x11");
-        let mut bytes = [0; 4];
-        other.read_exact(&mut bytes).unwrap();
-        assert_eq!(&bytes, b"\x00\r\n\x11", "raw");
-        other.write_all(b"a4\n").unwrap();
-        assert_eq!(port.receive(), b"a4\n");
-        assert!(port.receive().is_empty());
-        // A reader that does not read costs bytes, not time.
-        port.send(&[b'x'; 100_000]);
-        drop(other);
-        assert!(!port.opened() && !port.is_open());
-        // Opened and closed between two looks is a reset all the same.
-        drop(File::open(port.path()).unwrap());
-        assert!(port.opened() && !port.is_open());
-    }
-
-    #[test]
     fn a_link_replaces_a_dead_one_and_nothing_else() {
         let folder = std::env::temp_dir().join(format!("virtual-board-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();

@@ -285,29 +285,6 @@ fn a_session_is_cancelled() {
     assert!(again.contains("--resume s"), "{again}");
 }
 
-/// What is written fills a pipe that nobody reads; the session reaches its end all the same.
-#[test]
-fn a_reader_that_does_not_read_stops_no_session() {
-    let folder = tempfile::tempdir().unwrap();
-    let line = "live --simulate --seed 4 --speed 200 --folder s --plain --events -";
-    let mut child = start(folder.path(), line);
-    type_in(&mut child, &WHOLE);
-    drop(child.stdin.take());
-    let until = Instant::now() + PATIENCE;
-    let code = loop {
-        if let Some(status) = child.try_wait().unwrap() {
-            break status.code();
-        }
-        if Instant::now() >= until {
-            let _ = child.kill();
-            panic!("it waits for its reader");
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    };
-    assert_eq!(code, Some(0));
-    assert!(json(&folder.path().join("s/calibration.json")).is_object());
-}
-
 /// A session whose events are wanted, and cannot be written, does not go on in silence.
 #[test]
 #[cfg(target_os = "linux")]

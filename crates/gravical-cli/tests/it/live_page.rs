@@ -297,35 +297,6 @@ fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
 }
 
 #[test]
-#[ignore = "slow: waits for them"]
-fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "");
-    let mut tab = served.tab();
-    tab.until_type("session");
-    for _ in 0..4 {
-        // Some send nothing, some half a request.
-        let held: Vec<TcpStream> = (0..250)
-            .map(|i| {
-                let mut stream = served.connect();
-                if i % 2 == 0 {
-                    let _ = stream.write_all(b"POST /command HTTP/1.1\r\nHost: 127");
-                }
-                stream
-            })
-            .collect();
-        let before = tab.until_type("status")["t_s"].as_f64().unwrap();
-        tab.until(|e| e["type"] == "status" && e["t_s"].as_f64().unwrap() > before + 0.3);
-        // Who has the token gets in.
-        assert_eq!(served.get("/").status, 200);
-        drop(held);
-    }
-    // Without an end they are closed all the same.
-    let mut silent = served.connect();
-    assert_eq!(silent.read(&mut [0; 16]).unwrap_or(0), 0);
-}
-
-#[test]
 fn a_session_is_commanded_and_its_report_is_served() {
     let folder = tempfile::tempdir().unwrap();
     let served = Served::start(folder.path(), "--speed 10 --gravity 9.80665");

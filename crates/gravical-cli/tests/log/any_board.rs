@@ -182,9 +182,8 @@ fn is_recorded(sketch: &Sketch) {
     assert!((1.0..20.0).contains(&last_s), "{last_s} s\n{text}");
 }
 
-/// Rows are few, slow, or none.
 #[test]
-fn few_rows_and_none() {
+fn few_rows_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let mut log = board.log("-o x.csv --json");
@@ -197,15 +196,4 @@ fn few_rows_and_none() {
     let (code, ended) = log.ended();
     assert_eq!((code, &ended["rows"]), (0, &10.into()), "{ended}");
     assert_eq!(recording(&folder.path().join("x.csv")).rows(), 10);
-
-    let mut log = board.log("-o y.csv --json");
-    log.wait_for("opened");
-    let words = "what a loose wire makes of a row\n".repeat(1000);
-    board.say(&words);
-    let (code, error) = log.ended();
-    let silent = Some("no-samples-from-board");
-    assert_eq!((code, error["code"].as_str()), (5, silent));
-    let message = error["message"].as_str().unwrap();
-    assert!(message.contains("a loose wire"), "{message}");
-    assert!(!folder.path().join("y.csv").exists());
 }

@@ -96,27 +96,3 @@ impl Hands {
         self.0.borrow().sensor.truth()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sensor_lies_as_typed_and_stays_there_when_readings_begin_again() {
-        let hands = Hands::new(1, 1.0).unwrap();
-        assert!(hands.at(10.0).accel_mps2[2] > 8.0);
-        hands.act(" +x ").unwrap();
-        assert!(hands.at(15.0).accel_mps2[0] > 8.0);
-        // A reset: the sensor lies where it lay, and is as warm.
-        let before_c = hands.at(100.0).temperature_c;
-        let after = hands.at(0.0);
-        assert!(after.accel_mps2[0] > 8.0);
-        assert!((after.temperature_c - before_c).abs() < 0.2);
-        for line in ["push", "push -0.5", "0.3 0.5 -0.8"] {
-            assert!(hands.act(line).is_ok(), "{line}");
-        }
-        for wrong in ["", "+w", "push far", "push 1e9", "1 2", "1 2 z", "0 0 0"] {
-            assert!(hands.act(wrong).unwrap_err().is_usage(), "{wrong}");
-        }
-    }
-}

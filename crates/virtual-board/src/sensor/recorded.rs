@@ -58,24 +58,3 @@ pub fn recorded(recording: &Recording) -> Result<impl FnMut(f64) -> Reading + us
         row.map_or_else(Reading::default, |row| row.1)
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use gravical::recording::{ReadOptions, read_bytes};
-
-    #[test]
-    fn rows_are_held_and_begin_again() {
-        let text = "t_ms,ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)\n\
-                    0,0.0,0.1,9.8,1,2,3\n10,0.5,0.1,9.7,4,5,6\n20,0.0,0.2,9.8,,8,9\n";
-        let recording = read_bytes(text.as_bytes(), "t", &ReadOptions::default()).unwrap();
-        let mut at = recorded(&recording).unwrap();
-        assert_eq!(at(0.0).accel_mps2, [0.0, 0.1, 9.8]);
-        assert_eq!(at(0.009).accel_mps2, [0.0, 0.1, 9.8]);
-        assert_eq!(at(0.0101).accel_mps2, [0.5, 0.1, 9.7]);
-        let last = at(0.025);
-        assert!((last.gyro_deg_s[0] - 4.0).abs() < 1e-9, "an empty cell");
-        assert!((last.gyro_deg_s[2] - 9.0).abs() < 1e-9);
-        assert_eq!(at(0.0305).accel_mps2, at(0.0).accel_mps2);
-    }
-}
