@@ -161,16 +161,16 @@ class Live:
             self.look("redo")
             key("-y")
             self.accepted(6)
-            # What no simulated session shows.
-            self.take("{ v: 1, type: 'warning', kind: 'temperature', t_s: state.status.t_s, text: 'It has warmed by 1.4 °C.' }")
-            assert self.shown("#notice[data-mark=warning]")
             self.look("six")
             # The question says what the verdict would be; the session goes on.
             browser.key("Enter")
             assert "Not verifiable" in browser.run("return document.querySelector('#sure p').textContent")
+            self.look("sure")
             browser.key("Escape")
             browser.settle()
-            for count in range(7, 17):
+            browser.click("#as-drawn")
+            self.accepted(7)
+            for count in range(8, 17):
                 if self.is_good():
                     break
                 browser.key("n")
@@ -185,45 +185,6 @@ class Live:
             browser.open("about:blank")
             assert self.child.wait(timeout=20) == 0
         print("a session by keyboard")
-
-    def by_mouse(self):
-        browser = self.browser
-        with self.simulated(4, seed=5):
-            self.ready()
-            tile = lambda face: browser.click(f"#tiles li:nth-child({browser.run(f'''return FACES.indexOf('{face}') + 1''')}) button")
-            for count, face in enumerate(FACES, start=2):
-                tile(face)
-                self.accepted(count)
-            browser.click("#undo")
-            self.until("return state.log.some(l => l.text.includes('(−z) no longer counts'))")
-            self.browser.settle(8)
-            browser.click("#redo")
-            self.until("return document.querySelector('#tiles.choosing')")
-            tile("+x")
-            self.until("return state.log.some(l => l.text.includes('Put +x up again'))")
-            tile("+x")
-            self.until("return recorded(state, '+x')", 60)
-            browser.click("#shake")
-            # It may have been recorded again where it lay.
-            tile("-z")
-            self.accepted(6)
-            self.until("return state.status.state === 'wait' && state.status.still", 60)
-            browser.click("#as-drawn")
-            self.accepted(7)
-            # The board is dragged to where nothing is recorded.
-            browser.run("document.querySelector('#board').scrollIntoView({ block: 'center' })")
-            x, y, width = browser.run("const b = document.querySelector('#board').getBoundingClientRect();"
-                                      "return [b.left + b.width / 2, b.top + b.height / 2, b.width]")
-            up = browser.run("return state.status.up")
-            browser.drag((x, y), (x - width / 4, y - width / 5))
-            self.until(f"return angleDeg(state.status.up, {up}) > 15", 30)
-            browser.click("#finish")
-            self.until("return document.querySelector('#sure').open || state.verdict?.final")
-            if browser.run("return document.querySelector('#sure').open"):
-                self.look("sure")
-                browser.click("#sure [value=yes]")
-            self.ended("mouse")
-        print("a session by mouse")
 
     def loaded_again(self):
         """A page that is loaded again in a capture, and two tabs, of which each can command."""
@@ -401,7 +362,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.by_mouse, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
+            for part in (live.by_keyboard, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

@@ -25,17 +25,18 @@ let accepted_until = 0;
 // ---- The page after an event ----
 
 let attitude = lying([0, 0, 1]), heading = 0;
-const hand = new SimulatedHand($("#board"), () => attitude, up => send({ command: "hand", up }));
+// A simulated sensor is laid down here.
+let is_in_hand = false;
 
 function update() {
   const now = stage(state), { session, verdict } = state;
   const is_asked = now === "connect" && Boolean(state.ports) && !full;
   const is_over = now === "end" || Boolean(state.saved) || Boolean(verdict?.final);
-  hand.on = session?.source === "simulate" && !is_over;
+  is_in_hand = session?.source === "simulate" && !is_over;
   document.body.dataset.state = now;
   updateWords(now);
   show("#live", !is_over && !is_asked);
-  show("#hands", hand.on);
+  show("#hands", is_in_hand);
   show("#actions", !is_over && !is_asked && !full);
   show("#gravity", session?.gravity_source === "standard" && session.source !== "simulate" && !gravity_later && !is_over);
   show("#ports", is_asked);
@@ -76,7 +77,7 @@ function updateBoard() {
   // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
   const read = normalised(s?.attitude ?? [1, 0, 0, 0]);
   heading = (up && headingTo(lying(up), read)) ?? heading;
-  attitude = hand.drawn(s?.up) ?? turnedLevel(heading, read);
+  attitude = turnedLevel(heading, read);
   drawAttitude($("#board"), attitude);
   const is_accepted = performance.now() < accepted_until;
   const [mark, word] = is_accepted ? ["done", "Done"] : posture(state);
@@ -106,7 +107,7 @@ function updateTiles() {
     button.dataset.mark = tile;
     write(button.querySelector(".mark"), WORDS[tile]);
     button.style.setProperty("--share", tile === "capturing" ? s.ring : 0);
-    button.disabled = choosing ? !recorded(state, face) : !hand.on;
+    button.disabled = choosing ? !recorded(state, face) : !is_in_hand;
   }
   $("#tiles").classList.toggle("choosing", choosing);
   $("#tiles").setAttribute("aria-label", choosing ? "Which face is recorded again?" : "Six faces");
@@ -208,7 +209,6 @@ const ACTIONS = {
 
 function press(button) {
   const { command, face, port } = button.dataset;
-  if (button.closest("#hands, #tiles")) hand.drop();
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
   else if (port) send({ command: "port", name: port });
@@ -246,9 +246,8 @@ document.addEventListener("keydown", e => {
   const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
   const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
   if (key === "Escape" && choosing) choose(false);
-  else if (button) {
-    if (!e.repeat && !button.disabled) press(button);
-  } else if (!hand.press(key)) return;
+  else if (!button) return;
+  else if (!e.repeat && !button.disabled) press(button);
   e.preventDefault();
 });
 
