@@ -285,7 +285,7 @@ class Live:
         print("a board at a port, unplugged in a capture")
 
     def port_chosen(self):
-        """The port is absent, then something else, then there: tried again on the page. A fifth tab says that it is one."""
+        """The port is absent, then something else, then there: tried again on the page."""
         browser = self.browser
         with tempfile.TemporaryDirectory() as folder:
             board = Board(folder)
@@ -309,31 +309,13 @@ class Live:
                     browser.click("#again")
                     self.ready()
                     assert not self.shown("#ports") and self.shown("#live")
-                    # Four tabs are served; the fifth says so, and is served when one is closed.
-                    first = browser.call("GET", f"{browser.session}/window")
-                    tabs = []
-                    for _ in range(4):
-                        tabs.append(browser.call("POST", f"{browser.session}/window/new", {"type": "tab"})["handle"])
-                        browser.call("POST", f"{browser.session}/window", {"handle": tabs[-1]})
-                        browser.open(self.url)
-                        self.until("return state.status || full")
-                    self.until("return document.querySelector('#sentence').textContent.includes('too many tabs')")
-                    browser.settle(200)
-                    assert "too many tabs" in browser.run("return document.querySelector('#sentence').textContent")
-                    for tab in tabs[:3]:
-                        browser.call("POST", f"{browser.session}/window", {"handle": tab})
-                        browser.call("DELETE", f"{browser.session}/window")
-                    browser.call("POST", f"{browser.session}/window", {"handle": tabs[3]})
-                    self.until("return state.poses.size === 1 && !full", 30)
-                    browser.call("DELETE", f"{browser.session}/window")
-                    browser.call("POST", f"{browser.session}/window", {"handle": first})
                     self.quiet("port chosen")
                     # The program is gone.
                     self.child.kill()
                     self.until("return document.querySelector('#sentence').textContent.includes('does not answer')", 3)
             finally:
                 board.close()
-        print("a port chosen, five tabs")
+        print("a port chosen")
 
     def of_a_board(self):
         """What a board sends is text, whatever it is."""

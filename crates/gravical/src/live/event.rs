@@ -72,12 +72,7 @@ pub enum Event {
         gyro_unit: Option<GyroUnit>,
     },
     /// The noise at rest is known.
-    Floor {
-        /// Standard deviation of a sample, mg.
-        noise_mg: [f64; 3],
-        /// A short block that scatters more than this, the three axes together, moves, mg.
-        limit_mg: f64,
-    },
+    Floor,
     /// The state, ten times a second.
     Status(Box<Status>),
     /// A pose was accepted; it is safe when this is shown.

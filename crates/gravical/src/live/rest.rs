@@ -139,6 +139,6 @@ impl Means {
     }
 }
 
-pub(super) fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
+fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
     std::array::from_fn(|i| samples.iter().map(|s| of(s)[i]).collect())
 }

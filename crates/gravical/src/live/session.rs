@@ -14,7 +14,6 @@ use crate::poses::face::{Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
-use crate::stats::standard_deviation;
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
@@ -22,7 +21,7 @@ use super::event::{
     Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind, Welcome,
 };
 use super::folder::{Journal, section};
-use super::rest::{Fault, LET_GO, Means, Units, columns};
+use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
 use super::{APART_DEG, LiveOptions, any_of, face_of, sentence};
 
@@ -570,16 +569,10 @@ impl Session {
             gyro_nominal: recording.gyro_scale.as_ref().and_then(GyroScale::nominal),
             gyro_bias: means.gyro,
         });
-        let noise_mg = columns(&samples, |s| s.accel).map(|mut axis| {
-            axis.retain(|v| v.is_finite());
-            self.mg(standard_deviation(&axis))
-        });
-        let limit_mg = self.mg(state.max_scatter[0]);
-        let [x, y, z] = noise_mg;
-        let text = format!(
-            "Noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it counts as moving."
-        );
-        self.emit(Event::Floor { noise_mg, limit_mg }, &text);
+        let [noise_mg, limit_mg] = [means.scatter[0], state.max_scatter[0]].map(|v| self.mg(v));
+        let text =
+            format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
+        self.emit(Event::Floor, &text);
         for finding in &recording.findings {
             if finding.kind == FindingKind::FrozenAxis {
                 self.warn(WarningKind::Other, &finding.message);

@@ -14,8 +14,6 @@ function render(element, markup) {
 }
 
 let state = fresh();
-// Other tabs have taken all the places.
-let full = false;
 let answers = true;
 // A face is being chosen that is recorded again.
 let choosing = false;
@@ -30,14 +28,14 @@ let is_in_hand = false;
 
 function update() {
   const now = stage(state), { session, verdict } = state;
-  const is_asked = now === "connect" && Boolean(state.ports) && !full;
+  const is_asked = now === "connect" && Boolean(state.ports);
   const is_over = now === "end" || Boolean(state.saved) || Boolean(verdict?.final);
   is_in_hand = session?.source === "simulate" && !is_over;
   document.body.dataset.state = now;
   updateWords(now);
   show("#live", !is_over && !is_asked);
   show("#hands", is_in_hand);
-  show("#actions", !is_over && !is_asked && !full);
+  show("#actions", !is_over && !is_asked);
   show("#gravity", session?.gravity_source === "standard" && session.source !== "simulate" && !gravity_later && !is_over);
   show("#ports", is_asked);
   show("#result", is_over);
@@ -52,7 +50,7 @@ function update() {
 }
 
 function updateWords(now) {
-  const { status, notice } = state, [main, below] = sentence(state, answers, full);
+  const { status, notice } = state, [main, below] = sentence(state, answers);
   write($("#sentence"), main);
   write($("#hint"), below);
   $("#hint").classList.toggle("due", Boolean(status?.hint) && below === status.hint);
@@ -147,7 +145,7 @@ function announce(text) {
 // ---- Commands ----
 
 async function send(command) {
-  if (full || state.end) return;
+  if (state.end) return;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -276,8 +274,7 @@ function updateSoon() {
 }
 
 function take(event) {
-  if (event.type === "full") full = true;
-  else state = after(state, event);
+  state = after(state, event);
   if (event.type === "session") choosing = false;
   if (event.type !== "status") is_recorded = false;
   if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
@@ -296,7 +293,6 @@ function listen() {
     answers = true;
     clearTimeout(silence);
     silence = 0;
-    full = false;
     live_from = performance.now() + 700;
     updateSoon();
   });
@@ -305,7 +301,7 @@ function listen() {
     if (state.end) stream.close();
     // A stream that is opened again at once is not worth a word; one that fails again and again is.
     silence ||= setTimeout(() => {
-      answers = full;
+      answers = false;
       updateSoon();
     }, 1500);
     // A refused connection is final for the browser, so it is tried again here.

@@ -66,9 +66,8 @@ function wanted({ next_pose: next, status: s }) {
 const parts = text => /^(.*?[.!?…])\s+(.*)$/s.exec(text)?.slice(1) ?? [text, ""];
 
 // The one sentence, and the line below it.
-function sentence(state, answers, full) {
+function sentence(state, answers) {
   const now = stage(state);
-  if (full) return ["This session is open in too many tabs.", "Close one of them, and this tab shows the session."];
   if (!answers && !state.end) {
     const folder = state.session?.folder;
     return ["The program does not answer.", folder

@@ -10,8 +10,6 @@ use gravical::live::{Event, Message};
 use gravical::{Error, Result};
 use tokio::sync::watch;
 
-/// Tabs at a time. A browser opens six connections to a host, and each tab holds one.
-const TABS: usize = 4;
 /// A tab that was disconnected connects again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
@@ -66,19 +64,14 @@ impl Hub {
         self.0.receiver_count()
     }
 
-    /// The events for a new tab, from the beginning; none when there are too many tabs.
-    pub fn join(
-        &self,
-    ) -> Option<impl Stream<Item = std::result::Result<sse::Event, Infallible>> + use<>> {
-        if self.tabs() >= TABS {
-            return None;
-        }
+    /// The events for a new tab, from the beginning.
+    pub fn join(&self) -> impl Stream<Item = std::result::Result<sse::Event, Infallible>> + use<> {
         self.0.send_modify(|said| said.had_tab = true);
-        Some(unfold(Tab::new(self), |mut tab| async {
+        unfold(Tab::new(self), |mut tab| async {
             let text = tab.next().await?;
             let event = sse::Event::default().retry(RETRY).data(text);
             Some((Ok(event), tab))
-        }))
+        })
     }
 }
 
