@@ -10,14 +10,11 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use axum::Router;
+use axum::serve::ListenerExt as _;
 use gravical::live::event::EndReason;
 use gravical::live::{Event, Message};
 use gravical::{Error, Result};
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
-use tokio::sync::Semaphore;
 
 use super::console::{Console, Entry, Renderer};
 use crate::text::say;
@@ -25,12 +22,6 @@ use crate::text::say;
 use hub::Hub;
 use routes::{Served, routes};
 
-/// Connections at a time: the session needs files, too.
-const CONNECTIONS: usize = 128;
-/// A connection has to send its request within this time; without the token it is closed then.
-const REQUEST_TIME: Duration = Duration::from_secs(2);
-/// Longest head of a request, bytes.
-const HEAD_BYTES: usize = 1 << 14;
 /// The end of the session waits for a tab that is loaded again for this long.
 const LOADED_AGAIN: Duration = Duration::from_secs(3);
 /// The last event reaches the tabs within this time, or not at all.
@@ -171,32 +162,9 @@ fn system(error: std::io::Error) -> Error {
 }
 
 /// Answers until the program ends.
-async fn answer(listener: TcpListener, app: Router) {
-    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
-        return;
-    };
-    let free = Arc::new(Semaphore::new(CONNECTIONS));
-    loop {
-        let place = Arc::clone(&free).acquire_owned().await;
-        let Ok((stream, _)) = listener.accept().await else {
-            // No more files, for example: connections that end give some back.
-            tokio::time::sleep(STEP).await;
-            continue;
-        };
-        // An event is sent at once.
-        let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(app.clone());
-        let connection = http1::Builder::new()
-            .timer(TokioTimer::new())
-            .header_read_timeout(REQUEST_TIME)
-            .max_buf_size(HEAD_BYTES)
-            // A browser has six for a host: those of files are not kept for later.
-            .keep_alive(false)
-            .serve_connection(TokioIo::new(stream), service);
-        tokio::spawn(async move {
-            // A connection that breaks off is no fault of the session.
-            let _ = connection.await;
-            drop(place);
-        });
-    }
+async fn answer(listener: TcpListener, app: Router) -> std::io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(listener)?;
+    // An event is sent at once.
+    let listener = listener.tap_io(|stream| drop(stream.set_nodelay(true)));
+    axum::serve(listener, app).await
 }
