@@ -71,10 +71,6 @@ const PLAIN: Sketch = Sketch {
 const SKETCHES: &[Sketch] = &[
     PLAIN,
     Sketch {
-        row: |_, [x, y, z], _| format!("{x:+.3},{y:+.3},{z:+.3}\n"),
-        ..PLAIN
-    },
-    Sketch {
         before: "AccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
         row: |_, a, rate| {
             let [x, y, z] = a.map(|v| v / 9.81);
@@ -82,15 +78,6 @@ const SKETCHES: &[Sketch] = &[
         },
         contains: "\nt_host_ms\tAccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
         unit: "g",
-        has_gyro: true,
-        ..PLAIN
-    },
-    Sketch {
-        row: |_, [x, y, z], rate| {
-            let rate = rate * 0.1;
-            format!("{x:.3} {y:.3} {z:.3}  {rate:.3} 0.01 0.02  20.1 -3.2 44.0\n")
-        },
-        contains: "\nt_host_ms ax ay az gx gy gz c7 c8 c9\n",
         has_gyro: true,
         ..PLAIN
     },
