@@ -295,7 +295,7 @@ class Live:
                     # The page is drawn some milliseconds after its state.
                     self.until("return state.ports?.tried && document.querySelector('#sentence').textContent.includes('no such port')")
                     # What is no port of this computer is refused, wherever it comes from.
-                    port = "({ name, device: 'Arduino Uno', usb: '2341:0043', serial: null, board: true, open_in: ['minicom (4711)'] })"
+                    port = "({ name, device: 'Arduino Uno', usb: '2341:0043', serial: null, board: true })"
                     self.take(f"{{ ...state.ports, tried: null, text: 'No row arrives from /dev/serial/by-id/usb-1a86_USB_Serial_75736303336351E0C1A1-if00-port0. Which port is it?', ports: ['/etc/hosts', '/etc/passwd'].map(name => {port}) }}")
                     self.look("ports")
                     browser.click("#ports button:nth-of-type(2)")

@@ -193,8 +193,6 @@ pub struct PortInfo {
     pub serial: Option<String>,
     /// It has the vendor of a known board.
     pub board: bool,
-    /// Programs that have it open, as far as this user may know.
-    pub open_in: Vec<String>,
 }
 
 /// Where rows come from.

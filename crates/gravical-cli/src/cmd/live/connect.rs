@@ -11,7 +11,7 @@ use gravical::{Category, Error, Result};
 use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
-use crate::device::ports::{list, list_with_holders, the_board};
+use crate::device::ports::{list, the_board};
 
 /// Time between two looks at the ports, and at what the user wants.
 const LOOK: Duration = Duration::from_millis(200);
@@ -106,7 +106,7 @@ impl Connection<'_> {
     fn ask(&mut self, trouble: &Error) -> Result<()> {
         let mut shown = None;
         while !self.console.is_interrupted() && !self.chooses()? {
-            let found = list_with_holders().unwrap_or_default();
+            let found = list().unwrap_or_default();
             let tried = match &self.origin {
                 Origin::Port(name) => name.clone(),
                 _ => None,

@@ -11,7 +11,6 @@ use super::file::LogFile;
 use super::recorder::Recorder;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;
-use crate::device::trouble::holders;
 
 /// Longest wait for bytes of the port.
 const WAIT: Duration = Duration::from_millis(20);
@@ -228,13 +227,6 @@ impl Session {
         self.recorder
             .opened(now_s, &name, target.device(), preamble);
         self.target = Some(target);
-        let others = holders(&name).join(" and ");
-        if !others.is_empty() {
-            let text = format!(
-                "{others} has the port open too: rows that it reads are missing here; close it"
-            );
-            self.recorder.say(Event::Warning { text });
-        }
         Ok(())
     }
 

@@ -24,8 +24,7 @@ const tileMarkup = (face, i) => html`<li>
 const commandMarkup = line => html`<p class="command"><code>${line}</code><button type="button">Copy</button></p>`;
 
 function portMarkup(port, i) {
-  const busy = port.open_in.length > 0 && `open in ${port.open_in.join(", ")}`;
-  const where = [port.name, port.usb, port.serial && `number ${port.serial}`, busy].filter(Boolean).join(" · ");
+  const where = [port.name, port.usb, port.serial && `number ${port.serial}`].filter(Boolean).join(" · ");
   const what = port.device ?? (port.board ? "A board" : "Unknown device");
   const key = i < 9 ? i + 1 : "";
   return html`<button type="button" class="${port.board && "board"}" data-port="${port.name}" aria-keyshortcuts="${key}">
