@@ -239,20 +239,6 @@ pub enum Tile {
     Redo,
 }
 
-/// What a hold here and now would be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Welcome {
-    /// A face.
-    Face,
-    /// A free pose.
-    Free,
-    /// A pose that exists.
-    Duplicate,
-    /// Between two faces, while faces are wanted.
-    Between,
-}
-
 /// What a renderer needs continuously.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Status {
@@ -278,8 +264,6 @@ pub struct Status {
     pub face: String,
     /// Angle to it, degrees.
     pub tilt_deg: f64,
-    /// What a hold here would be.
-    pub welcome: Welcome,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
     /// Temperature, °C.

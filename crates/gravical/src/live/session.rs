@@ -18,7 +18,7 @@ use crate::{Error, Result};
 
 use super::attitude::Attitude;
 use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind, Welcome,
+    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind,
 };
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
@@ -673,49 +673,35 @@ impl Session {
         }
     }
 
-    /// What a hold in this direction would be.
-    pub(super) fn welcome(&self, up: [f64; 3]) -> Welcome {
+    /// Why a hold in this direction is not wanted.
+    pub(super) fn refusal(&self, up: [f64; 3]) -> Option<Fault> {
         let face = face_up(up);
-        let kind = face.map_or(Welcome::Free, |_| Welcome::Face);
         if self.options.any_pose || face.is_some_and(|f| !self.is_recorded(f)) {
-            return kind;
+            return None;
         }
+        let (nearest, tilt_deg) = Face::nearest(up);
+        let nearest = nearest.name();
+        let missing = any_of(&self.missing_faces());
         // A steep face that is done leaves room for a free pose beside it only if it is far.
         if self.poses.iter().any(|p| angle_deg(p.up, up) < APART_DEG) {
-            Welcome::Duplicate
-        } else if face.is_some() || self.missing_faces().is_empty() {
-            kind
-        } else {
-            Welcome::Between
+            let what = match face {
+                Some(_) => nearest,
+                None => format!("A pose within {APART_DEG:.0}°"),
+            };
+            let next = if missing.is_empty() {
+                "another direction"
+            } else {
+                &missing
+            };
+            let text = format!("{what} is recorded already. Turn it to {next}, or redo that face.");
+            return Some((Rejection::Duplicate, text));
         }
-    }
-
-    /// Why a hold in this direction is not wanted.
-    fn refusal(&self, up: [f64; 3]) -> Option<Fault> {
-        let (face, tilt_deg) = Face::nearest(up);
-        let name = face.name();
-        let next = match any_of(&self.missing_faces()).as_str() {
-            "" => "another direction".to_owned(),
-            faces => faces.to_owned(),
-        };
-        match self.welcome(up) {
-            Welcome::Face | Welcome::Free => None,
-            Welcome::Duplicate => {
-                let what = match face_up(up) {
-                    Some(_) => name,
-                    None => format!("A pose within {APART_DEG:.0}°"),
-                };
-                let text =
-                    format!("{what} is recorded already. Turn it to {next}, or redo that face.");
-                Some((Rejection::Duplicate, text))
-            }
-            Welcome::Between => {
-                let text = format!(
-                    "It lies between two faces: {tilt_deg:.0}° from {name}. Put {next} up; or take it all the same, as a free pose."
-                );
-                Some((Rejection::BetweenFaces, text))
-            }
-        }
+        (face.is_none() && !missing.is_empty()).then(|| {
+            let text = format!(
+                "It lies between two faces: {tilt_deg:.0}° from {nearest}. Put {missing} up; or take it all the same, as a free pose."
+            );
+            (Rejection::BetweenFaces, text)
+        })
     }
 
     /// Accepts or rejects a capture.

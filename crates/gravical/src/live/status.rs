@@ -2,7 +2,7 @@
 
 use gravical_core::matrix3::norm;
 
-use super::event::{Event, State, Status, Tile, Welcome};
+use super::event::{Event, State, Status, Tile};
 use super::sentence;
 use super::session::{Session, Stop, face_up};
 use crate::poses::face::Face;
@@ -30,7 +30,6 @@ impl Session {
         let reading = self.reading();
         let up = self.direction(reading);
         let (face, tilt_deg) = Face::nearest(up);
-        let welcome = self.welcome(up);
         let ring = self.ring(state);
         let here = face_up(up);
         let suspect = self.suspect().and_then(|pose| pose.face.clone());
@@ -47,7 +46,7 @@ impl Session {
         let temperature = self.recent.back().map(|s| s.temperature_c);
         let status = Status {
             state,
-            hint: self.hint(state, up, welcome).map(|h| sentence(&h)),
+            hint: self.hint(state, up).map(|h| sentence(&h)),
             up,
             attitude: self.attitude.wxyz(),
             norm_g: finite(norm(&reading) / nominal),
@@ -57,7 +56,6 @@ impl Session {
             ring,
             face: face.name(),
             tilt_deg,
-            welcome,
             rate_hz: self.rate_hz,
             temperature_c: temperature.filter(|t| t.is_finite()),
             tiles: Face::all().map(|f| (f.name(), tile(f))).into(),
@@ -95,7 +93,7 @@ impl Session {
     }
 
     /// Which test fails, after some time without progress.
-    fn hint(&self, state: State, up: [f64; 3], welcome: Welcome) -> Option<String> {
+    fn hint(&self, state: State, up: [f64; 3]) -> Option<String> {
         let waits = matches!(state, State::Wait | State::Floor);
         if !waits || self.now_s - self.progress_s < HINT_AFTER_S {
             return None;
@@ -103,14 +101,7 @@ impl Session {
         let last = self.last.as_ref()?;
         if last.run.is_some() {
             self.hold.as_ref().filter(|hold| hold.is_over)?;
-            return match welcome {
-                Welcome::Duplicate => Some(match face_up(up) {
-                    Some(face) => format!("{} is up, which is done", face.name()),
-                    None => "this pose is done".to_owned(),
-                }),
-                Welcome::Between => Some("it lies between two faces".to_owned()),
-                _ => None,
-            };
+            return self.refusal(up).map(|(_, text)| text);
         }
         let excess = |sensor: usize| last.scatter[sensor] / last.max_scatter[sensor];
         let tests = [("moving", excess(0)), ("turning", excess(1))];

@@ -92,9 +92,7 @@ function posture(state) {
   if (now === "floor") return ["hold_still", "Hands off"];
   if (now === "capture") return ["capturing", "Capturing"];
   if (now !== "wait") return ["", ""];
-  if (!s.still) return ["to_do", "Moving"];
-  if (s.welcome === "duplicate") return ["note", `${faceName(s.face)} is done already`];
-  return ["note", s.welcome === "between" ? "Between two faces" : "At rest"];
+  return s.still ? ["note", "At rest"] : ["to_do", "Moving"];
 }
 
 // The connection, as mark and word.
