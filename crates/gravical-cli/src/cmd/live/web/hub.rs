@@ -18,8 +18,8 @@ const RETRY: Duration = Duration::from_millis(500);
 pub struct Said {
     /// All events but the status.
     past: Vec<Arc<str>>,
-    /// The latest status, and how many events came before it.
-    status: Option<(usize, Arc<str>)>,
+    /// The latest status.
+    status: Option<Arc<str>>,
     /// The calibration report.
     pub report: Option<Arc<str>>,
     /// The last event was said.
@@ -46,7 +46,7 @@ impl Hub {
         self.0.send_modify(|said| {
             said.has_ended |= matches!(message.event, Event::End { .. });
             if message.event.is_status() {
-                said.status = Some((said.past.len(), text.into()));
+                said.status = Some(text.into());
             } else {
                 said.past.push(text.into());
             }
@@ -108,19 +108,17 @@ impl Tab {
     /// The next event that was said already. Of statuses the latest is enough.
     fn unread(&mut self) -> Option<Arc<str>> {
         let said = self.said.borrow_and_update();
-        let status = said.status.as_ref().filter(|(at, _)| *at <= self.next);
-        let status = status.map(|(_, status)| status);
-        let is_read = |status: &&Arc<str>| {
-            let last = self.status.as_ref();
-            last.is_some_and(|last| Arc::ptr_eq(last, status))
-        };
-        if let Some(status) = status.filter(|status| !is_read(status)) {
-            self.status = Some(Arc::clone(status));
-            return self.status.clone();
+        if let Some(text) = said.past.get(self.next) {
+            self.next += 1;
+            return Some(Arc::clone(text));
         }
-        let text = said.past.get(self.next)?;
-        self.next += 1;
-        Some(Arc::clone(text))
+        let status = said.status.as_ref()?;
+        let is_read = |last: &Arc<str>| Arc::ptr_eq(last, status);
+        if self.status.as_ref().is_some_and(is_read) {
+            return None;
+        }
+        self.status = Some(Arc::clone(status));
+        self.status.clone()
     }
 }
 
@@ -129,7 +127,7 @@ mod tests {
     use super::*;
     use gravical::live::Session;
 
-    /// Events of a board at rest, each with its place among them.
+    /// Events of a board at rest.
     #[test]
     fn a_tab_gets_all_events_and_the_latest_status_in_order() {
         let mut session = Session::new("r.csv", gravical::live::LiveOptions::default());
