@@ -23,8 +23,6 @@ pub trait Renderer {
     ///
     /// Where every event has to be written, and cannot be.
     fn show(&mut self, message: &Message) -> Result<()>;
-    /// Takes the calibration report, which comes before the event that it was saved.
-    fn report(&mut self, _html: &str) {}
 }
 
 /// What the user wants.

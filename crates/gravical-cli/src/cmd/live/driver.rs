@@ -370,26 +370,23 @@ impl<'a> Driver<'a> {
         steps
     }
 
-    /// The calibration report, for the page and into the folder. Where it cannot be written, the
-    /// calibration is saved all the same.
+    /// The calibration report, into the folder. Where it cannot be written, the calibration is saved all
+    /// the same.
     fn report(
         &mut self,
         file: &CalibrationFile,
         recorded: Option<&(Vec<Recording>, Calibrated)>,
         output: &Path,
     ) -> Result<Option<PathBuf>> {
+        let Some(folder) = self.folder else {
+            return Ok(None);
+        };
         let session = recorded.map(|(recordings, done)| figure::calibration::Session {
             recordings,
             segmentation: &done.segmentation,
         });
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
-        let html = document.to_html();
-        let renderers = self.console.renderers.iter_mut();
-        renderers.for_each(|r| r.report(&html));
-        let Some(folder) = self.folder else {
-            return Ok(None);
-        };
         let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");
         let path = folder.join(name);
         if let Err(error) = write_report(&path, false, &document) {

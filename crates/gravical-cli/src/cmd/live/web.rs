@@ -141,12 +141,6 @@ impl Renderer for PageEvents {
         }
         self.hub.say(message)
     }
-
-    fn report(&mut self, html: &str) {
-        self.hub
-            .0
-            .send_modify(|said| said.report = Some(html.into()));
-    }
 }
 
 /// 128 random bits.

@@ -118,4 +118,4 @@ const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
   ${truth && truthMarkup(truth)}
-  ${saved && reportMarkup(report, verdict?.reasons ?? [])}`;
+  ${saved?.report && reportMarkup(report, verdict?.reasons ?? [])}`;

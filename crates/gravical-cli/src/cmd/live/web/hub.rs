@@ -20,8 +20,8 @@ pub struct Said {
     past: Vec<Arc<str>>,
     /// The latest status.
     status: Option<Arc<str>>,
-    /// The calibration report.
-    pub report: Option<Arc<str>>,
+    /// The file of the calibration report.
+    pub report: Option<String>,
     /// The last event was said.
     pub has_ended: bool,
     /// A tab has listened.
@@ -44,7 +44,11 @@ impl Hub {
         let text = serde_json::to_string(message);
         let text = text.map_err(|e| Error::device("page", e.to_string()))?;
         self.0.send_modify(|said| {
-            said.has_ended |= matches!(message.event, Event::End { .. });
+            match &message.event {
+                Event::Saved { report, .. } => said.report.clone_from(report),
+                Event::End { .. } => said.has_ended = true,
+                _ => {}
+            }
             if message.event.is_status() {
                 said.status = Some(text.into());
             } else {

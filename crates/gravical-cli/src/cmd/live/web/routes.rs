@@ -203,14 +203,14 @@ async fn command(State(served): State<Served>, body: Body) -> Response {
 
 async fn report(State(served): State<Served>) -> Response {
     let report = served.hub.0.borrow().report.clone();
-    let Some(html) = report else {
+    let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
         return text(
             StatusCode::NOT_FOUND,
             TEXT,
             "The report is written when the calibration is saved.",
         );
     };
-    let mut response = text(StatusCode::OK, HTML, html.to_string());
+    let mut response = text(StatusCode::OK, HTML, html);
     let policy = HeaderValue::from_static(REPORT_POLICY);
     response
         .headers_mut()
