@@ -22,12 +22,8 @@
 //! [`stop`]: Mpu6050::stop
 
 mod faults;
-mod hands;
-mod recorded;
 
 pub use faults::{FaultKind, Faults};
-pub use hands::{COMMANDS, Hands};
-pub use recorded::recorded;
 
 use gravical_core::unit::{
     MPU6050_ACCELEROMETER_LSB_PER_G, MPU6050_GYROSCOPE_LSB_PER_DEG_S, STANDARD_GRAVITY_MPS2,
@@ -95,8 +91,6 @@ pub struct Mpu6050 {
     pub clock_error_ppm: f64,
     source: Box<dyn FnMut(f64) -> Reading>,
     registers: [u8; COUNT],
-    /// When readings and faults begin to count, s.
-    origin_s: f64,
     now_s: f64,
     /// When the next sample is due; infinite asleep.
     next_s: f64,
@@ -123,7 +117,6 @@ impl Mpu6050 {
             clock_error_ppm: 0.0,
             source: Box::new(source),
             registers: [0; COUNT],
-            origin_s: 0.0,
             now_s: 0.0,
             next_s: f64::INFINITY,
             busy_until_s: 0.0,
@@ -154,25 +147,16 @@ impl Mpu6050 {
         divider / base_hz / (1.0 + self.clock_error_ppm * 1e-6)
     }
 
-    /// Readings and faults start again from their beginning; the part stays as
-    /// it is.
-    pub fn restart(&mut self, now_s: f64) {
-        self.advance(now_s);
-        self.origin_s = now_s;
-    }
-
-    /// Seconds since the start of readings and faults.
+    /// Seconds since the start.
     #[must_use]
     pub fn elapsed_s(&self) -> f64 {
-        self.now_s - self.origin_s
+        self.now_s
     }
 
     /// Lets time go on to `now_s` on the board's clock.
     pub fn advance(&mut self, now_s: f64) {
-        let from_s = self.elapsed_s();
-        self.now_s = now_s;
-        let to_s = self.elapsed_s();
-        if self.faults.begins(FaultKind::Dip, from_s, to_s) {
+        let from_s = std::mem::replace(&mut self.now_s, now_s);
+        if self.faults.begins(FaultKind::Dip, from_s, now_s) {
             self.power_up();
         }
         if self.next_s > now_s {
@@ -197,11 +181,8 @@ impl Mpu6050 {
             self.shadow
                 .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
         }
-        let elapsed_s = self.elapsed_s();
-        let silent = self
-            .faults
-            .at(elapsed_s)
-            .any(|kind| kind == FaultKind::NoAnswer);
+        let is_off = |kind| kind == FaultKind::NoAnswer;
+        let silent = self.faults.at(now_s).any(is_off);
         self.selected = address == ADDRESS && !silent && now_s >= self.busy_until_s;
         if self.selected && !read {
             self.pointer = None;
@@ -232,7 +213,7 @@ impl Mpu6050 {
         let register = self.pointer.unwrap_or(0);
         self.pointer = Some((register + 1) & 0x7f);
         if register == WHO_AM_I {
-            let mut faults = self.faults.at(self.elapsed_s());
+            let mut faults = self.faults.at(self.now_s);
             let other = faults.find_map(|kind| match kind {
                 FaultKind::Identity(id) => Some(id),
                 _ => None,
@@ -279,7 +260,7 @@ impl Mpu6050 {
 
     /// One sample into its registers.
     fn measure(&mut self, time_s: f64) {
-        let reading = (self.source)((time_s - self.origin_s).max(0.0));
+        let reading = (self.source)(time_s);
         let (_, lsb_per_g) = MPU6050_ACCELEROMETER_LSB_PER_G[self.range(ACCEL_CONFIG)];
         let (_, lsb_per_deg_s) = MPU6050_GYROSCOPE_LSB_PER_DEG_S[self.range(GYRO_CONFIG)];
         for axis in 0..3 {
