@@ -181,7 +181,7 @@ impl Mpu6050 {
             self.shadow
                 .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
         }
-        let is_off = |kind| kind == FaultKind::NoAnswer;
+        let is_off = |kind: FaultKind| kind == FaultKind::NoAnswer;
         let silent = self.faults.at(now_s).any(is_off);
         self.selected = address == ADDRESS && !silent && now_s >= self.busy_until_s;
         if self.selected && !read {
