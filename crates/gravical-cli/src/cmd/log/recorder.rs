@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use gravical::escape::shown;
-use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
+use gravical::recording::{ColumnsSpec, Follow, LineKind, ReadOptions};
 use gravical::{Error, Result};
 
 use super::Args;
@@ -19,14 +19,9 @@ use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// The format is detected from this many lines of this time, s, or from those that a slow board sends in
-/// that time, s.
-const MIN_HELD_LINES: usize = 100;
-const MIN_HELD_S: f64 = 1.0;
+/// The format of a slow board is that of the rows of this time, s; and time between two attempts to
+/// detect it, s.
 const MAX_HELD_S: f64 = 6.0;
-/// So many lines without a format are no recording.
-const MAX_HELD_LINES: usize = 800;
-/// Time between two attempts to detect it, s.
 const RETRY_S: f64 = 0.5;
 /// Without a row, and without settings that were sent, for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
@@ -45,7 +40,7 @@ enum State {
     /// The board has not confirmed the settings that are wanted, which were sent at this time, s: lines
     /// are dropped.
     Setting { sent_s: Option<f64> },
-    /// They are held until their format is known. When that is tried next, s.
+    /// They are held until the reader knows their format. When that is tried next with few rows, s.
     Holding { next_s: f64 },
     /// They are written.
     Writing,
@@ -318,7 +313,7 @@ impl Recorder {
                 let line = self.prefixed(line);
                 self.add(line)?;
             }
-            State::Holding { .. } if !is_half => self.waiting.push_back(line),
+            State::Holding { .. } if !is_half => self.hold(line)?,
             _ => {}
         }
         Ok(())
@@ -338,40 +333,46 @@ impl Recorder {
         Ok(())
     }
 
-    /// Looks for the format of the lines that are held. `is_last`: nothing follows.
+    /// Holds a line, unless the reader knows the format by it.
+    fn hold(&mut self, line: Line) -> Result<()> {
+        let read = self.reader.push(&line.in_file());
+        self.waiting.push_back(line);
+        if read.is_err() {
+            // So many lines without a format are no recording.
+            self.drop_held(|_| false);
+            return self.report_no_rows();
+        }
+        self.write_held()
+    }
+
+    /// Takes what is held as it is, after a while or at the end.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
         let is_due = self.is_due(now_s);
         let State::Holding { next_s } = &mut self.state else {
             return Ok(());
         };
-        let lines = self.waiting.len();
         let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-        let is_enough = match lines {
-            MAX_HELD_LINES.. => true,
-            MIN_HELD_LINES.. => is_due || held_s >= MIN_HELD_S,
-            _ => is_due || held_s >= MAX_HELD_S,
-        };
-        if !is_last && (now_s < *next_s || !is_enough) {
+        if !is_last && (now_s < *next_s || !is_due && held_s < MAX_HELD_S) {
             return Ok(());
         }
         *next_s = now_s + RETRY_S;
-        let Some(form) = form_of(&self.args, &self.waiting) else {
-            if lines >= MAX_HELD_LINES {
-                self.waiting.clear();
-            } else if is_last || !is_due {
-                return Ok(());
-            }
+        // Lines that are no recording may be one with those that follow.
+        let _ = self.reader.settle(1);
+        if self.reader.form().is_none() && is_due && !is_last {
             return self.report_no_rows();
-        };
-        self.write_held(&form)
+        }
+        self.write_held()
     }
 
-    /// Writes the lines that were held, and those that follow, as lines of this form.
-    fn write_held(&mut self, form: &Form) -> Result<()> {
+    /// Writes the lines that were held, and those that follow, once their format is known.
+    fn write_held(&mut self) -> Result<()> {
+        let Some(form) = self.reader.form() else {
+            return Ok(());
+        };
         self.state = State::Writing;
         let columns = self.args.board.columns.clone();
-        self.prefixes = Prefixes::new(form, columns.is_some(), self.day_s);
-        let mut header = self.prefixes.header(form);
+        self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
+        let mut header = self.prefixes.header(&form);
         self.reader = reader(&self.args, columns.filter(|_| header.is_none()));
         for (at, mut line) in std::mem::take(&mut self.waiting).into_iter().enumerate() {
             if at == form.head_lines
@@ -482,6 +483,11 @@ impl Recorder {
     fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
         if let State::Holding { .. } = self.state {
             self.waiting.retain(keeps);
+            self.reader = reader(&self.args, self.args.board.columns.clone());
+            for line in &self.waiting {
+                // Too few to be no recording.
+                let _ = self.reader.push(&line.in_file());
+            }
         }
     }
 
@@ -590,17 +596,6 @@ fn reader(args: &Args, columns: Option<ColumnsSpec>) -> Follow {
         ..ReadOptions::default()
     };
     Follow::new(&args.file().display().to_string(), options, JUDGED_ROWS)
-}
-
-/// The format of lines; none if they are no recording, yet.
-fn form_of(args: &Args, lines: &VecDeque<Line>) -> Option<Form> {
-    let mut reader = reader(args, args.board.columns.clone());
-    for line in lines {
-        // What is no recording with the first lines is none with all.
-        reader.push(&line.in_file()).ok()?;
-    }
-    reader.settle(1).ok()?;
-    reader.form()
 }
 
 /// The error of rows that cannot be read as those before.
