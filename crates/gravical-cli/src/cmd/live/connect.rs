@@ -116,15 +116,11 @@ impl Connection<'_> {
                 break;
             }
             if shown.as_ref() != Some(&found) {
-                let (remedy, needs_sketch) = remedy(trouble);
+                let (remedy, flash) = remedy(trouble, tried.as_deref());
                 let event = Event::Ports {
                     ports: found.clone(),
-                    flash: if needs_sketch {
-                        flash(tried.as_deref())
-                    } else {
-                        Vec::new()
-                    },
                     tried,
+                    flash,
                     simulate: !self.resumes,
                 };
                 let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
@@ -174,17 +170,6 @@ impl Connection<'_> {
     }
 }
 
-/// The commands that flash our sketch, from the folder of gravical.
-fn flash(port: Option<&str>) -> Vec<String> {
-    let port = path_word(Path::new(port.unwrap_or("PORT")));
-    let sketch = "firmware/mpu6050_logger";
-    vec![
-        "arduino-cli core install arduino:avr".to_owned(),
-        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
-        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
-    ]
-}
-
 /// The port that was waited for, if it is there now.
 fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
     match (error.code(), tried) {
@@ -197,23 +182,28 @@ fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<Str
     }
 }
 
-/// The remedy where the port is chosen while the program runs, and whether another sketch may be one.
-fn remedy(trouble: &Error) -> (&str, bool) {
-    match trouble.code() {
-        "board-silent" | "no-samples-from-board" => (
-            "flash a sketch, ours or any that prints numbers; begin again with its rate, as --baud 9600; choose another port; or try the simulated sensor",
-            true,
-        ),
-        "no-port" | "no-such-port" => (
-            "plug it in: it is opened when it is there (some USB cables only charge); or choose another port",
-            false,
-        ),
-        "several-ports" => ("choose the one of your board", false),
-        code => {
-            let hint = trouble.hint().unwrap_or("choose another one");
-            (hint, code == "settings-refused")
+/// The remedy where the port is chosen while the program runs, and the commands that flash our sketch,
+/// from the folder of gravical, where another sketch may be one.
+fn remedy<'a>(trouble: &'a Error, port: Option<&str>) -> (&'a str, Vec<String>) {
+    let remedy = match trouble.code() {
+        "no-port" | "no-such-port" => {
+            "plug it in: it is opened when it is there; or choose another port"
         }
+        "several-ports" => "choose the one of your board",
+        _ => trouble.hint().unwrap_or("choose another port"),
+    };
+    let by_sketch = ["board-silent", "no-samples-from-board", "settings-refused"];
+    if !by_sketch.contains(&trouble.code()) {
+        return (remedy, Vec::new());
     }
+    let port = path_word(Path::new(port.unwrap_or("PORT")));
+    let sketch = "firmware/mpu6050_logger";
+    let flash = vec![
+        "arduino-cli core install arduino:avr".to_owned(),
+        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
+        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
+    ];
+    (remedy, flash)
 }
 
 #[cfg(test)]
