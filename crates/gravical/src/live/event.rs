@@ -170,6 +170,13 @@ impl Message {
             event,
         }
     }
+
+    /// One line of JSON, without its end.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Names and numbers are always JSON.
+        serde_json::to_string(self).unwrap_or_default()
+    }
 }
 
 impl Event {

@@ -232,8 +232,7 @@ impl Renderer for EventLines {
         }
         // Not even a reader who has gone is an end in silence.
         let io = |e: io::Error| Error::io(&self.path, io::Error::other(e));
-        let text = serde_json::to_string(message).map_err(|e| io(e.into()))?;
-        let line = format!("{}\n", shown_json(&text));
+        let line = format!("{}\n", shown_json(&message.to_json()));
         let sent = if message.event.is_status() {
             self.out.status(line)
         } else {

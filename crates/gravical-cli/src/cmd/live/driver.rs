@@ -190,8 +190,6 @@ impl<'a> Driver<'a> {
             if let Some(journal) = &mut self.journal
                 && !message.event.is_status()
             {
-                let line = serde_json::to_string(&message);
-                let line = line.map_err(|e| Error::io(journal.path(), e.into()))?;
                 // Without these a session could not be resumed as it was.
                 let is_vital = matches!(
                     message.event,
@@ -203,7 +201,7 @@ impl<'a> Driver<'a> {
                 if is_vital {
                     self.opened.source.make_safe()?;
                 }
-                journal.write(format!("{line}\n").as_bytes())?;
+                journal.write(format!("{}\n", message.to_json()).as_bytes())?;
                 if is_vital {
                     journal.sync()?;
                 }

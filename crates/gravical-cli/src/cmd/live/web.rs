@@ -93,7 +93,7 @@ impl Page {
                 poses: 0,
                 resume: None,
             };
-            let _ = self.hub.say(&Message::new(0.0, event, why));
+            self.hub.say(&Message::new(0.0, event, why));
         }
         self.last_word();
     }
@@ -139,7 +139,8 @@ impl Renderer for PageEvents {
         if let Some(url) = self.url.take() {
             self.redirect = open::open(&url);
         }
-        self.hub.say(message)
+        self.hub.say(message);
+        Ok(())
     }
 }
 

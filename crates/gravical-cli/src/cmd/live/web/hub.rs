@@ -7,7 +7,6 @@ use std::time::Duration;
 use axum::response::sse;
 use futures_util::stream::{Stream, unfold};
 use gravical::live::{Event, Message};
-use gravical::{Error, Result};
 use tokio::sync::watch;
 
 /// A tab that was disconnected connects again after this time.
@@ -36,13 +35,8 @@ pub struct Hub(pub watch::Sender<Said>);
 
 impl Hub {
     /// Says an event to all tabs.
-    ///
-    /// # Errors
-    ///
-    /// None that occurs: an event is JSON.
-    pub fn say(&self, message: &Message) -> Result<()> {
-        let text = serde_json::to_string(message);
-        let text = text.map_err(|e| Error::device("page", e.to_string()))?;
+    pub fn say(&self, message: &Message) {
+        let text = message.to_json();
         self.0.send_modify(|said| {
             match &message.event {
                 Event::Saved { report, .. } => said.report.clone_from(report),
@@ -55,7 +49,6 @@ impl Hub {
                 said.past.push(text.into());
             }
         });
-        Ok(())
     }
 
     /// Ends the streams of all tabs, once they have everything.
@@ -69,7 +62,7 @@ impl Hub {
     }
 
     /// The events for a new tab, from the beginning.
-    pub fn join(&self) -> impl Stream<Item = std::result::Result<sse::Event, Infallible>> + use<> {
+    pub fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
         self.0.send_modify(|said| said.had_tab = true);
         unfold(Tab::new(self), |mut tab| async {
             let text = tab.next().await?;
@@ -145,7 +138,7 @@ mod tests {
         let mut quick = Tab::new(&hub);
         let mut read = 0;
         for event in &events {
-            hub.say(event).unwrap();
+            hub.say(event);
             assert!(quick.unread().is_some());
             read += 1;
         }
