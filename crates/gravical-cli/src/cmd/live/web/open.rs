@@ -83,15 +83,13 @@ pub fn tunnel(port: u16) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     #[cfg(unix)]
     fn only_this_user_can_read_the_way_to_the_page() {
         use std::os::unix::fs::MetadataExt as _;
         let folder = tempfile::tempdir().unwrap();
         let url = "http://127.0.0.1:1/?token=0123";
-        let file = redirect(folder.path(), url).unwrap();
+        let file = super::redirect(folder.path(), url).unwrap();
         let path = file.path().to_owned();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains(&format!("url={url}\"")));
