@@ -318,7 +318,7 @@ pub enum Rejection {
     Clipped,
     /// The unit is unknown, or changed.
     Units,
-    /// Rows are missing.
+    /// The rows were interrupted.
     Gaps,
     /// The temperature is too far from that of the first pose.
     Temperature,

@@ -9,8 +9,6 @@ use crate::poses::face::AXES;
 use crate::recording::units::AccelScale;
 use crate::stats::{mean_of_finite, moments};
 
-/// Share of the rows of a capture that may be missing.
-const MAX_MISSING: f64 = 0.05;
 /// A magnitude further from gravity than these factors is another unit, or another scale.
 const OTHER_UNIT: f64 = 2.0;
 const MAX_OFF: f64 = 0.35;
@@ -44,17 +42,10 @@ impl Units {
         Some(sub(&gyro, &self.gyro_bias).map(|v| v / nominal))
     }
 
-    /// What is wrong with a capture that should have so many `rows`, the gravest fault first.
-    pub fn fault(
-        &self,
-        samples: &[Sample],
-        rows: usize,
-        rate_hz: f64,
-        gravity_mps2: f64,
-    ) -> Option<Fault> {
+    /// What is wrong with a capture, the gravest fault first.
+    pub fn fault(&self, samples: &[Sample], gravity_mps2: f64) -> Option<Fault> {
         let means = Means::of(samples);
-        gaps(samples, rows, rate_hz)
-            .or_else(|| self.clipped(samples))
+        self.clipped(samples)
             .or_else(|| self.magnitude_fault(means.accel, gravity_mps2))
             .or_else(|| self.turning(&means))
     }
@@ -99,20 +90,6 @@ impl Units {
             (Rejection::Moved, text)
         })
     }
-}
-
-fn gaps(samples: &[Sample], rows: usize, rate_hz: f64) -> Option<Fault> {
-    let read = samples.iter().filter(|s| norm(&s.accel).is_finite());
-    let (first, last) = (samples.first()?, samples.last()?);
-    let by_time = (last.time_s - first.time_s) * rate_hz + 1.0;
-    let wanted = by_time.max(rows as f64);
-    let missing = wanted - read.count() as f64;
-    (missing > MAX_MISSING * wanted).then(|| {
-        let text = format!(
-            "{missing:.0} of {wanted:.0} rows of the capture are missing. Hold it still once more; check the cable, or lower the rate, if it happens again."
-        );
-        (Rejection::Gaps, text)
-    })
 }
 
 /// Means of rows, and their scatter; empty cells are left out.

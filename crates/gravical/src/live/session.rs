@@ -710,13 +710,12 @@ impl Session {
         let means = Means::of(&samples);
         let gravity_mps2 = self.options.gravity.value_mps2;
         let fault = units
-            .fault(&samples, rows.len(), self.rate_hz, gravity_mps2)
+            .fault(&samples, gravity_mps2)
             .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
             *hold = Hold::new(rows.end..hold.rows.end, forced);
-            let again = |fault: &Fault| matches!(fault.0, Rejection::Moved | Rejection::Gaps);
-            hold.is_over = !fault.as_ref().is_some_and(again);
+            hold.is_over = !fault.as_ref().is_some_and(|f| f.0 == Rejection::Moved);
         }
         self.progress_s = self.now_s;
         if let Some(fault) = fault {
