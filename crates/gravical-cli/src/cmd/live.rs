@@ -17,7 +17,7 @@ use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
 use gravical::live::LiveOptions;
-use gravical::live::event::SourceKind;
+use gravical::live::event::{EndReason, Event, SourceKind};
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::output::make_folder;
 use gravical::recording::ReadOptions;
@@ -25,11 +25,12 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
 use crate::cmd::log::BoardArgs;
+use crate::failure;
 use crate::options::{GravityArgs, number};
 #[cfg(not(feature = "live"))]
 use crate::text::say;
 
-use connect::{OpenSource, Origin};
+use connect::{Connection, OpenSource, Origin};
 use console::{Console, EventLines, Plain, Renderer};
 use driver::Driver;
 use source::{PortSource, Replay, Simulated, Source};
@@ -40,7 +41,7 @@ use web::Page;
 const ENTRIES: usize = 64;
 
 /// Guide a calibration from the first row to the result
-#[derive(Clone, clap::Args)]
+#[derive(clap::Args)]
 #[command(after_help = "\
 Example: gravical live --simulate    a simulated sensor on a page in the browser
 
@@ -139,11 +140,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         entries,
         interrupted,
     };
+    let done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
     #[cfg(feature = "live")]
-    if let Some(page) = &page {
-        return args.guide_on(page, folder, journal, &mut console);
+    match (&page, &done) {
+        (Some(page), Err(error)) => page.fail(&error.to_string()),
+        (Some(page), Ok(_)) => page.stay(&console),
+        (None, _) => {}
     }
-    Driver::new(args, folder.as_deref(), journal.as_ref(), &mut console).run()
+    done
 }
 
 /// The path, or one with a number that does not exist.
@@ -155,33 +159,30 @@ fn free_name(path: &Path) -> PathBuf {
 }
 
 impl Args {
-    /// Guides on a page, from which a session that was saved can go on.
-    #[cfg(feature = "live")]
-    fn guide_on(
+    /// From the source to the end of the session; `before` is the journal of one that goes on.
+    fn guide(
         &self,
-        page: &Page,
-        folder: Option<PathBuf>,
-        journal: Option<Journal>,
+        folder: Option<&Path>,
+        before: Option<&Journal>,
         console: &mut Console,
     ) -> anyhow::Result<ExitCode> {
-        let driver = Driver::new(self, folder.as_deref(), journal.as_ref(), console);
-        let done = driver.run();
-        match &done {
-            Err(error) => page.fail(&error.to_string()),
-            Ok(_) if console.is_interrupted() => page.last_word(),
-            Ok(_) if page.stay(console) => {
-                // What was said in the session counts, not what was given before.
-                let mut args = self.clone();
-                args.resume.clone_from(&folder);
-                (args.simulate, args.board.port) = (false, None);
-                args.gravity = GravityArgs::default();
-                let journal = args.journal();
-                let journal = journal.inspect_err(|error| page.fail(&error.to_string()))?;
-                return args.guide_on(page, folder, journal, console);
-            }
-            Ok(_) => {}
-        }
-        done
+        let connection = Connection {
+            args: self,
+            folder: folder.unwrap_or(Path::new("")),
+            console: &mut *console,
+            origin: self.origin(before),
+            resumes: before.is_some(),
+        };
+        let Some(opened) = connection.open()? else {
+            let event = Event::End {
+                reason: EndReason::Interrupted,
+                poses: 0,
+                resume: None,
+            };
+            console.note(event, "Ended before the first row.")?;
+            return Ok(ExitCode::from(failure::INTERRUPTED));
+        };
+        Driver::new(self, folder, before, console, opened)?.run(before)
     }
 
     /// How the session is guided.
@@ -329,6 +330,7 @@ impl Args {
             name,
             source,
             before,
+            first: Vec::new(),
         })
     }
 }

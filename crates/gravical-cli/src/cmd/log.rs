@@ -163,6 +163,7 @@ fn end(
     reporter: &mut Reporter,
 ) -> anyhow::Result<ExitCode> {
     let is_unplugged = !session.is_plugged_in();
+    let is_silent = session.recorder.is_silent();
     let now_s = session.now_s();
     // What failed to be written is rescued.
     if done.as_ref().map_err(Error::code) != Err("io") {
@@ -197,11 +198,10 @@ fn end(
     });
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
-    let is_missed = is_unplugged || recorder.is_silent(now_s);
     Ok(ExitCode::from(match reason {
-        Some(End::User) if is_early || is_missed || recorder.is_incomplete => failure::INTERRUPTED,
+        Some(End::User) if is_early || is_silent || recorder.is_incomplete => failure::INTERRUPTED,
         Some(End::Duration) if is_unplugged => failure::DEVICE,
-        Some(End::Duration) if is_missed => failure::INTERRUPTED,
+        Some(End::Duration) if is_silent => failure::INTERRUPTED,
         _ => 0,
     }))
 }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::device::ports::{line, list_with_holders};
+use crate::device::ports::{line, list};
 use crate::text;
 
 /// List serial ports and mark likely boards
@@ -15,7 +15,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let ports = list_with_holders()?;
+    let ports = list()?;
     if args.json {
         text::print_json(&serde_json::json!({ "ports": ports }))?;
         return Ok(ExitCode::SUCCESS);

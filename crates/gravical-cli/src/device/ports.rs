@@ -6,8 +6,6 @@ use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
 use serialport::{SerialPortInfo, SerialPortType};
 
-use super::trouble::holders;
-
 /// Vendors of boards and of their USB bridges (usb.ids), with their usual names.
 const BOARDS: [(u16, &str); 12] = [
     (0x2341, "Arduino"),
@@ -24,7 +22,7 @@ const BOARDS: [(u16, &str); 12] = [
     (0x0483, "STMicroelectronics"),
 ];
 
-/// All ports of this computer, boards first, without the programs that have them open.
+/// All ports of this computer, boards first.
 ///
 /// # Errors
 ///
@@ -36,19 +34,6 @@ pub fn list() -> Result<Vec<PortInfo>> {
     // macOS lists every port twice; tty.* waits for a carrier signal that boards lack.
     ports.retain(|p| !p.name.starts_with("/dev/tty.") || !cfg!(target_os = "macos"));
     ports.sort_by(|a, b| (!a.board, &a.name).cmp(&(!b.board, &b.name)));
-    Ok(ports)
-}
-
-/// The same with the programs that have them open.
-///
-/// # Errors
-///
-/// As [`list`].
-pub fn list_with_holders() -> Result<Vec<PortInfo>> {
-    let mut ports = list()?;
-    ports
-        .iter_mut()
-        .for_each(|port| port.open_in = holders(&port.name));
     Ok(ports)
 }
 
@@ -73,16 +58,14 @@ fn described(info: SerialPortInfo) -> PortInfo {
     port
 }
 
-/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]  open in cat (4711)`.
+/// A port and what it is: `/dev/ttyACM0  2341:0043  Arduino Uno  [95437]`.
 pub fn line(port: &PortInfo) -> String {
     let serial = port.serial.as_ref().map(|s| format!("[{s}]"));
-    let open_in = port.open_in.join(", ");
     let parts = [
         Some(port.name.clone()),
         port.usb.clone(),
         port.device.clone(),
         serial,
-        (!open_in.is_empty()).then(|| format!("open in {open_in}")),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join("  ")
 }

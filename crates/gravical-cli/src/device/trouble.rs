@@ -1,8 +1,6 @@
 //! Why a port cannot be opened, or gives no row, and the remedy.
 
 use std::io;
-#[cfg(target_os = "linux")]
-use std::path::{Path, PathBuf};
 
 use gravical::Error;
 use gravical::escape::{shell_word, shown};
@@ -26,10 +24,7 @@ pub fn opening(path: &str, error: &serialport::Error) -> Error {
         }
         ErrorKind::NoDevice => Error::device(
             "port-busy",
-            match holders(path).as_slice() {
-                [] => format!("{path}: another program has this port open"),
-                names => format!("{path}: {} has this port open", names.join(" and ")),
-            },
+            format!("{path}: another program has this port open"),
         )
         .with_hint(BUSY_HINT),
         _ => Error::device("port-failed", format!("{path}: {error}"))
@@ -38,7 +33,7 @@ pub fn opening(path: &str, error: &serialport::Error) -> Error {
 }
 
 const BUSY_HINT: &str = if cfg!(target_os = "linux") {
-    "close the serial monitor of the Arduino IDE, or another logger; just after plugging in it is ModemManager, which closes the port after some seconds (sudo systemctl stop ModemManager stops it)"
+    "close the serial monitor of the Arduino IDE, or another logger (fuser -v names it); just after plugging in it is ModemManager, which closes the port after some seconds (sudo systemctl stop ModemManager stops it)"
 } else {
     "close the serial monitor of the Arduino IDE, or another logger"
 };
@@ -51,47 +46,6 @@ fn permission_hint(path: &str) -> String {
     } else {
         "run it as a user with access to the port".to_owned()
     }
-}
-
-/// Other programs that have `path` open, as far as this user may know: `minicom (4711)`.
-#[cfg(target_os = "linux")]
-pub fn holders(path: &str) -> Vec<String> {
-    let Ok(real) = std::fs::canonicalize(path) else {
-        return Vec::new();
-    };
-    let own = std::process::id().to_string();
-    let mut found = Vec::new();
-    for process in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
-        let pid = process.file_name().to_string_lossy().into_owned();
-        if pid == own || !pid.bytes().all(|b| b.is_ascii_digit()) {
-            continue;
-        }
-        let open: Vec<PathBuf> = std::fs::read_dir(process.path().join("fd"))
-            .into_iter()
-            .flatten()
-            .flatten()
-            .filter_map(|fd| std::fs::read_link(fd.path()).ok())
-            .collect();
-        if open.contains(&real) && !is_other_end(&real, &open) {
-            let name = std::fs::read_to_string(process.path().join("comm")).unwrap_or_default();
-            found.push(format!("{} ({pid})", name.trim()));
-        }
-    }
-    found
-}
-
-/// The program at the other end of a pseudo-terminal may have this end open too; it is the
-/// board and does not read here.
-#[cfg(target_os = "linux")]
-fn is_other_end(port: &Path, open: &[PathBuf]) -> bool {
-    let multiplexer = ["/dev/ptmx", "/dev/pts/ptmx"].map(PathBuf::from);
-    port.starts_with("/dev/pts") && multiplexer.iter().any(|end| open.contains(end))
-}
-
-/// Other programs that have `path` open: not known on this system.
-#[cfg(not(target_os = "linux"))]
-pub fn holders(_: &str) -> Vec<String> {
-    Vec::new()
 }
 
 /// The last bytes that arrived are judged: so many.

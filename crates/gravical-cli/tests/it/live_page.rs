@@ -5,9 +5,9 @@ use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Ipv4Addr, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStderr, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::support::{program, words};
 
@@ -52,45 +52,10 @@ impl Answer {
     }
 }
 
-/// Events of a tab.
-struct Tab(BufReader<TcpStream>);
-
-impl Tab {
-    /// The next event; none when the stream has ended.
-    fn next(&mut self) -> Option<Value> {
-        loop {
-            let mut line = String::new();
-            if self.0.read_line(&mut line).unwrap() == 0 {
-                return None;
-            }
-            if let Some(data) = line.strip_prefix("data: ") {
-                return Some(serde_json::from_str(data).unwrap());
-            }
-        }
-    }
-
-    fn until(&mut self, is_it: impl Fn(&Value) -> bool) -> Value {
-        let began = Instant::now();
-        loop {
-            assert!(began.elapsed() < PATIENCE, "the event never came");
-            let event = self.next().expect("the stream ended");
-            if is_it(&event) {
-                return event;
-            }
-        }
-    }
-
-    fn until_type(&mut self, kind: &str) -> Value {
-        self.until(|e| e["type"] == kind)
-    }
-}
-
 impl Served {
-    fn start(folder: &Path, options: &str) -> Self {
+    fn start(folder: &Path) -> Self {
         let mut child = Command::new(program())
-            .args(words(&format!(
-                "live --simulate --seed 4 --no-open --folder s {options}"
-            )))
+            .args(words("live --simulate --seed 4 --no-open --folder s"))
             .current_dir(folder)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -158,20 +123,6 @@ impl Served {
         let headers = [self.host(), self.origin()];
         self.ask("POST", &self.target("/command"), &headers, body)
     }
-
-    fn command(&self, command: &Value) {
-        let answer = self.post(command.to_string().as_bytes());
-        assert_eq!(answer.status, 204, "{}", answer.body);
-    }
-
-    fn tab(&self) -> Tab {
-        Tab(BufReader::new(self.send(
-            "GET",
-            &self.target("/events"),
-            &[self.host()],
-            b"",
-        )))
-    }
 }
 
 /// Requests: name, method, target, headers, and the status of the answer.
@@ -204,7 +155,7 @@ another method | DELETE | /?{token} | {host} | 403";
 #[test]
 fn only_the_page_itself_is_answered() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "");
+    let served = Served::start(folder.path());
     let token = &served.token;
     let requests = REQUESTS
         .replace("{token}", &format!("token={token}"))
@@ -253,11 +204,9 @@ fn only_the_page_itself_is_answered() {
 }
 
 #[test]
-fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
+fn a_command_that_is_none_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "");
-    let mut tab = served.tab();
-    tab.until_type("session");
+    let served = Served::start(folder.path());
     let long = format!(r#"{{"command":"redo","face":"{}"}}"#, "x".repeat(5000));
     let deep = "[".repeat(4000);
     for (body, status) in [
@@ -278,73 +227,11 @@ fn a_command_that_is_none_is_refused_and_the_session_goes_on() {
         assert!(refusal["error"].is_string(), "{start}");
     }
     assert_eq!(served.post(b"\xff\xfe{}").status, 400);
-    // A head that is too long, and one that is none.
-    let long = vec![served.host(), format!("X-Long: {}", "x".repeat(100_000))];
-    let answer = served.ask("GET", &served.target("/"), &long, b"");
-    assert!([0, 400, 431].contains(&answer.status), "{}", answer.head);
+    assert_eq!(served.post(br#"{"command":"undo"}"#).status, 204);
+    // A head that is none.
     let mut stream = served.connect();
     stream
         .write_all(b"\x16\x03\x01\x02\x00\x01\x00\r\n\r\n")
         .unwrap();
     assert_ne!(Answer::read(stream).status, 200);
-    // What cannot be done now is said by an event.
-    served.command(&json!({"command": "redo", "face": "up"}));
-    let refused = tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
-    assert!(refused["text"].is_string());
-    served.command(&json!({"command": "hand", "up": [0, 0, 0]}));
-    tab.until(|e| e["type"] == "warning" && e["kind"] == "refused");
-    tab.until_type("status");
-}
-
-#[test]
-#[ignore = "slow: waits for them"]
-fn a_thousand_connections_stop_neither_the_session_nor_its_tab() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "");
-    let mut tab = served.tab();
-    tab.until_type("session");
-    for _ in 0..4 {
-        // Some send nothing, some half a request.
-        let held: Vec<TcpStream> = (0..250)
-            .map(|i| {
-                let mut stream = served.connect();
-                if i % 2 == 0 {
-                    let _ = stream.write_all(b"POST /command HTTP/1.1\r\nHost: 127");
-                }
-                stream
-            })
-            .collect();
-        let before = tab.until_type("status")["t_s"].as_f64().unwrap();
-        tab.until(|e| e["type"] == "status" && e["t_s"].as_f64().unwrap() > before + 0.3);
-        // Who has the token gets in.
-        assert_eq!(served.get("/").status, 200);
-        drop(held);
-    }
-    // Without an end they are closed all the same.
-    let mut silent = served.connect();
-    assert_eq!(silent.read(&mut [0; 16]).unwrap_or(0), 0);
-}
-
-#[test]
-fn a_session_is_commanded_and_its_report_is_served() {
-    let folder = tempfile::tempdir().unwrap();
-    let served = Served::start(folder.path(), "--speed 10 --gravity 9.80665");
-    let mut tab = served.tab();
-    tab.until_type("pose_accepted");
-    for face in ["+x", "-x", "+y", "-y", "-z"] {
-        served.command(&json!({"command": "hand", "put": face}));
-        assert_eq!(tab.until_type("pose_accepted")["face"], face);
-    }
-    served.command(&json!({"command": "undo"}));
-    assert_eq!(tab.until_type("pose_undone")["face"], "-z");
-    served.command(&json!({"command": "hand", "put": "-z"}));
-    tab.until_type("pose_accepted");
-    served.command(&json!({"command": "finish"}));
-    assert_eq!(tab.until_type("saved")["report"], "s/calibration.html");
-    let report = served.get("/report");
-    let file = std::fs::read_to_string(folder.path().join("s/calibration.html")).unwrap();
-    assert_eq!((report.status, &report.body), (200, &file));
-    let framed = "content-security-policy: frame-ancestors 'self'";
-    assert!(report.head.contains(framed), "{}", report.head);
-    assert_eq!(tab.until_type("end")["reason"], "finished");
 }

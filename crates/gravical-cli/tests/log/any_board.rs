@@ -71,10 +71,6 @@ const PLAIN: Sketch = Sketch {
 const SKETCHES: &[Sketch] = &[
     PLAIN,
     Sketch {
-        row: |_, [x, y, z], _| format!("{x:+.3},{y:+.3},{z:+.3}\n"),
-        ..PLAIN
-    },
-    Sketch {
         before: "AccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
         row: |_, a, rate| {
             let [x, y, z] = a.map(|v| v / 9.81);
@@ -82,15 +78,6 @@ const SKETCHES: &[Sketch] = &[
         },
         contains: "\nt_host_ms\tAccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
         unit: "g",
-        has_gyro: true,
-        ..PLAIN
-    },
-    Sketch {
-        row: |_, [x, y, z], rate| {
-            let rate = rate * 0.1;
-            format!("{x:.3} {y:.3} {z:.3}  {rate:.3} 0.01 0.02  20.1 -3.2 44.0\n")
-        },
-        contains: "\nt_host_ms ax ay az gx gy gz c7 c8 c9\n",
         has_gyro: true,
         ..PLAIN
     },
@@ -182,9 +169,8 @@ fn is_recorded(sketch: &Sketch) {
     assert!((1.0..20.0).contains(&last_s), "{last_s} s\n{text}");
 }
 
-/// Rows are few, slow, or none.
 #[test]
-fn few_rows_and_none() {
+fn few_rows_are_recorded() {
     let folder = tempfile::tempdir().unwrap();
     let mut board = Board::new(folder.path());
     let mut log = board.log("-o x.csv --json");
@@ -197,15 +183,4 @@ fn few_rows_and_none() {
     let (code, ended) = log.ended();
     assert_eq!((code, &ended["rows"]), (0, &10.into()), "{ended}");
     assert_eq!(recording(&folder.path().join("x.csv")).rows(), 10);
-
-    let mut log = board.log("-o y.csv --json");
-    log.wait_for("opened");
-    let words = "what a loose wire makes of a row\n".repeat(1000);
-    board.say(&words);
-    let (code, error) = log.ended();
-    let silent = Some("no-samples-from-board");
-    assert_eq!((code, error["code"].as_str()), (5, silent));
-    let message = error["message"].as_str().unwrap();
-    assert!(message.contains("a loose wire"), "{message}");
-    assert!(!folder.path().join("y.csv").exists());
 }

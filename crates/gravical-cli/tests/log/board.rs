@@ -127,23 +127,6 @@ impl Board {
         row
     }
 
-    /// A row of a sensor with an axis up by this share of gravity.
-    pub fn pose(&mut self, axis: usize, up: f64) {
-        let noise = |k: u64| ((self.sent + 17 * k) * 7919 % 64) as f64 * 1e-3 - 0.03;
-        let mut a = [noise(1), noise(2), noise(3)];
-        a[axis] += 9.81 * up;
-        a[(axis + 1) % 3] += 9.81 * (1.0 - up * up).sqrt();
-        let [x, y, z] = a;
-        let row = format!(
-            "{},{x:.4},{y:.4},{z:.4},25.5,{:.3},0.1,0.2\n",
-            self.stamp,
-            noise(4)
-        );
-        self.stamp += 10;
-        self.sent += 1;
-        self.say(&row);
-    }
-
     pub fn rows(&mut self, n: u32) {
         for _ in 0..n {
             let row = self.row();

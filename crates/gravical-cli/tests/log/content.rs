@@ -59,34 +59,3 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     assert_eq!(code, 0, "{text}");
     assert!(text.contains("frozen-axis: ay keeps exactly"), "{text}");
 }
-
-/// Poses are in the status, and in what is said of the file.
-#[test]
-fn poses_are_seen_while_they_are_recorded() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let mut log = board.log("x --duration 8 --json");
-    board.greet();
-    let begun = std::time::Instant::now();
-    while !log.has_seen("ended") {
-        let elapsed_s = begun.elapsed().as_secs_f64();
-        board.stamp = (1e3 * elapsed_s) as u64;
-        // From one face to the other in half a second.
-        board.pose(0, (1.0 - 4.0 * (elapsed_s - 3.5)).clamp(-1.0, 1.0));
-        log.look();
-    }
-    let (code, ended) = log.ended();
-    assert_eq!((code, &ended["reason"]), (0, &"duration".into()), "{ended}");
-    let status = log.seen("status");
-    assert_eq!(
-        (&status["up"], &status["still"]),
-        (&"-x".into(), &true.into())
-    );
-    assert_eq!(status["done"], serde_json::json!(["+x", "-x"]), "{status}");
-    let rests = ended["inspection"]["static_intervals"].as_array().unwrap();
-    let mut faces: Vec<_> = rests.iter().map(|rest| rest["face"].as_str()).collect();
-    faces.dedup();
-    assert_eq!(faces, [Some("+x"), Some("-x")], "{ended}");
-    let elapsed_s = ended["elapsed_s"].as_f64().unwrap();
-    assert!((8.0..8.3).contains(&elapsed_s), "{elapsed_s}");
-}

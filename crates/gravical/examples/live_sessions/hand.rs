@@ -23,6 +23,8 @@ const PATIENCE_S: f64 = 8.0;
 const MAX_FREE: u32 = 9;
 /// A free pose is off what was asked for by this, standard deviation of each component.
 const FREE_OFF: f64 = 0.12;
+/// Decimals of a row.
+const DECIMALS: usize = 4;
 /// No session is longer, s.
 const MAX_S: f64 = 600.0;
 
@@ -32,29 +34,23 @@ pub enum Clumsiness {
     None,
     /// One capture in three is bumped.
     Bumps,
-    /// One capture in three is knocked so hard that the range of ±2 g ends.
-    Knocks,
     /// One turn in three ends on a face that is not the one wanted.
     WrongSides,
     /// The part warms by 2.5 °C, and its bias drifts.
     Warming,
     /// A row in fifty is lost, and once 3 s of rows in a row.
     LostRows,
-    /// Two decimals, as `Serial.print` writes them.
-    TwoDecimals,
     /// Faces on a bad table: 4° of tilt.
     Tilted,
 }
 
 impl Clumsiness {
-    pub const ALL: [Clumsiness; 8] = [
+    pub const ALL: [Clumsiness; 6] = [
         Clumsiness::None,
         Clumsiness::Bumps,
-        Clumsiness::Knocks,
         Clumsiness::WrongSides,
         Clumsiness::Warming,
         Clumsiness::LostRows,
-        Clumsiness::TwoDecimals,
         Clumsiness::Tilted,
     ];
 }
@@ -118,10 +114,6 @@ impl Hand {
     /// Rows of `duration_s`; returns the events.
     pub fn pass(&mut self, duration_s: f64) -> Vec<Message> {
         let end_s = self.now_s + duration_s;
-        let decimals = match self.clumsiness {
-            Clumsiness::TwoDecimals => 2,
-            _ => 4,
-        };
         let mut out = Vec::new();
         while self.now_s < end_s {
             let mut chunk = String::new();
@@ -162,15 +154,11 @@ impl Hand {
         self.sensor.hold(up).unwrap();
     }
 
-    /// A bump that moves it by a centimetre; a knock moves it by four, at 25 m/s².
+    /// A bump that moves it by a centimetre.
     pub fn bump(&mut self) {
-        let (distance_m, move_time_s) = match self.clumsiness {
-            Clumsiness::Knocks => (0.04, 0.1),
-            _ => (0.01, 0.3),
-        };
         let line = LineOptions {
-            distance_m,
-            move_time_s,
+            distance_m: 0.01,
+            move_time_s: 0.3,
             ..LineOptions::default()
         };
         self.sensor.push(&line).unwrap();
@@ -196,9 +184,7 @@ impl Hand {
             }
         }
         self.pass(CARRIED_S);
-        if matches!(self.clumsiness, Clumsiness::Bumps | Clumsiness::Knocks)
-            && self.rng.random_bool(0.33)
-        {
+        if self.clumsiness == Clumsiness::Bumps && self.rng.random_bool(0.33) {
             let wait_s = 0.5 + 2.0 * self.rng.random::<f64>();
             self.pass(wait_s);
             self.bump();

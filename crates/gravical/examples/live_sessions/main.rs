@@ -14,21 +14,8 @@ mod each;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod hand;
 
-use gravical::live::event::Event;
-
 use each::each;
 use hand::{Clumsiness, Hand};
-
-/// What is counted of a session.
-struct Counted {
-    good: bool,
-    good_s: Option<f64>,
-    poses: usize,
-    rejected: usize,
-    covered: Option<[bool; 3]>,
-    /// Error of ‖a‖, rms of all directions, mg; none without a result.
-    rms_mg: Option<f64>,
-}
 
 /// Median, 95 % and largest.
 fn quantiles(mut values: Vec<f64>) -> [f64; 3] {
@@ -45,41 +32,30 @@ fn main() {
     let count = numbers.next().and_then(Result::ok).unwrap_or(100);
     let first = numbers.next().and_then(Result::ok).unwrap_or(0);
     println!(
-        "| hand | ended with a result | good | time to good, s (median, 95 %) | poses | rejected | bias within 95 % | ‖a‖ rms of good, mg (median, 95 %, worst) | good above 2.5 mg | above 5 mg |"
+        "| hand | good | time to good, s (median, 95 %) | poses | bias within 95 % | error of ‖a‖ of good, mg rms (median, 95 %, worst) |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| --- | --- | --- | --- | --- | --- |");
     for clumsiness in Clumsiness::ALL {
         let all = each(count, |index| {
             let ended = Hand::new((first + index) as u64, clumsiness).run();
             let file = ended.file.as_ref();
-            Counted {
-                good: ended.is_good(),
-                good_s: ended.good_s,
-                poses: file.map_or(0, |f| f.accelerometer.poses.len()),
-                rejected: ended.count(|e| matches!(e, Event::PoseRejected { .. })),
-                covered: ended.covered(),
-                rms_mg: ended.norm_error_mg().map(|[rms, _]| rms),
-            }
+            let poses = file.map_or(0, |f| f.accelerometer.poses.len());
+            let good = ended
+                .is_good()
+                .then(|| ended.good_s.zip(ended.norm_error_mg()));
+            (poses, ended.covered(), good.flatten())
         });
-        let good: Vec<&Counted> = all.iter().filter(|c| c.good).collect();
-        let errors: Vec<f64> = good.iter().filter_map(|c| c.rms_mg).collect();
-        let above = |mg: f64| errors.iter().filter(|e| **e > mg).count();
-        let covered: Vec<bool> = all.iter().filter_map(|c| c.covered).flatten().collect();
+        let poses: usize = all.iter().map(|(poses, ..)| poses).sum();
+        let covered: Vec<bool> = all.iter().filter_map(|(_, c, _)| *c).flatten().collect();
         let within = covered.iter().filter(|c| **c).count() as f64 / covered.len().max(1) as f64;
-        let mean = |of: fn(&Counted) -> usize| {
-            all.iter().map(|c| of(c) as f64).sum::<f64>() / count as f64
-        };
-        let [time, late, _] = quantiles(good.iter().filter_map(|c| c.good_s).collect());
-        let [usual, high, worst] = quantiles(errors.clone());
+        let good: Vec<(f64, [f64; 2])> = all.iter().filter_map(|(.., good)| *good).collect();
+        let [time, late, _] = quantiles(good.iter().map(|(good_s, _)| *good_s).collect());
+        let [usual, high, worst] = quantiles(good.iter().map(|(_, [rms, _])| *rms).collect());
         println!(
-            "| {clumsiness:?} | {} | {} | {time:.0}, {late:.0} | {:.1} | {:.1} | {:.1} % | {usual:.2}, {high:.2}, {worst:.2} | {} | {} |",
-            all.iter().filter(|c| c.rms_mg.is_some()).count(),
+            "| {clumsiness:?} | {} | {time:.0}, {late:.0} | {:.1} | {:.1} % | {usual:.2}, {high:.2}, {worst:.2} |",
             good.len(),
-            mean(|c| c.poses),
-            mean(|c| c.rejected),
+            poses as f64 / count as f64,
             100.0 * within,
-            above(2.5),
-            above(5.0),
         );
     }
 }

@@ -72,16 +72,9 @@ pub enum Event {
         gyro_unit: Option<GyroUnit>,
     },
     /// The noise at rest is known.
-    Floor {
-        /// Standard deviation of a sample, mg.
-        noise_mg: [f64; 3],
-        /// A short block that scatters more than this, the three axes together, moves, mg.
-        limit_mg: f64,
-    },
+    Floor,
     /// The state, ten times a second.
     Status(Box<Status>),
-    /// The capture of a pose begins.
-    PoseCandidate,
     /// A pose was accepted; it is safe when this is shown.
     PoseAccepted(Pose),
     /// A hold was not accepted. Poses before it are untouched.
@@ -148,14 +141,12 @@ pub enum Event {
         /// Poses that are kept.
         poses: u32,
     },
-    /// The true errors of a simulated sensor.
+    /// The true error of a simulated sensor.
     Truth {
         /// Error of ‖a‖ with the calibration, rms over all directions, mg.
         norm_error_mg: f64,
         /// The same without.
         before_mg: f64,
-        /// Parameter by parameter.
-        rows: Vec<TruthRow>,
     },
     /// The last event.
     End {
@@ -178,6 +169,13 @@ impl Message {
             text: sentence(text),
             event,
         }
+    }
+
+    /// One line of JSON, without its end.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Names and numbers are always JSON.
+        serde_json::to_string(self).unwrap_or_default()
     }
 }
 
@@ -202,8 +200,6 @@ pub struct PortInfo {
     pub serial: Option<String>,
     /// It has the vendor of a known board.
     pub board: bool,
-    /// Programs that have it open, as far as this user may know.
-    pub open_in: Vec<String>,
 }
 
 /// Where rows come from.
@@ -228,8 +224,6 @@ pub enum State {
     Floor,
     /// The sensor moves, or its pose is done.
     Wait,
-    /// It rests; the hold begins.
-    Settle,
     /// The pose is measured.
     Capture,
     /// The session has ended.
@@ -244,28 +238,12 @@ pub enum State {
 pub enum Tile {
     /// Not recorded yet.
     ToDo,
-    /// Up now: hold still.
-    HoldStill,
     /// Being measured.
     Capturing,
     /// Recorded.
     Done,
     /// To be recorded again: the user wants it, or it contradicts the other poses.
     Redo,
-}
-
-/// What a hold here and now would be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Welcome {
-    /// A face.
-    Face,
-    /// A free pose.
-    Free,
-    /// A pose that exists.
-    Duplicate,
-    /// Between two faces, while faces are wanted.
-    Between,
 }
 
 /// What a renderer needs continuously.
@@ -293,8 +271,6 @@ pub struct Status {
     pub face: String,
     /// Angle to it, degrees.
     pub tilt_deg: f64,
-    /// What a hold here would be.
-    pub welcome: Welcome,
     /// Sampling rate, Hz.
     pub rate_hz: f64,
     /// Temperature, °C.
@@ -342,11 +318,7 @@ pub enum Rejection {
     Clipped,
     /// The unit is unknown, or changed.
     Units,
-    /// Another face than the one to record again: its opposite.
-    Sign,
-    /// An axis repeats one value while the others change.
-    Frozen,
-    /// Rows are missing.
+    /// The rows were interrupted.
     Gaps,
     /// The temperature is too far from that of the first pose.
     Temperature,
@@ -370,12 +342,8 @@ pub enum Wanted {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WarningKind {
-    /// Temperature.
-    Temperature,
     /// Local gravity.
     Gravity,
-    /// Rows, columns or lines.
-    Rows,
     /// A command that cannot be done now.
     Refused,
     /// Anything else.
@@ -421,23 +389,6 @@ pub struct Fit {
     pub undetected_mg: Option<f64>,
     /// Number of poses.
     pub poses: u32,
-    /// Number of the pose that contradicts the others.
-    pub suspect: Option<u32>,
-}
-
-/// A true parameter beside its estimate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct TruthRow {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// True value.
-    pub truth: f64,
-    /// Estimate.
-    pub found: f64,
-    /// Half the 95 % interval.
-    pub plus_minus: Option<f64>,
 }
 
 /// What the user wants.
@@ -464,8 +415,6 @@ pub enum Command {
     Finish,
     /// End without a calibration; what was recorded stays.
     Cancel,
-    /// Go on with a session that was saved.
-    Resume,
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².

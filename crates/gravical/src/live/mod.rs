@@ -8,7 +8,7 @@
 //! accepts a pose or says why not, calibrates with [`calibrate`](crate::calibrate::calibrate) after
 //! every pose, and asks for the pose that lowers the predicted error most.
 //!
-//! The states: identify (columns, clock, units) → floor (noise at rest) → wait → settle → capture
+//! The states: identify (columns, clock, units) → floor (noise at rest) → wait → capture
 //! → accepted or rejected, and again, until the user finishes. Rows may stop at any time
 //! ([`Session::lost`]). [`event`] has the events and commands, `docs/live.md` describes them;
 //! [`folder`] is the folder of a session, which `gravical calibrate` accepts.
@@ -34,15 +34,12 @@
 //! ```
 
 mod attitude;
-mod capture;
 pub mod event;
 pub mod folder;
 mod rest;
 mod session;
 mod status;
 mod stillness;
-
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use crate::gravity::Gravity;
 use crate::poses::face::Face;
@@ -83,11 +80,6 @@ impl Default for LiveOptions {
 
 /// Poses closer than this are the same, degrees.
 const APART_DEG: f64 = 25.0;
-
-/// A specific force in mg.
-fn mg(mps2: f64) -> f64 {
-    1000.0 * mps2 / STANDARD_GRAVITY_MPS2
-}
 
 /// The face with this name: `+x`; `−x` with a minus sign, too.
 pub(crate) fn face_of(name: &str) -> Option<Face> {

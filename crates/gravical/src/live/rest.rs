@@ -1,15 +1,19 @@
-//! Means of rows at rest, and what is wrong with their magnitude.
+//! Rows at rest: their means, and what is wrong with them as a pose.
 
-use gravical_core::matrix3::norm;
+use gravical_core::matrix3::{norm, sub};
 use gravical_recording::Sample;
+use gravical_recording::full_scale::clipped_count;
 
 use super::event::Rejection;
+use crate::poses::face::AXES;
 use crate::recording::units::AccelScale;
 use crate::stats::{mean_of_finite, moments};
 
 /// A magnitude further from gravity than these factors is another unit, or another scale.
 const OTHER_UNIT: f64 = 2.0;
 const MAX_OFF: f64 = 0.35;
+/// A mean angular rate that differs from that of the first rest by more is a steady turn, °/s.
+const MAX_TURNING_DEG_S: f64 = 5.0;
 
 /// The remedy for what moved.
 pub(super) const LET_GO: &str = "Lay it down, take the hand off, and wait.";
@@ -27,13 +31,39 @@ pub(super) struct Units {
     pub scale: AccelScale,
     /// Units of the gyroscope per rad/s.
     pub gyro_nominal: Option<f64>,
+    /// What the gyroscope read in the first rest.
+    pub gyro_bias: [f64; 3],
 }
 
 impl Units {
-    /// What is wrong with the magnitude of a rest in local `gravity`, m/s².
-    pub fn fault(&self, accel: [f64; 3], gravity: f64) -> Option<Fault> {
+    /// A reading of the gyroscope without its bias, rad/s.
+    pub fn rate_rad_s(&self, gyro: [f64; 3]) -> Option<[f64; 3]> {
+        let nominal = self.gyro_nominal?;
+        Some(sub(&gyro, &self.gyro_bias).map(|v| v / nominal))
+    }
+
+    /// What is wrong with a capture, the gravest fault first.
+    pub fn fault(&self, samples: &[Sample], gravity_mps2: f64) -> Option<Fault> {
+        let means = Means::of(samples);
+        self.clipped(samples)
+            .or_else(|| self.magnitude_fault(means.accel, gravity_mps2))
+            .or_else(|| self.turning(&means))
+    }
+
+    fn clipped(&self, samples: &[Sample]) -> Option<Fault> {
+        let axes = columns(samples, |s| s.accel);
+        let axis = (0..3).find(|&axis| clipped_count(&axes[axis], &self.scale) > 0)?;
+        let text = format!(
+            "a{} is at the end of its range. Set the sensor to a wider range (±4 g), and begin anew.",
+            AXES[axis]
+        );
+        Some((Rejection::Clipped, text))
+    }
+
+    /// What is wrong with the magnitude of a rest in local gravity.
+    pub fn magnitude_fault(&self, accel: [f64; 3], gravity_mps2: f64) -> Option<Fault> {
         let norm = norm(&accel) / self.nominal;
-        let ratio = norm / gravity;
+        let ratio = norm / gravity_mps2;
         let off = 100.0 * (ratio - 1.0).abs();
         if !(1.0 / OTHER_UNIT..=OTHER_UNIT).contains(&ratio) {
             let text = format!(
@@ -41,17 +71,25 @@ impl Units {
             );
             Some((Rejection::Units, text))
         } else if off > 100.0 * MAX_OFF {
-            let what = format!("‖a‖ is {norm:.2} m/s² at rest, {off:.0} % from gravity");
-            Some(other_scale(&what))
+            let text = format!(
+                "‖a‖ is {norm:.2} m/s² at rest, {off:.0} % from gravity. Check that the sensor is raw and at the range that the sketch converts with."
+            );
+            Some((Rejection::Scale, text))
         } else {
             None
         }
     }
-}
 
-pub(super) fn other_scale(what: &str) -> Fault {
-    let remedy = "Check that the sensor is raw and at the range that the sketch converts with.";
-    (Rejection::Scale, format!("{what}. {remedy}"))
+    /// A turn about the vertical leaves gravity where it is.
+    fn turning(&self, means: &Means) -> Option<Fault> {
+        let rate_deg_s = norm(&self.rate_rad_s(means.gyro)?).to_degrees();
+        (rate_deg_s > MAX_TURNING_DEG_S).then(|| {
+            let text = format!(
+                "It turns steadily: {rate_deg_s:.0} °/s more than in the first rest. {LET_GO}"
+            );
+            (Rejection::Moved, text)
+        })
+    }
 }
 
 /// Means of rows, and their scatter; empty cells are left out.
@@ -78,15 +116,6 @@ impl Means {
     }
 }
 
-pub(super) fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
+fn columns(samples: &[Sample], of: impl Fn(&Sample) -> [f64; 3]) -> [Vec<f64>; 3] {
     std::array::from_fn(|i| samples.iter().map(|s| of(s)[i]).collect())
-}
-
-/// A temperature beside that of the first pose: `1.4 °C warmer than in the first pose`.
-pub(super) fn warming(change_c: f64) -> String {
-    let how = if change_c > 0.0 { "warmer" } else { "colder" };
-    format!(
-        "The sensor is {:.1} °C {how} than in the first pose",
-        change_c.abs()
-    )
 }

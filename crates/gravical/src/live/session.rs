@@ -3,28 +3,27 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use gravical_core::matrix3::{mul_vec, norm, sub};
+use gravical_core::matrix3::{mul_vec, norm};
 use gravical_recording::Sample;
 
 use crate::calibrate::{CalibrateOptions, calibrate};
 use crate::calibration_file::{CalibrationFile, Grade, GravitySource};
 use crate::gravity::Gravity;
-use crate::numfmt::{self, count};
+use crate::numfmt::{self, count, milli_g};
 use crate::poses::face::{Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use crate::recording::units::{AccelUnit, GyroScale};
-use crate::recording::{Follow, Recording};
-use crate::stats::standard_deviation;
+use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
 use super::attitude::Attitude;
 use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind, Welcome,
+    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind,
 };
 use super::folder::{Journal, section};
-use super::rest::{Fault, LET_GO, Means, Units, columns, warming};
+use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
-use super::{APART_DEG, LiveOptions, any_of, face_of, mg, sentence};
+use super::{APART_DEG, LiveOptions, any_of, face_of, sentence};
 
 /// Rows of this time are at hand, s: twice the longest capture.
 const RECENT_S: f64 = 120.0;
@@ -43,29 +42,17 @@ const MAX_NOISE_AT_REST: f64 = 0.035;
 const MIN_ROWS: usize = 50;
 /// A capture that is interrupted earlier was none, share of its length.
 const MIN_PROGRESS: f64 = 0.15;
-/// A change of temperature that is mentioned, °C.
-const WARMED_C: f64 = 1.0;
+/// A pose this much warmer or colder than the first is refused, °C.
+const MAX_WARMING_C: f64 = 3.0;
 /// A face that is tilted by more than this is noted, degrees.
 const FINE_TILT_DEG: f64 = 10.0;
 /// Time between two status events, s.
 const STATUS_S: f64 = 0.1;
-/// What has no face.
-const FREE_POSE: &str = "free pose";
 /// From this many poses on, a fit is tried, and from this many on it is complete.
 const FIRST_FIT: usize = 4;
 const FULL_FIT: usize = 6;
 
-/// How far the session is.
-enum Phase {
-    /// Columns and clock are not known.
-    Identify,
-    /// Noise at rest and unit are not known.
-    Floor(StillnessDetector),
-    /// Poses are taken.
-    Poses(StillnessDetector, Units),
-}
-
-/// Why nothing happens, whatever the phase.
+/// Why nothing happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stop {
     /// No rows arrive.
@@ -79,32 +66,19 @@ pub(super) enum Stop {
 pub(super) struct Hold {
     /// Its rows.
     pub rows: Range<usize>,
-    pub stage: HoldStage,
+    /// It was refused, accepted or rejected: nothing happens until it moves.
+    pub is_over: bool,
     /// Whatever can be overruled is: the user wants this pose.
     forced: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum HoldStage {
-    /// Its capture has not begun.
-    Settling,
-    /// A capture has begun.
-    Capturing,
-    /// It was refused, accepted or rejected: nothing happens until it moves.
-    Over,
 }
 
 impl Hold {
     fn new(rows: Range<usize>, forced: bool) -> Self {
         Hold {
             rows,
-            stage: HoldStage::Settling,
+            is_over: false,
             forced,
         }
-    }
-
-    pub fn is_over(&self) -> bool {
-        self.stage == HoldStage::Over
     }
 }
 
@@ -116,25 +90,24 @@ pub struct Session {
     pub(super) recent: VecDeque<Sample>,
     /// Line of the last row.
     last_line: u32,
-    phase: Phase,
+    /// None before columns and clock are known.
+    pub(super) detector: Option<StillnessDetector>,
+    /// None before the noise at rest is known.
+    pub(super) units: Option<Units>,
     pub(super) stop: Option<Stop>,
     /// What the last block said; none after rows that are missing.
     pub(super) last: Option<Stillness>,
     pub(super) rate_hz: f64,
     pub(super) attitude: Attitude,
-    gyro_bias: [f64; 3],
     pub(super) hold: Option<Hold>,
-    /// The accepted poses, and their mean angular rates.
-    pub(super) poses: Vec<(Pose, [f64; 3])>,
+    /// The accepted poses.
+    pub(super) poses: Vec<Pose>,
     /// Numbers of poses that were used.
     numbers: u32,
     /// Faces to record again.
     pub(super) redo: Vec<Face>,
-    /// It was far from the last pose since that was accepted.
-    has_departed: bool,
     /// The calibration of the poses so far.
     file: Option<CalibrationFile>,
-    warned_of_temperature: bool,
     /// Time of the last row, of the last progress, and of the last status, s.
     pub(super) now_s: f64,
     pub(super) progress_s: f64,
@@ -152,19 +125,17 @@ impl Session {
             options,
             recent: VecDeque::new(),
             last_line: 0,
-            phase: Phase::Identify,
+            detector: None,
+            units: None,
             stop: None,
             last: None,
             rate_hz,
             attitude: Attitude::default(),
-            gyro_bias: [0.0; 3],
             hold: None,
             poses: Vec::new(),
             numbers: 0,
             redo: Vec::new(),
-            has_departed: true,
             file: None,
-            warned_of_temperature: false,
             now_s: 0.0,
             progress_s: 0.0,
             status_s: f64::NEG_INFINITY,
@@ -294,7 +265,7 @@ impl Session {
         }
         match command {
             Command::Capture => self.capture_now(),
-            Command::Undo => match self.poses().last().map(|pose| pose.pose) {
+            Command::Undo => match self.poses.last().map(|pose| pose.pose) {
                 Some(last) => self.remove("The others are untouched.", |p| p.pose == last),
                 None => self.refuse("There is no pose to undo."),
             },
@@ -305,11 +276,10 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
+            Command::Cancel => self.stop = Some(Stop::Done),
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("The sensor was chosen: another one needs a new session.");
             }
-            Command::Cancel => self.stop = Some(Stop::Done),
-            Command::Resume => self.refuse("The session goes on already."),
             Command::Hand { .. } => self.refuse("This sensor is moved by hand, not by commands."),
         }
         self.take_events()
@@ -323,7 +293,7 @@ impl Session {
 
     /// The accepted poses.
     pub fn poses(&self) -> impl Iterator<Item = &Pose> {
-        self.poses.iter().map(|(pose, _)| pose)
+        self.poses.iter()
     }
 
     /// Local gravity.
@@ -373,46 +343,20 @@ impl Session {
 
     // What is known.
 
-    fn detector(&mut self) -> Option<&mut StillnessDetector> {
-        match &mut self.phase {
-            Phase::Identify => None,
-            Phase::Floor(detector) | Phase::Poses(detector, _) => Some(detector),
-        }
-    }
-
-    pub(super) fn is_identified(&self) -> bool {
-        !matches!(self.phase, Phase::Identify)
-    }
-
-    /// The units, once the noise at rest is known.
-    pub(super) fn units(&self) -> Option<Units> {
-        match &self.phase {
-            Phase::Poses(_, units) => Some(*units),
-            _ => None,
-        }
-    }
-
     /// A value of the accelerometer in mg; NaN before the unit is known.
     pub(super) fn mg(&self, units: f64) -> f64 {
-        self.units().map_or(f64::NAN, |u| mg(units / u.nominal))
+        self.units.map_or(f64::NAN, |u| milli_g(units / u.nominal))
     }
 
     /// The face was recorded.
     pub(super) fn is_recorded(&self, face: Face) -> bool {
         let name = Some(face.name());
-        self.poses().any(|p| p.face == name)
+        self.poses.iter().any(|p| p.face == name)
     }
 
     pub(super) fn missing_faces(&self) -> Vec<Face> {
-        Face::all()
-            .into_iter()
-            .filter(|f| !self.is_recorded(*f))
-            .collect()
-    }
-
-    /// The temperature of the first pose that has one.
-    pub(super) fn first_temperature_c(&self) -> Option<f64> {
-        self.poses().find_map(|p| p.temperature_c)
+        let all = Face::all().into_iter();
+        all.filter(|face| !self.is_recorded(*face)).collect()
     }
 
     /// The rows up to the last one, judged as a file: what arrived with it does not matter.
@@ -442,8 +386,14 @@ impl Session {
         file.filter(|f| f.accelerometer.poses.len() >= FULL_FIT)
     }
 
-    pub(super) fn grade(&self) -> Option<Grade> {
+    fn grade(&self) -> Option<Grade> {
         self.full_fit().map(|file| file.verdict.grade)
+    }
+
+    /// The pose that contradicts the others.
+    pub(super) fn suspect(&self) -> Option<&Pose> {
+        let (index, _) = self.file.as_ref()?.accelerometer.contradiction()?;
+        self.poses.get(index)
     }
 
     /// The direction of the free pose that is wanted next.
@@ -458,7 +408,7 @@ impl Session {
     pub(super) fn direction(&self, reading: [f64; 3]) -> [f64; 3] {
         let force = self.full_fit().map_or(reading, |file| {
             let section = &file.accelerometer;
-            let offset = self.units().map_or(0.0, |u| u.zero_offset);
+            let offset = self.units.map_or(0.0, |u| u.zero_offset);
             let raw: [f64; 3] = std::array::from_fn(|i| reading[i] + offset - section.bias[i]);
             mul_vec(&section.matrix, &raw)
         });
@@ -479,6 +429,11 @@ impl Session {
         ((self.options.capture_s * self.rate_hz).round() as usize).max(MIN_ROWS)
     }
 
+    /// A capture has begun.
+    pub(super) fn is_capturing(&self, hold: &Hold) -> bool {
+        self.units.is_some() && !hold.is_over && hold.rows.len() > self.settle_rows()
+    }
+
     /// Rest before the noise is known, s.
     pub(super) fn floor_s(&self) -> f64 {
         self.options.settle_s + self.options.floor_s
@@ -492,11 +447,9 @@ impl Session {
             self.interrupt();
         }
         let sample = self.remember(sample);
-        let gyro_nominal = self.units().and_then(|u| u.gyro_nominal);
-        let rate =
-            gyro_nominal.map(|nominal| sub(&sample.gyro, &self.gyro_bias).map(|v| v / nominal));
+        let rate = self.units.and_then(|u| u.rate_rad_s(sample.gyro));
         self.attitude.update(sample.time_s, sample.accel, rate);
-        if self.is_identified() {
+        if self.detector.is_some() {
             self.detect(sample);
         } else {
             self.identify(&sample)?;
@@ -528,12 +481,12 @@ impl Session {
 
     /// No hold spans what comes.
     fn interrupt(&mut self) {
-        if let Some(detector) = self.detector() {
+        if let Some(detector) = &mut self.detector {
             detector.split();
         }
         self.last = None;
         let hold = self.hold.take();
-        if hold.is_some_and(|h| h.stage == HoldStage::Capturing) {
+        if hold.is_some_and(|hold| self.is_capturing(&hold)) {
             let text = "Rows are missing in the middle of the capture. Hold it still once more.";
             self.reject((Rejection::Gaps, text.to_owned()));
         }
@@ -551,23 +504,23 @@ impl Session {
         self.rate_hz = rate_hz.unwrap_or(self.rate_hz);
         let unit = recording.accel_scale.unit;
         let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
-        // Those of a recording without a header have no names.
         let columns = self.reading.form().map_or(0, |form| form.roles.len());
         let columns = count(columns, "column");
         let gyro = recording.gyro_scale.map_or("no", |_| "with");
-        let first = format!("{rate}, {columns}, {unit}, {gyro} gyroscope");
+        let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
-        let findings = recording.findings.iter();
-        let notes = findings.filter(|f| !f.kind.is_of_samples());
-        let notes = notes.map(|f| sentence(&f.message));
-        let text: Vec<String> = std::iter::once(sentence(&first)).chain(notes).collect();
+        for finding in &recording.findings {
+            if !finding.kind.is_of_samples() {
+                text += &format!(" {}", sentence(&finding.message));
+            }
+        }
         let event = Event::Identified {
             rate_hz,
             unit,
             gyro_unit: recording.gyro_scale.map(|g| g.unit),
         };
-        self.emit(event, &text.join(" "));
-        self.phase = Phase::Floor(StillnessDetector::new(
+        self.emit(event, &text);
+        self.detector = Some(StillnessDetector::new(
             self.rate_hz,
             recording.resolution,
             RUN_S + self.options.settle_s + self.options.capture_s,
@@ -588,8 +541,9 @@ impl Session {
             return false;
         }
         let samples = self.within(run);
-        let norm = norm(&Means::of(&samples).accel);
-        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(Hold::is_over) {
+        let means = Means::of(&samples);
+        let norm = norm(&means.accel);
+        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.is_over) {
             return false;
         }
         let Some(Ok(recording)) = self.recording() else {
@@ -601,33 +555,29 @@ impl Session {
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
         let by_gravity = counts.then_some(norm / gravity.value_mps2);
         let Some(nominal) = scale.nominal().or(by_gravity) else {
-            self.set_stage(HoldStage::Over);
+            self.end_try();
             let text = format!(
                 "‖a‖ at rest is {norm:.4}: gravity in no unit. Raw values are needed, with gravity; or give the unit with --accel-unit."
             );
             self.reject((Rejection::Units, text));
             return false;
         };
-        let units = Units {
+        self.units = Some(Units {
             zero_offset: recording.zero_offset,
             nominal,
             scale,
             gyro_nominal: recording.gyro_scale.as_ref().and_then(GyroScale::nominal),
-        };
-        self.phase = match std::mem::replace(&mut self.phase, Phase::Identify) {
-            Phase::Floor(detector) => Phase::Poses(detector, units),
-            other => other,
-        };
-        let noise_mg = columns(&samples, |s| s.accel).map(|mut axis| {
-            axis.retain(|v| v.is_finite());
-            self.mg(standard_deviation(&axis))
+            gyro_bias: means.gyro,
         });
-        let limit_mg = self.mg(state.max_scatter[0]);
-        let [x, y, z] = noise_mg;
-        let text = format!(
-            "Noise at rest {x:.1}, {y:.1}, {z:.1} mg; above {limit_mg:.0} mg it counts as moving."
-        );
-        self.emit(Event::Floor { noise_mg, limit_mg }, &text);
+        let [noise_mg, limit_mg] = [means.scatter[0], state.max_scatter[0]].map(|v| self.mg(v));
+        let text =
+            format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
+        self.emit(Event::Floor, &text);
+        for finding in &recording.findings {
+            if finding.kind == FindingKind::FrozenAxis {
+                self.warn(WarningKind::Other, &finding.message);
+            }
+        }
         if gravity.source == GravitySource::Standard {
             let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";
             self.warn(WarningKind::Gravity, text);
@@ -640,61 +590,45 @@ impl Session {
     // Holds.
 
     fn detect(&mut self, sample: Sample) {
-        let Some(state) = self.detector().and_then(|d| d.push(sample)) else {
+        let Some(state) = self.detector.as_mut().and_then(|d| d.push(sample)) else {
             return;
         };
         self.last = Some(state.clone());
-        if state.run.is_some() && state.scatter[1].is_finite() {
-            self.gyro_bias = state.gyro;
-        }
         if self.stop.is_some() {
             return;
         }
-        if let Some(run) = &state.run {
-            self.extend_hold(run.clone(), &state);
-            if self.units().is_some() || self.floor(run, &state) {
-                self.note_departure();
-                self.advance_hold();
-            }
-        } else {
-            self.end_hold(&state);
+        let Some(run) = &state.run else {
+            self.end_hold();
+            return;
+        };
+        self.extend_hold(run.clone());
+        if self.units.is_some() || self.floor(run, &state) {
+            self.advance_hold();
         }
     }
 
     /// It moves: a capture that has begun is interrupted.
-    fn end_hold(&mut self, state: &Stillness) {
-        let hold = self.hold.take();
-        if hold.as_ref().is_some_and(Hold::is_over) {
+    fn end_hold(&mut self) {
+        let Some(hold) = self.hold.take() else { return };
+        if hold.is_over {
             // The user begins to turn it.
             self.progress_s = self.now_s;
+            return;
         }
-        if let Some(hold) = hold.filter(|h| h.stage == HoldStage::Capturing) {
-            let progress_s = (hold.rows.len() as f64 / self.rate_hz) - self.options.settle_s;
-            if progress_s > MIN_PROGRESS * self.options.capture_s {
-                let [scatter, limit] = [state.scatter, state.max_scatter].map(|scatter| scatter[0]);
-                let text = if scatter > limit {
-                    format!(
-                        "It moved after {progress_s:.1} s: {:.0} mg, limit {:.0} mg. {LET_GO}",
-                        self.mg(scatter),
-                        self.mg(limit)
-                    )
-                } else {
-                    format!("It turned after {progress_s:.1} s. {LET_GO}")
-                };
-                self.reject((Rejection::Moved, text));
-            }
+        let progress_s = hold.rows.len() as f64 / self.rate_hz - self.options.settle_s;
+        if self.units.is_some() && progress_s > MIN_PROGRESS * self.options.capture_s {
+            let text = format!("It moved after {progress_s:.1} s. {LET_GO}");
+            self.reject((Rejection::Moved, text));
         }
-        self.note_departure();
     }
 
     /// The hold that the run belongs to.
-    fn extend_hold(&mut self, run: Range<usize>, state: &Stillness) {
+    fn extend_hold(&mut self, run: Range<usize>) {
         let settle = self.settle_rows();
         // Where a capture drifts, what was captured does not agree with what is read now.
-        let drifts =
-            |h: &Hold| h.stage == HoldStage::Capturing && run.start > h.rows.start + settle;
+        let drifts = |h: &Hold| self.is_capturing(h) && run.start > h.rows.start + settle;
         if self.hold.as_ref().is_some_and(drifts) {
-            self.end_hold(state);
+            self.end_hold();
         }
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => hold.rows.end = run.end,
@@ -702,122 +636,86 @@ impl Session {
         }
     }
 
-    /// Notes that it has left the last pose.
-    fn note_departure(&mut self) {
-        if let Some((last, _)) = self.poses.last() {
-            let angle = angle_deg(last.up, self.direction(self.reading()));
-            self.has_departed |= angle > APART_DEG;
-        }
-    }
-
-    fn set_stage(&mut self, stage: HoldStage) {
+    fn end_try(&mut self) {
         if let Some(hold) = &mut self.hold {
-            hold.stage = stage;
+            hold.is_over = true;
         }
     }
 
     /// The hold goes on: it settles, is captured, is over.
     fn advance_hold(&mut self) {
-        let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over()) else {
+        let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over) else {
             return;
         };
-        let Some(units) = self.units() else { return };
-        let from = hold.rows.start + self.settle_rows();
-        let end = from + self.capture_rows();
-        if hold.rows.end <= from {
+        let Some(units) = self.units else { return };
+        if !self.is_capturing(&hold) {
             return;
         }
-        if hold.stage == HoldStage::Settling {
-            let accel = Means::of(&self.within(&hold.rows)).accel;
-            let up = self.direction(accel);
-            let welcome = self.welcome(up);
-            // Where the magnitude is not that of gravity the direction says nothing; the capture
-            // finds what is wrong.
-            let is_gravity = units
-                .fault(accel, self.options.gravity.value_mps2)
-                .is_none();
-            let fault = self.refusal(welcome, up);
-            if let Some(fault) = fault.filter(|_| is_gravity && !hold.forced) {
-                self.set_stage(HoldStage::Over);
-                // A bump on the pose that was just accepted is not worth a word.
-                if welcome != Welcome::Duplicate || self.has_departed {
-                    self.reject(fault);
-                }
-                return;
+        let accel = Means::of(&self.within(&hold.rows)).accel;
+        let up = self.direction(accel);
+        // Where the magnitude is not that of gravity the direction says nothing; the capture finds
+        // what is wrong.
+        let gravity_mps2 = self.options.gravity.value_mps2;
+        let is_judged = !hold.forced && units.magnitude_fault(accel, gravity_mps2).is_none();
+        if let Some(fault) = self.refusal(up).filter(|_| is_judged) {
+            self.end_try();
+            // That the last pose still lies there is not worth a word.
+            let is_last = |last: &Pose| angle_deg(last.up, up) < APART_DEG;
+            if !self.poses.last().is_some_and(is_last) {
+                self.reject(fault);
             }
-            self.set_stage(HoldStage::Capturing);
-            self.emit(Event::PoseCandidate, "The capture begins.");
+            return;
         }
+        let from = hold.rows.start + self.settle_rows();
+        let end = from + self.capture_rows();
         if hold.rows.end >= end {
             self.judge(&(from..end), hold.forced, &units);
         }
     }
 
-    /// What a hold in this direction would be.
-    pub(super) fn welcome(&self, up: [f64; 3]) -> Welcome {
+    /// Why a hold in this direction is not wanted.
+    pub(super) fn refusal(&self, up: [f64; 3]) -> Option<Fault> {
         let face = face_up(up);
-        let kind = face.map_or(Welcome::Free, |_| Welcome::Face);
         if self.options.any_pose || face.is_some_and(|f| !self.is_recorded(f)) {
-            return kind;
+            return None;
         }
+        let (nearest, tilt_deg) = Face::nearest(up);
+        let nearest = nearest.name();
+        let missing = any_of(&self.missing_faces());
         // A steep face that is done leaves room for a free pose beside it only if it is far.
-        if self.poses().any(|p| angle_deg(p.up, up) < APART_DEG) {
-            Welcome::Duplicate
-        } else if face.is_some() || self.missing_faces().is_empty() {
-            kind
-        } else {
-            Welcome::Between
+        if self.poses.iter().any(|p| angle_deg(p.up, up) < APART_DEG) {
+            let what = match face {
+                Some(_) => nearest,
+                None => format!("A pose within {APART_DEG:.0}°"),
+            };
+            let next = if missing.is_empty() {
+                "another direction"
+            } else {
+                &missing
+            };
+            let text = format!("{what} is recorded already. Turn it to {next}, or redo that face.");
+            return Some((Rejection::Duplicate, text));
         }
-    }
-
-    fn refusal(&self, welcome: Welcome, up: [f64; 3]) -> Option<Fault> {
-        let (face, tilt_deg) = Face::nearest(up);
-        let name = face.name();
-        let missing = self.missing_faces();
-        let faces = any_of(&missing);
-        Some(match welcome {
-            Welcome::Face | Welcome::Free => return None,
-            Welcome::Duplicate if self.redo.contains(&face.opposite()) => {
-                let wanted = face.opposite().name();
-                let text = format!(
-                    "{name} is up, and {wanted} is to be recorded again. Turn it over: {wanted} up."
-                );
-                (Rejection::Sign, text)
-            }
-            Welcome::Duplicate => {
-                let what = match face_up(up) {
-                    Some(_) => name,
-                    None => format!("A pose within {APART_DEG:.0}°"),
-                };
-                let next = if missing.is_empty() {
-                    "another direction"
-                } else {
-                    &faces
-                };
-                let text =
-                    format!("{what} is recorded already. Turn it to {next}, or redo that face.");
-                (Rejection::Duplicate, text)
-            }
-            Welcome::Between => {
-                let text = format!(
-                    "It lies between two faces: {tilt_deg:.0}° from {name}. Put {faces} up; or take it all the same, as a free pose."
-                );
-                (Rejection::BetweenFaces, text)
-            }
+        (face.is_none() && !missing.is_empty()).then(|| {
+            let text = format!(
+                "It lies between two faces: {tilt_deg:.0}° from {nearest}. Put {missing} up; or take it all the same, as a free pose."
+            );
+            (Rejection::BetweenFaces, text)
         })
     }
 
     /// Accepts or rejects a capture.
     fn judge(&mut self, rows: &Range<usize>, forced: bool, units: &Units) {
         let samples = self.within(rows);
-        let fault = self.fault(&samples, rows.len(), units, forced);
+        let means = Means::of(&samples);
+        let gravity_mps2 = self.options.gravity.value_mps2;
+        let fault = units
+            .fault(&samples, gravity_mps2)
+            .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
             *hold = Hold::new(rows.end..hold.rows.end, forced);
-            let again = |fault: &Fault| matches!(fault.0, Rejection::Moved | Rejection::Gaps);
-            if !fault.as_ref().is_some_and(again) {
-                hold.stage = HoldStage::Over;
-            }
+            hold.is_over = !fault.as_ref().is_some_and(|f| f.0 == Rejection::Moved);
         }
         self.progress_s = self.now_s;
         if let Some(fault) = fault {
@@ -827,7 +725,6 @@ impl Session {
         let [Some(first), Some(last)] = [samples.first(), samples.last()] else {
             return;
         };
-        let means = Means::of(&samples);
         let up = self.direction(means.accel);
         self.numbers += 1;
         self.accept(Pose {
@@ -845,19 +742,27 @@ impl Session {
         self.fit();
     }
 
+    fn warming(&self, means: &Means) -> Option<Fault> {
+        let first_c = self.poses.iter().find_map(|p| p.temperature_c)?;
+        let change_c = means.temperature_c? - first_c;
+        let how = if change_c > 0.0 { "warmer" } else { "colder" };
+        (change_c.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
+            let text = format!(
+                "The sensor is {:.1} °C {how} than in the first pose: its bias has drifted. Wait until it is as before; or take it all the same, or undo the old poses one by one.",
+                change_c.abs()
+            );
+            (Rejection::Temperature, text)
+        })
+    }
+
     // Poses.
 
     fn accept(&mut self, pose: Pose) {
-        let [first, last] = pose.lines;
-        let samples = self.recent.iter();
-        let samples = samples.filter(|s| (first..=last).contains(&s.line));
-        let gyro = Means::of(&samples.copied().collect::<Vec<_>>()).gyro;
         self.redo.retain(|face| Some(face.name()) != pose.face);
-        self.poses.push((pose.clone(), gyro));
-        self.has_departed = false;
-        let name = pose.face.as_deref().unwrap_or(FREE_POSE);
+        self.poses.push(pose.clone());
+        let name = called(&pose);
         let faces = 6 - self.missing_faces().len();
-        let free = self.poses().filter(|p| p.face.is_none()).count();
+        let free = self.poses.iter().filter(|p| p.face.is_none()).count();
         let mut text = format!(
             "{name} is done. ‖a‖ {:.3} m/s², noise {:.1} mg ({faces} of 6 faces, {free} free).",
             pose.norm_mps2, pose.noise_mg
@@ -868,24 +773,12 @@ impl Session {
                 pose.tilt_deg
             );
         }
-        let now_c = pose.temperature_c;
         self.emit(Event::PoseAccepted(pose), &text);
-        let change_c = now_c
-            .zip(self.first_temperature_c())
-            .map_or(0.0, |(now, first)| now - first);
-        if change_c.abs() > WARMED_C && !self.warned_of_temperature {
-            self.warned_of_temperature = true;
-            let text = format!(
-                "{}: let it run for some minutes before the session.",
-                warming(change_c)
-            );
-            self.warn(WarningKind::Temperature, &text);
-        }
     }
 
     fn capture_now(&mut self) {
         let most_rows = self.settle_rows() + self.capture_rows();
-        let has_units = self.units().is_some();
+        let has_units = self.units.is_some();
         match &mut self.hold {
             Some(hold) if has_units => {
                 // What it has rested already counts.
@@ -902,7 +795,7 @@ impl Session {
             self.refuse("A face is +x, -x, +y, -y, +z or -z.");
             return;
         };
-        if self.is_recorded(face) && !self.redo.contains(&face) {
+        if self.is_recorded(face) {
             self.redo.push(face);
         }
         let name = face.name();
@@ -912,14 +805,17 @@ impl Session {
 
     fn remove(&mut self, next: &str, is_gone: impl Fn(&Pose) -> bool) {
         let poses = std::mem::take(&mut self.poses);
-        let (gone, left): (Vec<_>, _) = poses.into_iter().partition(|(p, _)| is_gone(p));
+        let (gone, left) = poses.into_iter().partition::<Vec<_>, _>(is_gone);
         self.poses = left;
-        for (Pose { pose, face, .. }, _) in gone {
-            let name = face.as_deref().unwrap_or(FREE_POSE);
-            let text = format!("Pose {pose} ({name}) no longer counts. {next}");
+        for pose in gone {
+            let text = format!(
+                "Pose {} ({}) no longer counts. {next}",
+                pose.pose,
+                called(&pose)
+            );
+            let Pose { pose, face, .. } = pose;
             self.emit(Event::PoseUndone { pose, face }, &text);
         }
-        self.has_departed = true;
         self.progress_s = self.now_s;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
@@ -934,16 +830,15 @@ impl Session {
     fn fit(&mut self) {
         let before = self.grade();
         let fitted = (self.poses.len() >= FIRST_FIT).then(|| self.calibrated());
-        let fitted = fitted.transpose().unwrap_or_else(|error| {
+        self.file = fitted.transpose().unwrap_or_else(|error| {
             if self.poses.len() >= FULL_FIT {
                 self.warn(WarningKind::Other, &error.to_string());
             }
             None
         });
-        if let Some(file) = &fitted {
-            self.show_fit(file);
+        if let Some((event, text)) = self.file.as_ref().map(shown_fit) {
+            self.emit(event, &text);
         }
-        self.file = fitted;
         let full = self.full_fit().filter(|_| self.grade() != before);
         if let Some((event, text)) = full.map(|file| verdict(file, false)) {
             self.emit(event, &text);
@@ -955,7 +850,7 @@ impl Session {
         let recording = self.recording().transpose()?;
         let recording =
             recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
-        let sections = self.poses().map(|pose| section(pose, &recording));
+        let sections = self.poses.iter().map(|pose| section(pose, &recording));
         let options = CalibrateOptions {
             segment: SegmentOptions {
                 sections: Some(sections.collect()),
@@ -967,57 +862,37 @@ impl Session {
         Ok(calibrate(&[recording], &options)?.file)
     }
 
-    /// Shows the figures of a calibration of the poses so far.
-    fn show_fit(&mut self, file: &CalibrationFile) {
-        let section = &file.accelerometer;
-        let fit = Fit {
-            bias_mg: [0, 1, 2].map(|i| mg(section.bias[i] / section.scale[i])),
-            worst_mg: section.worst_direction.as_ref().map(|w| mg(w.error_mps2)),
-            leave_one_out_mg: section.leave_one_out_rms_mps2.map(mg),
-            undetected_mg: section.undetected.as_ref().map(|u| mg(u.effect_mps2)),
-            poses: self.poses.len() as u32,
-            suspect: self.suspect(file).map(|pose| pose.pose),
-        };
-        let [x, y, z] = fit.bias_mg;
-        let mg = |value: Option<f64>| {
-            value.map_or("unknown".to_owned(), |v| {
-                format!("{} mg", numfmt::digits(v, 2))
-            })
-        };
-        let text = format!(
-            "Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ at most {} (95 %); leave-one-out {}; {}.",
-            mg(fit.worst_mg),
-            mg(fit.leave_one_out_mg),
-            file.verdict.grade
-        );
-        self.emit(Event::Fit(Box::new(fit)), &text);
-    }
-
-    /// The pose that contradicts the others.
-    pub(super) fn suspect(&self, file: &CalibrationFile) -> Option<&Pose> {
-        let (index, _) = file.accelerometer.contradiction()?;
-        self.poses().nth(index)
+    /// What is wanted next.
+    pub(super) fn next_step(&self) -> (Wanted, String) {
+        let missing = self.missing_faces();
+        match missing.len() {
+            6 => (Wanted::Face, "Put any side up, and hold still.".to_owned()),
+            1.. => {
+                let faces = any_of(&missing);
+                (Wanted::Face, format!("Put {faces} up, and hold still."))
+            }
+            _ if self.grade() == Some(Grade::Good) => {
+                let text = "Good: it can be saved; every further pose makes it better.";
+                (Wanted::None, text.to_owned())
+            }
+            _ => {
+                let hint = self.next_up().map(in_words);
+                let hint = hint.as_deref().unwrap_or("any new direction");
+                let text = format!("Free pose: {hint}. Lean it on something, and let go.");
+                (Wanted::Free, text)
+            }
+        }
     }
 
     /// Says which pose is wanted next.
     fn request_pose(&mut self) {
-        let missing = self.missing_faces();
+        let (kind, text) = self.next_step();
         let up = self.next_up();
-        let hint = up.map(in_words);
-        let (kind, text) = if !missing.is_empty() {
-            (Wanted::Face, format!("Next: {} up.", any_of(&missing)))
-        } else if self.grade() == Some(Grade::Good) {
-            let text = "Good: it can be saved; more poses make it better.";
-            (Wanted::None, text.to_owned())
-        } else {
-            let hint = hint.as_deref().unwrap_or("any new direction");
-            (Wanted::Free, format!("Next, a free pose: {hint}."))
-        };
         let event = Event::NextPose {
             kind,
-            faces: missing.iter().map(|f| f.name()).collect(),
+            faces: self.missing_faces().iter().map(|f| f.name()).collect(),
             up,
-            hint,
+            hint: up.map(in_words),
         };
         self.emit(event, &text);
     }
@@ -1058,38 +933,40 @@ pub(super) fn face_up(up: [f64; 3]) -> Option<Face> {
     (tilt_deg <= MAX_FACE_ANGLE_DEG).then_some(face)
 }
 
-/// The verdict, and what it says of the accuracy in a sentence.
+fn called(pose: &Pose) -> &str {
+    pose.face.as_deref().unwrap_or("free pose")
+}
+
+/// The figures of a calibration of the poses so far.
+fn shown_fit(file: &CalibrationFile) -> (Event, String) {
+    let section = &file.accelerometer;
+    let worst = section.worst_direction.as_ref().map(|w| w.error_mps2);
+    let fit = Fit {
+        bias_mg: [0, 1, 2].map(|i| milli_g(section.bias[i] / section.scale[i])),
+        worst_mg: worst.map(milli_g),
+        leave_one_out_mg: section.leave_one_out_rms_mps2.map(milli_g),
+        undetected_mg: section.undetected.as_ref().map(|u| milli_g(u.effect_mps2)),
+        poses: section.poses.len() as u32,
+    };
+    let [x, y, z] = fit.bias_mg;
+    let worst = worst.map_or("unknown".to_owned(), |w| {
+        format!("at most {} mg (95 %)", numfmt::mg(w))
+    });
+    let grade = file.verdict.grade;
+    let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {worst}; {grade}.");
+    (Event::Fit(Box::new(fit)), text)
+}
+
+/// The verdict with what decides it: the error, and what one pose could hide.
 fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
     let grade = file.verdict.grade;
     let reasons = file.verdict.reasons.clone();
-    let section = &file.accelerometer;
-    let error = section.worst_direction.as_ref().map_or(String::new(), |w| {
-        let most_mg = numfmt::mg(w.error_mps2);
-        format!("error of ‖a‖ at most {most_mg} mg (95 %)")
-    });
-    // Where this is the larger error, it decides the grade.
-    let most = section.worst_direction.as_ref().map(|w| w.error_mps2);
-    let hidden = section.undetected.as_ref().map(|u| u.effect_mps2);
-    let is_tested = hidden
-        .zip(most)
-        .is_some_and(|(hidden, most)| hidden <= most);
-    let undetected =
-        section
-            .undetected
-            .as_ref()
-            .map_or("no pose is left to test the others".to_owned(), |u| {
-                let most_mg = numfmt::mg(u.effect_mps2);
-                format!("an error of one pose could change ‖a‖ by {most_mg} mg undetected")
-            });
-    let text = match grade {
-        Grade::Good => format!("Good: {error}, verified."),
-        Grade::Fair if is_tested => format!("Fair: {error}; more free poses reduce it."),
-        Grade::Fair => format!("Fair: {error}, but {undetected}; more free poses test it."),
-        Grade::NotVerifiable => {
-            format!("Not verifiable yet: {undetected}; more free poses test it.")
-        }
-        Grade::Poor => format!("Poor: {}", reasons.first().map_or("", String::as_str)),
+    let why: Vec<&str> = reasons.iter().take(2).map(String::as_str).collect();
+    let more = match grade {
+        Grade::Good | Grade::Poor => "",
+        Grade::Fair | Grade::NotVerifiable => "; more free poses test it, and reduce the error",
     };
+    let text = format!("{grade}: {}{more}.", why.join("; "));
     let event = Event::Verdict {
         grade,
         r#final,

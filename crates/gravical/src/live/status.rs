@@ -2,11 +2,10 @@
 
 use gravical_core::matrix3::norm;
 
-use super::event::{Event, State, Status, Tile, Welcome};
-use super::session::{HoldStage, Session, Stop, face_up};
-use super::{any_of, mg, sentence};
-use crate::calibration_file::Grade;
-use crate::poses::face::{Face, in_words};
+use super::event::{Event, State, Status, Tile};
+use super::sentence;
+use super::session::{Session, Stop, face_up};
+use crate::poses::face::Face;
 
 /// After this time without progress the status says which test fails, s.
 const HINT_AFTER_S: f64 = 5.0;
@@ -14,15 +13,14 @@ const HINT_AFTER_S: f64 = 5.0;
 impl Session {
     /// The state for people.
     fn state(&self) -> State {
-        let stage = self.hold.as_ref().map(|hold| hold.stage);
-        match (self.stop, stage) {
-            (Some(Stop::Done), _) => State::Done,
-            (Some(Stop::Lost), _) => State::Lost,
-            _ if !self.is_identified() => State::Identify,
-            _ if self.units().is_none() => State::Floor,
-            (_, Some(HoldStage::Settling)) => State::Settle,
-            (_, Some(HoldStage::Capturing)) => State::Capture,
-            _ => State::Wait,
+        let is_capturing = self.hold.as_ref().is_some_and(|h| self.is_capturing(h));
+        match self.stop {
+            Some(Stop::Done) => State::Done,
+            Some(Stop::Lost) => State::Lost,
+            None if self.detector.is_none() => State::Identify,
+            None if self.units.is_none() => State::Floor,
+            None if is_capturing => State::Capture,
+            None => State::Wait,
         }
     }
 
@@ -32,56 +30,51 @@ impl Session {
         let reading = self.reading();
         let up = self.direction(reading);
         let (face, tilt_deg) = Face::nearest(up);
-        let welcome = self.welcome(up);
         let ring = self.ring(state);
         let here = face_up(up);
-        let suspect = self.calibration().and_then(|file| self.suspect(file));
-        let suspect = suspect.and_then(|pose| pose.face.clone());
+        let suspect = self.suspect().and_then(|pose| pose.face.clone());
         let tile = |f: Face| match state {
             State::Capture if here == Some(f) => Tile::Capturing,
             _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,
-            State::Settle if here == Some(f) => Tile::HoldStill,
             _ if self.redo.contains(&f) || self.is_recorded(f) => Tile::Redo,
             _ => Tile::ToDo,
         };
-        let units = self.units();
-        let nominal = units.map_or(f64::NAN, |u| u.nominal * self.options.gravity.value_mps2);
+        let gravity_mps2 = self.options.gravity.value_mps2;
+        let nominal = self.units.map_or(f64::NAN, |u| u.nominal * gravity_mps2);
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
         let last = self.last.as_ref();
         let temperature = self.recent.back().map(|s| s.temperature_c);
         let status = Status {
             state,
-            hint: self.hint(state, up, welcome).map(|h| sentence(&h)),
+            hint: self.hint(state, up).map(|h| sentence(&h)),
             up,
             attitude: self.attitude.wxyz(),
             norm_g: finite(norm(&reading) / nominal),
             noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
-            limit_mg: units.and(last).map(|s| self.mg(s.max_scatter[0])),
+            limit_mg: self.units.and(last).map(|s| self.mg(s.max_scatter[0])),
             still: last.is_some_and(|s| s.run.is_some()),
             ring,
             face: face.name(),
             tilt_deg,
-            welcome,
             rate_hz: self.rate_hz,
             temperature_c: temperature.filter(|t| t.is_finite()),
             tiles: Face::all().map(|f| (f.name(), tile(f))).into(),
         };
         let left = 1.0 - ring;
-        let called = here.map_or("Free pose".to_owned(), |face| format!("{} up", face.name()));
         let text = match state {
             State::Identify => "Reading the first second.".to_owned(),
             State::Floor => {
                 let left_s = left * self.floor_s();
                 format!("Put the sensor on the table, hands off: {left_s:.1} s.")
             }
-            State::Settle => format!("{called}: hold still."),
             State::Capture => {
+                let called = here.map_or("Free pose".to_owned(), |f| format!("{} up", f.name()));
                 let left_s = left * self.options.capture_s;
                 format!("{called}: hold still, {left_s:.1} s to go.")
             }
             State::Lost => format!("No data. {}", self.safe()),
             State::Done => "Done.".to_owned(),
-            State::Wait => self.next_step(welcome),
+            State::Wait => self.next_step().1,
         };
         self.emit(Event::Status(Box::new(status)), &text);
     }
@@ -89,74 +82,34 @@ impl Session {
     /// Progress of the state, 0 to 1.
     fn ring(&self, state: State) -> f64 {
         let settle = self.settle_rows() as f64;
-        let hold = self.hold.as_ref().filter(|h| !h.is_over());
+        let hold = self.hold.as_ref().filter(|h| !h.is_over);
         let held = hold.map_or(0, |h| h.rows.len()) as f64;
         let share = match state {
             State::Floor => held / (self.floor_s() * self.rate_hz),
-            State::Settle => held / settle,
             State::Capture => (held - settle) / self.capture_rows() as f64,
             _ => 0.0,
         };
         share.clamp(0.0, 1.0)
     }
 
-    /// What to do while nothing is held.
-    fn next_step(&self, welcome: Welcome) -> String {
-        let missing = self.missing_faces();
-        let faces = any_of(&missing);
-        match missing.len() {
-            6 => "Put any side up, and hold still.".to_owned(),
-            1.. if welcome == Welcome::Duplicate => format!("Turn it: put {faces} up."),
-            1.. => format!("Put {faces} up, and hold still."),
-            _ if self.grade() == Some(Grade::Good) => {
-                "Good. Enter saves it; every further pose makes it better.".to_owned()
-            }
-            _ => {
-                let hint = self.next_up().map(in_words);
-                let hint = hint.as_deref().unwrap_or("any new direction");
-                format!("Free pose: {hint}. Lean it on something, and let go.")
-            }
-        }
-    }
-
     /// Which test fails, after some time without progress.
-    fn hint(&self, state: State, up: [f64; 3], welcome: Welcome) -> Option<String> {
+    fn hint(&self, state: State, up: [f64; 3]) -> Option<String> {
         let waits = matches!(state, State::Wait | State::Floor);
         if !waits || self.now_s - self.progress_s < HINT_AFTER_S {
             return None;
         }
         let last = self.last.as_ref()?;
         if last.run.is_some() {
-            self.hold.as_ref().filter(|hold| hold.is_over())?;
-            return match welcome {
-                Welcome::Duplicate => Some(match face_up(up) {
-                    Some(face) => format!("{} is up, which is done", face.name()),
-                    None => "this pose is done".to_owned(),
-                }),
-                Welcome::Between => Some("it lies between two faces".to_owned()),
-                _ => None,
-            };
+            self.hold.as_ref().filter(|hold| hold.is_over)?;
+            return self.refusal(up).map(|(_, text)| text);
         }
-        // In the unit of the recording while that is not known.
-        let units = self.units();
-        let accel = units.map_or((1.0, ""), |u| (mg(u.nominal.recip()), " mg"));
-        let rate = units.and_then(|u| u.gyro_nominal);
-        let gyro = rate.map_or((1.0, ""), |nominal| (nominal.recip().to_degrees(), " °/s"));
-        let tests = [("moving", accel), ("turning", gyro)].into_iter();
-        let mut tests = tests.zip(last.scatter).zip(last.max_scatter);
-        let failing = tests.find(|((_, scatter), max)| scatter > max);
-        Some(failing.map_or(
-            "still turning slowly".to_owned(),
-            |(((what, (scale, unit)), scatter), max)| {
-                let decimals = match unit {
-                    " mg" => 0,
-                    " °/s" => 1,
-                    _ => 3,
-                };
-                let [scatter, max] =
-                    [scatter, max].map(|v| format!("{:.decimals$}{unit}", scale * v));
-                format!("still {what}: {scatter}, limit {max}")
-            },
-        ))
+        let excess = |sensor: usize| last.scatter[sensor] / last.max_scatter[sensor];
+        let tests = [("moving", excess(0)), ("turning", excess(1))];
+        let failing = tests.iter().find(|(_, excess)| *excess > 1.0);
+        Some(
+            failing.map_or("still turning slowly".to_owned(), |(what, excess)| {
+                format!("still {what}: {excess:.1} times the limit")
+            }),
+        )
     }
 }

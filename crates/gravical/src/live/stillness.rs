@@ -38,8 +38,6 @@ pub(super) struct Stillness {
     pub max_scatter: [f64; 2],
     /// Scatter of the quietest blocks.
     pub noise: f64,
-    /// Mean angular rate of the block.
-    pub gyro: [f64; 3],
 }
 
 /// Finds it as rows arrive.
@@ -115,7 +113,6 @@ impl StillnessDetector {
             scatter: means.scatter,
             max_scatter,
             noise: level[0].sqrt(),
-            gyro: means.gyro,
         })
     }
 

@@ -4,7 +4,7 @@
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile, Wanted, Welcome};
+use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile, Wanted};
 use gravical::live::{LiveOptions, Session};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::{Face, angle_deg};
@@ -53,15 +53,12 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
         .collect();
     let [
         Event::Identified { rate_hz, unit, .. },
-        Event::Floor {
-            noise_mg, limit_mg, ..
-        },
+        Event::Floor,
         Event::NextPose {
             kind: Wanted::Face,
             faces,
             ..
         },
-        Event::PoseCandidate,
         Event::PoseAccepted(pose),
         Event::NextPose { faces: left, .. },
     ] = kinds[..]
@@ -69,11 +66,6 @@ fn the_first_seconds_identify_the_board_and_its_noise() {
         panic!("{kinds:#?}")
     };
     assert!((rate_hz.unwrap() - 100.0).abs() < 0.1 && unit.name() == "m/s^2");
-    assert!(
-        noise_mg.iter().all(|n| (1.0..6.0).contains(n)),
-        "{noise_mg:?}"
-    );
-    assert!((10.0..40.0).contains(limit_mg), "{limit_mg}");
     assert_eq!((faces.len(), left.len(), pose.lines), (6, 5, [52, 301]));
     assert!(events.iter().filter(|m| m.event.is_status()).count() >= 39);
 }
@@ -166,10 +158,7 @@ fn a_bump_in_a_capture_rejects_it_and_the_next_try_counts() {
     let events = hand.pass(1.5);
     assert_eq!(rejections(&events), [Rejection::Moved], "{events:#?}");
     let (_, text) = rejection(&events);
-    assert!(
-        text.contains("mg, limit") && text.contains(" mg. Lay it down"),
-        "{text}"
-    );
+    assert!(text.starts_with("It moved after "), "{text}");
     let events = hand.pass(5.0);
     assert_eq!(accepted(&events), ["+x"]);
 }
@@ -190,10 +179,7 @@ fn a_face_twice_is_a_duplicate_once_it_was_away() {
         _ => None,
     });
     let status = status.unwrap();
-    assert_eq!(
-        (status.welcome, status.tiles["+y"]),
-        (Welcome::Duplicate, Tile::Done)
-    );
+    assert_eq!(status.tiles["+y"], Tile::Done);
     assert_eq!(status.tiles["-x"], Tile::ToDo);
     // Taken all the same.
     hand.command(&Command::Capture);
@@ -234,7 +220,7 @@ fn undo_and_redo() {
     hand.lay(face("+x"));
     hand.pass(7.0);
     hand.lay(face("-z"));
-    assert_eq!(rejections(&hand.pass(7.0)), [Rejection::Sign]);
+    assert_eq!(rejections(&hand.pass(7.0)), [Rejection::Duplicate]);
     let events = hand.command(&Command::Undo);
     assert!(matches!(&events[0].event, Event::PoseUndone { face: Some(f), .. } if f == "+x"));
     let Event::NextPose { faces, .. } = &events[1].event else {
@@ -359,7 +345,7 @@ fn another_unit_or_scale_is_named() {
     // A sensor at rest whose unit gravity does not show has no floor either.
     let (_, events) = session_of(&[(600, [0.1, 0.2, 3.3])]);
     assert_eq!(rejections(&events), [Rejection::Units]);
-    let is_floor = |m: &Message| matches!(m.event, Event::Floor { .. });
+    let is_floor = |m: &Message| matches!(m.event, Event::Floor);
     assert!(!events.iter().any(is_floor));
 }
 
@@ -394,8 +380,10 @@ fn readings_that_a_capture_cannot_use_are_named() {
         let (_, events) = second_hold(columns, write, 9.8, drift_mg_s);
         assert_eq!(accepted(&events), ["+z", "+x"]);
     }
+    let (_, events) = second_hold(accel, frozen, 9.8, 0.0);
+    let is_named = |m: &Message| m.text.starts_with("ay keeps exactly one value");
+    assert_eq!(events.iter().filter(|m| is_named(m)).count(), 1);
     for (columns, write, up, reason, words) in [
-        (accel, frozen, 9.8, Rejection::Frozen, "ay keeps one value"),
         (accel, counts, 25.0, Rejection::Clipped, "ax is at the end"),
         (six, fast, 9.8, Rejection::Moved, "It turns steadily"),
     ] {
@@ -446,7 +434,7 @@ fn what_moves_is_told_which_test_fails() {
     assert!((9.5..11.5).contains(&first.0), "{first:?}");
     let last = hints.last().unwrap().1.as_ref().unwrap();
     assert!(
-        last.starts_with("Still moving: ") && last.contains(" mg, limit "),
+        last.starts_with("Still moving: ") && last.ends_with(" times the limit."),
         "{last}"
     );
 }
@@ -473,44 +461,23 @@ fn rows_that_stop_lose_the_capture_and_nothing_else() {
 
 #[test]
 fn commands_are_typed() {
-    let hand = |put: Option<&str>, up, shake| Command::Hand {
-        put: put.map(str::to_owned),
-        up,
-        shake,
-    };
-    for (text, command) in [
-        (" undo ", Command::Undo),
-        (
-            "redo -y",
-            Command::Redo {
-                face: "-y".to_owned(),
-            },
-        ),
-        ("take", Command::Capture),
+    for (text, json) in [
+        (" undo ", r#"{"command":"undo"}"#),
+        ("redo -y", r#"{"command":"redo","face":"-y"}"#),
         (
             "port /dev/ttyACM0",
-            Command::Port {
-                name: "/dev/ttyACM0".to_owned(),
-            },
+            r#"{"command":"port","name":"/dev/ttyACM0"}"#,
         ),
-        ("stop", Command::Finish),
-        ("−x", hand(Some("-x"), None, false)),
-        ("0.6 0,6 .5", hand(None, Some([0.6, 0.6, 0.5]), false)),
-        ("free", hand(None, None, false)),
-        ("shake", hand(None, None, true)),
+        ("−x", r#"{"command":"hand","put":"-x"}"#),
+        ("0.6 0,6 .5", r#"{"command":"hand","up":[0.6,0.6,0.5]}"#),
+        ("latitude 48.1", r#"{"command":"gravity","latitude":48.1}"#),
     ] {
+        let command: Command = serde_json::from_str(json).unwrap();
         assert_eq!(Command::parse(text).unwrap(), command, "{text}");
     }
-    let gravity = Command::parse("latitude 48.1").unwrap();
-    let json = serde_json::to_value(&gravity).unwrap();
-    assert_eq!(json["command"], "gravity");
-    assert_eq!(json["latitude"], 48.1);
     for wrong in ["", "redo", "+w", "gravity much", "1 2"] {
-        assert_eq!(
-            Command::parse(wrong).unwrap_err().code(),
-            "command-unknown",
-            "{wrong}"
-        );
+        let error = Command::parse(wrong).unwrap_err();
+        assert_eq!(error.code(), "command-unknown", "{wrong}");
     }
 }
 

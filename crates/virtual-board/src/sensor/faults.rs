@@ -12,8 +12,6 @@ pub enum FaultKind {
     NoAnswer,
     /// The data line is held low: no transfer ends.
     StuckBus,
-    /// One axis of the accelerometer (0 to 2) keeps its last value.
-    Frozen(usize),
     /// `WHO_AM_I` reads this.
     Identity(u8),
     /// The sensor's supply dips at the start: all registers as after power-up,
@@ -48,15 +46,14 @@ impl FromStr for Faults {
     type Err = Error;
 
     /// `WHAT@START[-END]`, separated by commas, in seconds: `no-answer@5-8`,
-    /// `stuck-bus@12-13`, `frozen-x@20-25`, `who-am-i=0x70@30-33`, `dip@40`,
-    /// `hang@50`.
+    /// `stuck-bus@12-13`, `who-am-i=0x70@30-33`, `dip@40`, `hang@50`.
     fn from_str(text: &str) -> Result<Self> {
         let parts = text.split(',').map(str::trim).filter(|p| !p.is_empty());
         let faults = parts.map(|part| {
             parse_fault(part).ok_or_else(|| {
                 Error::usage("usage", format!("`{part}` is no fault")).with_hint(
                     "WHAT@START[-END] in seconds; WHAT is no-answer, stuck-bus, \
-                     frozen-x, frozen-y, frozen-z, who-am-i=0x70, dip or hang",
+                     who-am-i=0x70, dip or hang",
                 )
             })
         });
@@ -69,9 +66,6 @@ fn parse_fault(text: &str) -> Option<(FaultKind, Range<f64>)> {
     let kind = match what {
         "no-answer" => FaultKind::NoAnswer,
         "stuck-bus" => FaultKind::StuckBus,
-        "frozen-x" => FaultKind::Frozen(0),
-        "frozen-y" => FaultKind::Frozen(1),
-        "frozen-z" => FaultKind::Frozen(2),
         "dip" => FaultKind::Dip,
         "hang" => FaultKind::Hang,
         other => {
@@ -82,41 +76,4 @@ fn parse_fault(text: &str) -> Option<(FaultKind, Range<f64>)> {
     let (start, end) = when.split_once('-').unwrap_or((when, "inf"));
     let span: Range<f64> = start.parse().ok()?..end.parse().ok()?;
     (span.start >= 0.0 && span.end > span.start).then_some((kind, span))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_schedule() {
-        let faults: Faults = "no-answer@5-8, frozen-y@1,who-am-i=0x70@2-3,dip@4"
-            .parse()
-            .unwrap();
-        let frozen = FaultKind::Frozen(1);
-        for (time_s, kind, lasts) in [
-            (0.9, frozen, false),
-            (1.0, frozen, true),
-            (1e9, frozen, true),
-            (2.5, FaultKind::Identity(0x70), true),
-            (5.0, FaultKind::NoAnswer, true),
-            (8.0, FaultKind::NoAnswer, false),
-        ] {
-            assert_eq!(faults.at(time_s).any(|k| k == kind), lasts, "{time_s}");
-        }
-        assert!(faults.begins(FaultKind::Dip, 3.9, 4.0));
-        assert!(!faults.begins(FaultKind::Dip, 4.0, 4.1));
-        assert_eq!("".parse::<Faults>().unwrap(), Faults::default());
-        for text in [
-            "x",
-            "no-answer@",
-            "no-answer@-1",
-            "no-answer@3-2",
-            "no-answer@nan",
-            "frozen-w@1",
-            "who-am-i=0x170@1",
-        ] {
-            assert!(text.parse::<Faults>().is_err(), "{text}");
-        }
-    }
 }

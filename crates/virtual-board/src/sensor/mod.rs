@@ -22,12 +22,8 @@
 //! [`stop`]: Mpu6050::stop
 
 mod faults;
-mod hands;
-mod recorded;
 
 pub use faults::{FaultKind, Faults};
-pub use hands::{COMMANDS, Hands};
-pub use recorded::recorded;
 
 use gravical_core::unit::{
     MPU6050_ACCELEROMETER_LSB_PER_G, MPU6050_GYROSCOPE_LSB_PER_DEG_S, STANDARD_GRAVITY_MPS2,
@@ -95,8 +91,6 @@ pub struct Mpu6050 {
     pub clock_error_ppm: f64,
     source: Box<dyn FnMut(f64) -> Reading>,
     registers: [u8; COUNT],
-    /// When readings and faults begin to count, s.
-    origin_s: f64,
     now_s: f64,
     /// When the next sample is due; infinite asleep.
     next_s: f64,
@@ -108,7 +102,6 @@ pub struct Mpu6050 {
     /// Between a start and a stop; the sample as it was at the start.
     bus_busy: bool,
     shadow: [u8; SAMPLE_BYTES],
-    held: [i16; 3],
     /// Samples since it was made.
     samples: u64,
     /// Samples that were overwritten before the status was read.
@@ -124,7 +117,6 @@ impl Mpu6050 {
             clock_error_ppm: 0.0,
             source: Box::new(source),
             registers: [0; COUNT],
-            origin_s: 0.0,
             now_s: 0.0,
             next_s: f64::INFINITY,
             busy_until_s: 0.0,
@@ -132,7 +124,6 @@ impl Mpu6050 {
             selected: false,
             bus_busy: false,
             shadow: [0; SAMPLE_BYTES],
-            held: [0; 3],
             samples: 0,
             unread: 0,
         };
@@ -156,25 +147,16 @@ impl Mpu6050 {
         divider / base_hz / (1.0 + self.clock_error_ppm * 1e-6)
     }
 
-    /// Readings and faults start again from their beginning; the part stays as
-    /// it is.
-    pub fn restart(&mut self, now_s: f64) {
-        self.advance(now_s);
-        self.origin_s = now_s;
-    }
-
-    /// Seconds since the start of readings and faults.
+    /// Seconds since the start.
     #[must_use]
     pub fn elapsed_s(&self) -> f64 {
-        self.now_s - self.origin_s
+        self.now_s
     }
 
     /// Lets time go on to `now_s` on the board's clock.
     pub fn advance(&mut self, now_s: f64) {
-        let from_s = self.elapsed_s();
-        self.now_s = now_s;
-        let to_s = self.elapsed_s();
-        if self.faults.begins(FaultKind::Dip, from_s, to_s) {
+        let from_s = std::mem::replace(&mut self.now_s, now_s);
+        if self.faults.begins(FaultKind::Dip, from_s, now_s) {
             self.power_up();
         }
         if self.next_s > now_s {
@@ -199,11 +181,8 @@ impl Mpu6050 {
             self.shadow
                 .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
         }
-        let elapsed_s = self.elapsed_s();
-        let silent = self
-            .faults
-            .at(elapsed_s)
-            .any(|kind| kind == FaultKind::NoAnswer);
+        let is_off = |kind: FaultKind| kind == FaultKind::NoAnswer;
+        let silent = self.faults.at(now_s).any(is_off);
         self.selected = address == ADDRESS && !silent && now_s >= self.busy_until_s;
         if self.selected && !read {
             self.pointer = None;
@@ -234,7 +213,7 @@ impl Mpu6050 {
         let register = self.pointer.unwrap_or(0);
         self.pointer = Some((register + 1) & 0x7f);
         if register == WHO_AM_I {
-            let mut faults = self.faults.at(self.elapsed_s());
+            let mut faults = self.faults.at(self.now_s);
             let other = faults.find_map(|kind| match kind {
                 FaultKind::Identity(id) => Some(id),
                 _ => None,
@@ -281,17 +260,12 @@ impl Mpu6050 {
 
     /// One sample into its registers.
     fn measure(&mut self, time_s: f64) {
-        let elapsed_s = time_s - self.origin_s;
-        let reading = (self.source)(elapsed_s.max(0.0));
+        let reading = (self.source)(time_s);
         let (_, lsb_per_g) = MPU6050_ACCELEROMETER_LSB_PER_G[self.range(ACCEL_CONFIG)];
         let (_, lsb_per_deg_s) = MPU6050_GYROSCOPE_LSB_PER_DEG_S[self.range(GYRO_CONFIG)];
         for axis in 0..3 {
-            let frozen = FaultKind::Frozen(axis);
-            if !self.faults.at(elapsed_s).any(|kind| kind == frozen) {
-                let accel_g = reading.accel_mps2[axis] / STANDARD_GRAVITY_MPS2;
-                self.held[axis] = counts(accel_g * lsb_per_g);
-            }
-            self.put(axis, self.held[axis]);
+            let accel_g = reading.accel_mps2[axis] / STANDARD_GRAVITY_MPS2;
+            self.put(axis, counts(accel_g * lsb_per_g));
             self.put(4 + axis, counts(reading.gyro_deg_s[axis] * lsb_per_deg_s));
         }
         let above_c = reading.temperature_c - TEMPERATURE_AT_ZERO_C;
@@ -320,138 +294,4 @@ fn counts(value: f64) -> i16 {
     value
         .round()
         .clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The counts of x name the sample: the time in milliseconds.
-    fn clock(time_s: f64) -> Reading {
-        let x = (time_s * 1e3).round() / 16384.0;
-        Reading {
-            accel_mps2: [x, -1.0, 3.0].map(|g| g * STANDARD_GRAVITY_MPS2),
-            gyro_deg_s: [100.0, -200.0, 3000.0],
-            temperature_c: 30.0,
-        }
-    }
-
-    fn write(sensor: &mut Mpu6050, now_s: f64, register: u8, value: u8) {
-        assert!(sensor.start(now_s, ADDRESS, false));
-        assert!(sensor.write(register) && sensor.write(value));
-        sensor.stop();
-    }
-
-    fn read<const N: usize>(sensor: &mut Mpu6050, now_s: f64, register: u8) -> Option<[u8; N]> {
-        let selected = sensor.start(now_s, ADDRESS, false)
-            && sensor.write(register)
-            && sensor.start(now_s, ADDRESS, true);
-        let bytes = [(); N].map(|()| sensor.read());
-        sensor.stop();
-        selected.then_some(bytes)
-    }
-
-    fn sample(sensor: &mut Mpu6050, now_s: f64) -> [i16; 7] {
-        let bytes: [u8; 14] = read(sensor, now_s, ACCEL_XOUT_H).unwrap();
-        [0, 1, 2, 3, 4, 5, 6].map(|i| i16::from_be_bytes([bytes[2 * i], bytes[2 * i + 1]]))
-    }
-
-    /// As the sketch sets it up, 100 Hz, at `now_s`.
-    fn awake(now_s: f64) -> Mpu6050 {
-        let mut sensor = Mpu6050::new(clock);
-        sensor.restart(now_s);
-        for (register, value) in [
-            (PWR_MGMT_1, 1),
-            (CONFIG, 3),
-            (INT_ENABLE, 1),
-            (SMPLRT_DIV, 9),
-        ] {
-            write(&mut sensor, now_s, register, value);
-        }
-        sensor
-    }
-
-    #[test]
-    fn data_ready_is_cleared_by_reading_the_status_only() {
-        let mut sensor = awake(0.0);
-        assert_eq!(read(&mut sensor, 0.009, INT_STATUS), Some([0]));
-        assert_eq!(sample(&mut sensor, 0.0101)[0], 10);
-        assert_eq!(read(&mut sensor, 0.0102, INT_STATUS), Some([1]));
-        assert_eq!(read(&mut sensor, 0.0103, INT_STATUS), Some([0]));
-    }
-
-    #[test]
-    fn a_burst_holds_one_sample_and_lost_ones_are_counted() {
-        let mut sensor = awake(0.0);
-        assert!(sensor.start(0.0101, ADDRESS, false) && sensor.write(ACCEL_XOUT_H));
-        assert!(sensor.start(0.0101, ADDRESS, true));
-        let bytes = [0, 1].map(|i| {
-            sensor.advance(0.0201 + 0.01 * f64::from(i));
-            sensor.read()
-        });
-        assert_eq!(i16::from_be_bytes(bytes), 10);
-        sensor.stop();
-        // Nothing until the second is over: all but the last overwritten.
-        assert_eq!(sample(&mut sensor, 1.0001)[0], 1000);
-        assert_eq!(sensor.samples(), (100, 99));
-    }
-
-    #[test]
-    fn ranges_and_clipping() {
-        let mut sensor = awake(0.0);
-        for (code, one_g, three_g, rates) in [
-            (0, -16384, i16::MAX, [13100, -26200]),
-            (1, -8192, 24576, [6550, -13100]),
-            (2, -4096, 12288, [3280, -6560]),
-            (3, -2048, 6144, [1640, -3280]),
-        ] {
-            let now_s = f64::from(code) + 1.0;
-            write(&mut sensor, now_s, ACCEL_CONFIG, code << 3);
-            write(&mut sensor, now_s, GYRO_CONFIG, code << 3);
-            let v = sample(&mut sensor, now_s + 0.1);
-            assert_eq!(v[1..3], [one_g, three_g], "range {code}");
-            assert_eq!(v[3], ((30.0_f64 - 36.53) * 340.0).round() as i16);
-            assert_eq!(v[4..6], rates, "range {code}");
-            assert_eq!(v[6], i16::MAX);
-        }
-    }
-
-    #[test]
-    fn rates_from_divider_low_pass_and_clock() {
-        for (config, divider, clock_error_ppm, period_s) in [
-            (3, 9, 0.0, 0.01),
-            (3, 9, 10_000.0, 0.01 / 1.01),
-            (6, 255, 0.0, 0.256),
-            (0, 9, 0.0, 0.00125),
-            (7, 0, 0.0, 0.000_125),
-        ] {
-            let mut sensor = awake(0.0);
-            sensor.clock_error_ppm = clock_error_ppm;
-            write(&mut sensor, 0.0, CONFIG, config);
-            write(&mut sensor, 0.0, SMPLRT_DIV, divider);
-            sensor.advance(10.000_01);
-            let samples = (10.000_01 / period_s) as u64;
-            assert_eq!(sensor.samples().0, samples, "{config} {divider}");
-        }
-    }
-
-    #[test]
-    fn faults_and_a_reset_on_their_schedule() {
-        let mut sensor = awake(100.0);
-        let faults = "no-answer@1-2,who-am-i=0x70@3-4,frozen-x@5-6,dip@8";
-        sensor.faults = faults.parse().unwrap();
-        assert_eq!(read(&mut sensor, 100.9, WHO_AM_I), Some([0x68]));
-        assert!(read::<1>(&mut sensor, 101.5, WHO_AM_I).is_none());
-        assert_eq!(read(&mut sensor, 103.5, WHO_AM_I), Some([0x70]));
-        assert_eq!(sample(&mut sensor, 104.9951)[0], 4990);
-        for now_s in [105.0151, 105.5, 105.9951] {
-            assert_eq!(sample(&mut sensor, now_s)[0], 4990);
-        }
-        assert_eq!(sample(&mut sensor, 106.0151)[0], 6010);
-        assert_eq!(read(&mut sensor, 107.9, PWR_MGMT_1), Some([1]));
-        assert_eq!(read(&mut sensor, 108.1, PWR_MGMT_1), Some([SLEEP]));
-        write(&mut sensor, 109.0, PWR_MGMT_1, DEVICE_RESET);
-        assert_eq!(read::<1>(&mut sensor, 109.005, WHO_AM_I), None, "busy");
-        assert_eq!(read(&mut sensor, 109.1, SMPLRT_DIV), Some([0]));
-    }
 }

@@ -214,18 +214,6 @@ impl Uno {
         true
     }
 
-    /// The reset button, then `hold_s` seconds in the boot loader, which swallows
-    /// what it is sent.
-    pub fn reset(&mut self, hold_s: f64) {
-        // SAFETY: `avr` and `shared` are valid as long as `self`.
-        unsafe {
-            (*self.shared).past += (*self.avr).cycle + (hold_s * FREQUENCY_HZ) as u64;
-            ffi::avr_reset(self.avr);
-        }
-        self.incoming.clear();
-        self.after_reset();
-    }
-
     /// Runs the processor for so many seconds of its own time.
     pub fn run(&mut self, seconds: f64) {
         let end = self.cycles() + (seconds * FREQUENCY_HZ) as u64;

@@ -7,7 +7,8 @@ use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
-use virtual_board::sensor::{Hands, Mpu6050, Reading};
+use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
+use virtual_board::sensor::{Mpu6050, Reading};
 use virtual_board::uno::Uno;
 
 /// `GRAVICAL_FIRMWARE`, else built here where there is a compiler for it.
@@ -71,10 +72,33 @@ pub fn board(faults: &str) -> Option<Board> {
     Some(board)
 }
 
+/// A simulated sensor with z up, to be moved by hand, and what it reads at a time in s.
+pub fn in_hand(
+    seed: u64,
+) -> (
+    Rc<RefCell<InteractiveSensor>>,
+    impl FnMut(f64) -> Reading + 'static,
+) {
+    let mut options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
+    (options.seed, options.tilt_sd_deg) = (seed, 1.0);
+    // The counts are made by the model of the registers.
+    options.sensor.quantise = false;
+    let hands = Rc::new(RefCell::new(InteractiveSensor::new(&options).unwrap()));
+    let sensor = Rc::clone(&hands);
+    let reading = move |time_s: f64| {
+        let reading = sensor.borrow_mut().at(time_s);
+        Reading {
+            accel_mps2: reading.accel_mps2,
+            gyro_deg_s: reading.gyro_rad_s.map(f64::to_degrees),
+            temperature_c: reading.temperature_c,
+        }
+    };
+    (hands, reading)
+}
+
 /// A sensor with z up, with its noise.
-pub fn at_rest() -> impl FnMut(f64) -> Reading {
-    let hands = Hands::new(5, 1.0).unwrap();
-    move |time_s| hands.at(time_s)
+pub fn at_rest() -> impl FnMut(f64) -> Reading + 'static {
+    in_hand(5).1
 }
 
 /// The program `elf` with a sensor that feels `reading`, a function of the time in s.

@@ -1,14 +1,17 @@
-//! Where the rows come from: which port is the board, and what to do where that is not clear.
+//! The way to the first row: which port is the board, and what to do where that is not clear.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{PortInfo, SourceKind};
-use gravical::{Error, Result};
+use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind, WarningKind};
+use gravical::live::sentence;
+use gravical::{Category, Error, Result};
 
+use super::Args;
+use super::console::Console;
 use super::source::{Incoming, Source};
-use crate::device::ports::the_board;
+use crate::device::ports::{list, the_board};
 
 /// Time between two looks at the ports, and at what the user wants.
 const LOOK: Duration = Duration::from_millis(200);
@@ -24,48 +27,151 @@ pub enum Origin {
     Port(Option<String>),
 }
 
-impl Origin {
-    /// The port, if it has a name.
-    pub fn port(&self) -> Option<&str> {
-        match self {
-            Origin::Port(name) => name.as_deref(),
-            _ => None,
-        }
-    }
-}
-
 /// A source that is open.
 pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
-    /// The recording before it was opened.
+    /// The recording before it was opened, and the first bytes since.
     pub before: Vec<u8>,
+    pub first: Vec<u8>,
 }
 
-/// No source: the user has to choose one.
-pub struct Absent;
+/// Opens a source, and shows what hinders.
+pub struct Connection<'a> {
+    pub args: &'a Args,
+    pub folder: &'a Path,
+    pub console: &'a mut Console,
+    pub origin: Origin,
+    /// The session goes on with the sensor that it has.
+    pub resumes: bool,
+}
 
-impl Source for Absent {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
-        std::thread::sleep(LOOK);
-        Ok(Vec::new())
+impl Connection<'_> {
+    /// Opens the source, and waits for the first rows of a board. Which port that is the user may choose;
+    /// none: the user has ended it.
+    ///
+    /// # Errors
+    ///
+    /// Those of the source; in a script those of a board, too.
+    pub fn open(mut self) -> Result<Option<OpenSource>> {
+        while !self.console.is_interrupted() {
+            match self.first_rows() {
+                Ok(None) => {}
+                Err(trouble) if trouble.category() == Category::Device && self.args.is_seen() => {
+                    self.ask(&trouble)?;
+                }
+                done => return done,
+            }
+        }
+        Ok(None)
+    }
+
+    /// None: the user wants another source, or none.
+    fn first_rows(&mut self) -> Result<Option<OpenSource>> {
+        let mut opened = self.args.open(&self.origin, self.folder)?;
+        // A port may be that of another device.
+        while opened.kind == SourceKind::Port && opened.first.is_empty() {
+            let waited = self.wait(&mut opened).and_then(|()| self.chooses());
+            if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
+                opened.source.discard();
+                return waited.map(|_| None);
+            }
+        }
+        Ok(Some(opened))
+    }
+
+    fn wait(&mut self, opened: &mut OpenSource) -> Result<()> {
+        for incoming in opened.source.next()? {
+            match incoming {
+                Incoming::Bytes(bytes) => opened.first.extend(bytes),
+                Incoming::Connected(name) => {
+                    opened.name.clone_from(&name);
+                    self.origin = Origin::Port(Some(name.clone()));
+                    let text = format!("{name} is open: waiting for its first rows.");
+                    self.console.note(Event::Connecting { name }, &text)?;
+                }
+                Incoming::Lost(Loss::Unplugged) => {
+                    let text = format!("{}: unplugged before the first row", opened.name);
+                    return Err(Error::device("no-such-port", text));
+                }
+                Incoming::Warning(text) => self.warn(WarningKind::Other, &text)?,
+                Incoming::Lost(Loss::Silent) | Incoming::End => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Shows the ports until one is chosen, or the one that was waited for is there.
+    fn ask(&mut self, trouble: &Error) -> Result<()> {
+        let mut shown = None;
+        while !self.console.is_interrupted() && !self.chooses()? {
+            let found = list().unwrap_or_default();
+            let tried = match &self.origin {
+                Origin::Port(name) => name.clone(),
+                _ => None,
+            };
+            if let Some(name) = arrived(trouble, tried.as_deref(), &found) {
+                self.origin = Origin::Port(Some(name));
+                break;
+            }
+            if shown.as_ref() != Some(&found) {
+                let (remedy, flash) = remedy(trouble, tried.as_deref());
+                let event = Event::Ports {
+                    ports: found.clone(),
+                    tried,
+                    flash,
+                    simulate: !self.resumes,
+                };
+                let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+                self.console.note(event, &text)?;
+                shown = Some(found);
+            }
+            std::thread::sleep(LOOK);
+        }
+        Ok(())
+    }
+
+    /// Whether the user has chosen another source. Only a port of this computer can be, or the one that was
+    /// tried.
+    fn chooses(&mut self) -> Result<bool> {
+        while let Ok(entry) = self.console.entries.try_recv() {
+            let origin = match entry.command {
+                Ok(Command::Cancel) => {
+                    self.console.interrupt();
+                    return Ok(false);
+                }
+                Ok(Command::Simulate) if !self.resumes => Ok(Origin::Simulated(None)),
+                Ok(Command::Simulate) => Err("This session is of another sensor.".to_owned()),
+                Ok(Command::Port { name }) => {
+                    let ports = list().unwrap_or_default();
+                    let is_known = ports.iter().any(|port| port.name == name);
+                    match Origin::Port(Some(name.clone())) {
+                        port if is_known || port == self.origin => Ok(port),
+                        _ => Err(format!("{name} is no port of this computer.")),
+                    }
+                }
+                Ok(_) => Err("No row has arrived yet: the session has not begun.".to_owned()),
+                Err(text) => Err(text),
+            };
+            match origin {
+                Ok(origin) => {
+                    self.origin = origin;
+                    return Ok(true);
+                }
+                Err(why) => self.warn(WarningKind::Refused, &why)?,
+            }
+        }
+        Ok(false)
+    }
+
+    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
+        self.console.note(Event::Warning { kind }, text)
     }
 }
 
-/// The commands that flash our sketch, from the folder of gravical.
-pub fn flash(port: Option<&str>) -> Vec<String> {
-    let port = path_word(Path::new(port.unwrap_or("PORT")));
-    let sketch = "firmware/mpu6050_logger";
-    vec![
-        "arduino-cli core install arduino:avr".to_owned(),
-        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
-        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
-    ]
-}
-
 /// The port that was waited for, if it is there now.
-pub fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
+fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
     match (error.code(), tried) {
         ("no-port", _) => the_board(ports).ok().map(|port| port.name),
         ("no-such-port", Some(name)) => {
@@ -76,31 +182,28 @@ pub fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option
     }
 }
 
-/// The remedy where the port is chosen while the program runs, and whether another sketch may be one.
-pub fn remedy(trouble: &Error) -> (&str, bool) {
-    match trouble.code() {
-        "board-silent" => (
-            "flash a sketch, ours or any that prints numbers; choose another port; or try the simulated sensor",
-            true,
-        ),
-        "no-samples-from-board" => (
-            "flash a sketch, ours or any that prints numbers; begin again with its rate, as --baud 9600; or choose another port",
-            true,
-        ),
-        "no-port" => (
-            "plug it in: it is opened when it is there. Some USB cables only charge; any other port can be chosen",
-            false,
-        ),
-        "no-such-port" => (
-            "plug it in: it is opened when it is there; or choose another one",
-            false,
-        ),
-        "several-ports" => ("choose the one of your board", false),
-        code => {
-            let hint = trouble.hint().unwrap_or("choose another one");
-            (hint, code == "settings-refused")
+/// The remedy where the port is chosen while the program runs, and the commands that flash our sketch,
+/// from the folder of gravical, where another sketch may be one.
+fn remedy<'a>(trouble: &'a Error, port: Option<&str>) -> (&'a str, Vec<String>) {
+    let remedy = match trouble.code() {
+        "no-port" | "no-such-port" => {
+            "plug it in: it is opened when it is there; or choose another port"
         }
+        "several-ports" => "choose the one of your board",
+        _ => trouble.hint().unwrap_or("choose another port"),
+    };
+    let by_sketch = ["board-silent", "no-samples-from-board", "settings-refused"];
+    if !by_sketch.contains(&trouble.code()) {
+        return (remedy, Vec::new());
     }
+    let port = path_word(Path::new(port.unwrap_or("PORT")));
+    let sketch = "firmware/mpu6050_logger";
+    let flash = vec![
+        "arduino-cli core install arduino:avr".to_owned(),
+        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
+        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
+    ];
+    (remedy, flash)
 }
 
 #[cfg(test)]

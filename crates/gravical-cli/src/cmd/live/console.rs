@@ -23,8 +23,6 @@ pub trait Renderer {
     ///
     /// Where every event has to be written, and cannot be.
     fn show(&mut self, message: &Message) -> Result<()>;
-    /// Takes the calibration report, which comes before the event that it was saved.
-    fn report(&mut self, _html: &str) {}
 }
 
 /// What the user wants.
@@ -52,6 +50,15 @@ impl Console {
     /// As [`Renderer::show`].
     pub fn show(&mut self, message: &Message) -> Result<()> {
         self.renderers.iter_mut().try_for_each(|r| r.show(message))
+    }
+
+    /// Shows what happens before the session.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::show`].
+    pub fn note(&mut self, event: Event, text: &str) -> Result<()> {
+        self.show(&Message::new(0.0, event, text))
     }
 
     /// The user ends the session.
@@ -137,7 +144,6 @@ impl Renderer for Plain {
                 self.status(message, status);
                 return Ok(());
             }
-            Event::PoseCandidate => return Ok(()),
             Event::PoseAccepted(_) => "✓ ",
             Event::PoseRejected { .. } => "✗ ",
             Event::NextPose { .. } => "→ ",
@@ -178,17 +184,6 @@ fn details(event: &Event) -> Vec<String> {
             let report = report.iter().map(|r| format!("Report: {r}"));
             let next = next.iter().map(|n| format!("Next: {n}"));
             report.chain(next).collect()
-        }
-        Event::Truth { rows, .. } => {
-            let lines = rows.iter().map(|row| {
-                let plus_minus = row.plus_minus;
-                let plus_minus = plus_minus.map_or(String::new(), |p| format!(" ± {p:.2}"));
-                format!(
-                    "{:9} true {:8.2}  found {:8.2}{plus_minus} {}",
-                    row.name, row.truth, row.found, row.unit
-                )
-            });
-            lines.collect()
         }
         Event::End { resume, .. } => {
             let resume = resume.iter();
@@ -237,8 +232,7 @@ impl Renderer for EventLines {
         }
         // Not even a reader who has gone is an end in silence.
         let io = |e: io::Error| Error::io(&self.path, io::Error::other(e));
-        let text = serde_json::to_string(message).map_err(|e| io(e.into()))?;
-        let line = format!("{}\n", shown_json(&text));
+        let line = format!("{}\n", shown_json(&message.to_json()));
         let sent = if message.event.is_status() {
             self.out.status(line)
         } else {

@@ -313,7 +313,6 @@ impl Source for PortSource {
 fn incoming(event: Event) -> Option<Incoming> {
     Some(match event {
         Event::Opened { port, .. } => Incoming::Connected(port),
-        Event::NoRows { text, hint } => Incoming::Warning(format!("{text}; {hint}")),
         Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
         Event::Silent { .. } => Incoming::Lost(Loss::Silent),
         Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),

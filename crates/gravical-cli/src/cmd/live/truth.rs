@@ -1,12 +1,11 @@
-//! The true errors of a simulated sensor beside the result.
+//! The true error of a simulated sensor with the result.
 
 use gravical::calibration_file::CalibrationFile;
 use gravical::fit::model::sphere;
 use gravical::live::Event;
-use gravical::live::event::TruthRow;
+use gravical::numfmt::milli_g;
 use gravical::simulate::Truth;
 use gravical_core::matrix3;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 /// Directions over which the error of ‖a‖ is averaged.
 const DIRECTIONS: usize = 400;
@@ -18,7 +17,6 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> (Event, String) {
     let warm_c = file.temperature_c.map_or(0.0, |t| t.mean - 25.0);
     let bias: [f64; 3] =
         std::array::from_fn(|i| sensor.bias_mps2[i] + warm_c * sensor.bias_drift_mps2_per_c[i]);
-    let mg = |mps2: f64| 1000.0 * mps2 / STANDARD_GRAVITY_MPS2;
     let error = |matrix: &[[f64; 3]; 3], offset: &[f64; 3]| {
         let squares = sphere(DIRECTIONS).map(|up| {
             let force = (up * truth.gravity_mps2).into();
@@ -26,30 +24,8 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> (Event, String) {
             let a = matrix3::mul_vec(matrix, &matrix3::sub(&raw, offset));
             (matrix3::norm(&a) - truth.gravity_mps2).powi(2)
         });
-        mg((squares.sum::<f64>() / DIRECTIONS as f64).sqrt())
+        milli_g((squares.sum::<f64>() / DIRECTIONS as f64).sqrt())
     };
-    let scale = matrix3::row_norms(&sensor.matrix);
-    // Half the 95 % interval.
-    let limits = found.deviations.map(|d| (d, 1.96));
-    let rows = (0..3).flat_map(|i| {
-        let axis = ["x", "y", "z"][i];
-        [
-            TruthRow {
-                name: format!("bias {axis}"),
-                unit: "mg".to_owned(),
-                truth: mg(bias[i]),
-                found: mg(found.bias[i]),
-                plus_minus: limits.map(|(d, k)| mg(k * d.bias[i])),
-            },
-            TruthRow {
-                name: format!("scale {axis}"),
-                unit: "%".to_owned(),
-                truth: 100.0 * (scale[i] - 1.0),
-                found: 100.0 * (found.scale[i] - 1.0),
-                plus_minus: limits.map(|(d, k)| 100.0 * k * d.scale[i]),
-            },
-        ]
-    });
     let norm_error_mg = error(&found.matrix, &found.bias);
     let before_mg = error(&matrix3::identity(), &[0.0; 3]);
     let text = format!(
@@ -58,7 +34,6 @@ pub fn truth_event(truth: &Truth, file: &CalibrationFile) -> (Event, String) {
     let event = Event::Truth {
         norm_error_mg,
         before_mg,
-        rows: rows.collect(),
     };
     (event, text)
 }

@@ -10,14 +10,11 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use axum::Router;
-use gravical::live::event::{Command, EndReason};
+use axum::serve::ListenerExt as _;
+use gravical::live::event::EndReason;
 use gravical::live::{Event, Message};
 use gravical::{Error, Result};
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
-use tokio::sync::Semaphore;
 
 use super::console::{Console, Entry, Renderer};
 use crate::text::say;
@@ -25,12 +22,6 @@ use crate::text::say;
 use hub::Hub;
 use routes::{Served, routes};
 
-/// Connections at a time: the session needs files, too.
-const CONNECTIONS: usize = 128;
-/// A connection has to send its request within this time; without the token it is closed then.
-const REQUEST_TIME: Duration = Duration::from_secs(2);
-/// Longest head of a request, bytes.
-const HEAD_BYTES: usize = 1 << 14;
 /// The end of the session waits for a tab that is loaded again for this long.
 const LOADED_AGAIN: Duration = Duration::from_secs(3);
 /// The last event reaches the tabs within this time, or not at all.
@@ -102,13 +93,13 @@ impl Page {
                 poses: 0,
                 resume: None,
             };
-            let _ = self.hub.say(&Message::new(0.0, event, why));
+            self.hub.say(&Message::new(0.0, event, why));
         }
         self.last_word();
     }
 
     /// Waits until the tabs have the last event, and disconnects them.
-    pub fn last_word(&self) {
+    fn last_word(&self) {
         let began = Instant::now();
         self.hub.close();
         while self.hub.tabs() > 0 && began.elapsed() < LAST_WORD {
@@ -118,24 +109,19 @@ impl Page {
         std::thread::sleep(STEP);
     }
 
-    /// Waits until the last tab is closed; true if the session is to go on.
-    pub fn stay(&self, console: &Console) -> bool {
-        if !self.hub.0.borrow().had_tab {
-            return false;
-        }
-        say("The page with the report stays until its tab is closed, or Ctrl-C.");
-        let mut read = Instant::now();
-        while read.elapsed() < LOADED_AGAIN && !console.is_interrupted() {
-            if self.hub.tabs() > 0 {
-                read = Instant::now();
-            }
-            let entry = console.entries.recv_timeout(STEP);
-            if entry.is_ok_and(|entry| entry.command == Ok(Command::Resume)) {
-                return true;
+    /// Waits until the last tab is closed, or the user ends it.
+    pub fn stay(&self, console: &Console) {
+        if self.hub.0.borrow().had_tab && !console.is_interrupted() {
+            say("The page with the report stays until its tab is closed, or Ctrl-C.");
+            let mut read = Instant::now();
+            while read.elapsed() < LOADED_AGAIN && !console.is_interrupted() {
+                if self.hub.tabs() > 0 {
+                    read = Instant::now();
+                }
+                std::thread::sleep(STEP);
             }
         }
         self.last_word();
-        false
     }
 }
 
@@ -153,13 +139,8 @@ impl Renderer for PageEvents {
         if let Some(url) = self.url.take() {
             self.redirect = open::open(&url);
         }
-        self.hub.say(message)
-    }
-
-    fn report(&mut self, html: &str) {
-        self.hub
-            .0
-            .send_modify(|said| said.report = Some(html.into()));
+        self.hub.say(message);
+        Ok(())
     }
 }
 
@@ -176,32 +157,9 @@ fn system(error: std::io::Error) -> Error {
 }
 
 /// Answers until the program ends.
-async fn answer(listener: TcpListener, app: Router) {
-    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
-        return;
-    };
-    let free = Arc::new(Semaphore::new(CONNECTIONS));
-    loop {
-        let place = Arc::clone(&free).acquire_owned().await;
-        let Ok((stream, _)) = listener.accept().await else {
-            // No more files, for example: connections that end give some back.
-            tokio::time::sleep(STEP).await;
-            continue;
-        };
-        // An event is sent at once.
-        let _ = stream.set_nodelay(true);
-        let service = TowerToHyperService::new(app.clone());
-        let connection = http1::Builder::new()
-            .timer(TokioTimer::new())
-            .header_read_timeout(REQUEST_TIME)
-            .max_buf_size(HEAD_BYTES)
-            // A browser has six for a host: those of files are not kept for later.
-            .keep_alive(false)
-            .serve_connection(TokioIo::new(stream), service);
-        tokio::spawn(async move {
-            // A connection that breaks off is no fault of the session.
-            let _ = connection.await;
-            drop(place);
-        });
-    }
+async fn answer(listener: TcpListener, app: Router) -> std::io::Result<()> {
+    let listener = tokio::net::TcpListener::from_std(listener)?;
+    // An event is sent at once.
+    let listener = listener.tap_io(|stream| drop(stream.set_nodelay(true)));
+    axum::serve(listener, app).await
 }

@@ -41,8 +41,6 @@ pub enum Event {
     Lost { text: String },
     /// The board sends nothing.
     Silent { duration_s: f64 },
-    /// No row has arrived yet: what arrives instead.
-    NoRows { text: String, hint: String },
     /// The end.
     Ended(Box<Ended>),
 }
@@ -104,7 +102,6 @@ impl Event {
             Event::Started { .. } | Event::Resumed => "recording".to_owned(),
             Event::Paused => "paused; space resumes".to_owned(),
             Event::Warning { text } => format!("! {text}"),
-            Event::NoRows { text, hint } => format!("! {text}\n  try: {hint}"),
             Event::Rejected { count: 1, line } => format!("! a line is no row: {line:?}"),
             Event::Rejected { count, line } => {
                 format!("! {count} lines so far are no rows; the last of them: {line:?}")

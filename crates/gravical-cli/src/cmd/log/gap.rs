@@ -76,10 +76,10 @@ pub struct Gaps {
     pub rejected: u64,
     last_s: Option<f64>,
     last_stamp: Option<f64>,
+    /// Steps of the clock between the last rows.
     steps: VecDeque<f64>,
-    /// Rows, and those at which the stamp changed: a stamp may stand for several rows.
-    rows: u64,
-    stamps: u64,
+    /// The next row is the first after a pause: the rows of the pause are not missing.
+    is_resumed: bool,
 }
 
 impl Gaps {
@@ -88,15 +88,10 @@ impl Gaps {
         self.cause.get_or_insert(cause);
     }
 
-    /// What was missing until now is not asked for: a pause ends.
+    /// A pause ends.
     pub fn resume(&mut self, now_s: f64) {
-        (self.cause, self.rejected) = (None, 0);
-        (self.last_s, self.last_stamp) = (Some(now_s), None);
-    }
-
-    /// Time since the last row, s.
-    pub fn silence_s(&self, now_s: f64) -> f64 {
-        self.last_s.map_or(0.0, |last_s| now_s - last_s)
+        (self.cause, self.is_resumed) = (None, true);
+        self.last_s = Some(now_s);
     }
 
     /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none. Then only a silence
@@ -108,11 +103,14 @@ impl Gaps {
         rate_hz: Option<f64>,
         max_silence_s: f64,
     ) -> Option<Gap> {
-        let (missing, clock_restarts) = self.step_to(stamp);
+        let step = self.step_to(stamp);
+        let clock_restarts = step.is_some_and(|step| step < 0.0);
         let rejected = std::mem::take(&mut self.rejected);
-        let rows = missing.map(|rows| rows.saturating_sub(rejected));
-        let silence_s = self.silence_s(at_s);
-        self.last_s = Some(at_s);
+        let rows = match step.and_then(|step| self.missing(step)) {
+            _ if std::mem::take(&mut self.is_resumed) => Some(0),
+            rows => rows.map(|rows| rows.saturating_sub(rejected)),
+        };
+        let silence_s = at_s - self.last_s.replace(at_s).unwrap_or(at_s);
         let is_silence = silence_s > max_silence_s;
         let cause = match rows {
             _ if self.cause.is_some() => self.cause.take(),
@@ -131,42 +129,42 @@ impl Gaps {
         })
     }
 
-    /// Rows that are missing before the next stamp, in any unit, and whether the clock restarted; none:
-    /// it is not known.
-    fn step_to(&mut self, stamp: f64) -> (Option<u64>, bool) {
+    /// The step of the clock to this stamp, in its unit; negative where it restarts.
+    fn step_to(&mut self, stamp: f64) -> Option<f64> {
         if stamp.is_nan() {
-            return (None, false);
+            return None;
         }
-        let Some(last) = self.last_stamp.replace(stamp) else {
-            return (Some(0), false);
-        };
+        let last = self.last_stamp.replace(stamp)?;
         let wraps = |wrap: &f64| {
             (0.95 * wrap..*wrap).contains(&last) && (0.0..0.05 * wrap).contains(&stamp)
         };
         let wrap = WRAPS.into_iter().find(wraps).filter(|_| stamp < last);
-        let step = stamp - last + wrap.unwrap_or(0.0);
-        if step < 0.0 {
-            self.steps.clear();
-            return (None, true);
-        }
-        self.rows += 1;
-        if step == 0.0 {
-            return (Some(0), false);
-        }
-        self.stamps += 1;
+        Some(stamp - last + wrap.unwrap_or(0.0))
+    }
+
+    /// Rows that are missing in this step; none where the usual one is not known.
+    fn missing(&mut self, step: f64) -> Option<u64> {
         let mut sorted: Vec<f64> = self.steps.iter().copied().collect();
         sorted.sort_unstable_by(f64::total_cmp);
-        self.steps.push_back(step);
-        self.steps.drain(..self.steps.len().saturating_sub(STEPS));
-        let usual = sorted.get(sorted.len() / 2);
-        let missing = match usual {
-            Some(usual) if sorted.len() >= MIN_STEPS && step > GAP_STEPS * usual => {
-                let rows_a_stamp = (self.rows as f64 / self.stamps as f64).round().max(1.0);
-                ((step / usual).round() - 1.0) * rows_a_stamp
-            }
-            _ => 0.0,
-        };
-        (Some(missing as u64), false)
+        // Of a stamp that stands for several rows the steps do not tell.
+        let usual = sorted.get(sorted.len() / 2).filter(|usual| **usual > 0.0);
+        let usual = usual.filter(|_| sorted.len() >= MIN_STEPS);
+        let is_gap = step < 0.0 || usual.is_some_and(|usual| step > GAP_STEPS * usual);
+        if is_gap {
+            // A rate that is another one from now on is one gap.
+            self.steps.clear();
+        } else {
+            self.steps.push_back(step);
+            self.steps.drain(..self.steps.len().saturating_sub(STEPS));
+        }
+        match usual {
+            Some(usual) if step >= 0.0 => Some(if is_gap {
+                (step / usual).round() as u64 - 1
+            } else {
+                0
+            }),
+            _ => None,
+        }
     }
 }
 
@@ -174,26 +172,38 @@ impl Gaps {
 mod tests {
     use super::*;
 
+    /// Rows at which some are missing, or the clock restarts (none).
+    fn gaps(stamps: &[f64]) -> Vec<(usize, Option<u64>)> {
+        let mut gaps = Gaps::default();
+        let found = stamps.iter().map(|s| gaps.before_row(0.0, *s, None, 1.0));
+        let found = found.enumerate().filter_map(|(at, gap)| Some((at, gap?)));
+        found.map(|(at, gap)| (at, gap.rows)).collect()
+    }
+
     #[test]
     fn jumps_restarts_and_wraps() {
-        let missing = |stamps: &[f64]| -> Vec<(usize, Option<u64>)> {
-            let mut gaps = Gaps::default();
-            let steps = stamps.iter().map(|stamp| gaps.step_to(*stamp).0);
-            steps.enumerate().filter(|s| s.1 != Some(0)).collect()
-        };
         let even =
             |from: f64| -> Vec<f64> { (0..20).map(|i| from + 10.0 * f64::from(i)).collect() };
         assert_eq!(
-            missing(&[&even(0.0)[..], &[230.0, 330.0, 10.0]].concat()),
-            [(21, Some(9)), (22, None)]
+            gaps(
+                &[
+                    &even(0.0)[..],
+                    &[230.0, 240.0, 250.0, 260.0, 270.0, 370.0, 10.0]
+                ]
+                .concat()
+            ),
+            [(25, Some(9)), (26, None)]
         );
+        // Rows that become slower from some time on are one gap.
+        let slower: Vec<f64> = (1..40).map(|i| 190.0 + 60.0 * f64::from(i)).collect();
+        assert_eq!(gaps(&[&even(0.0)[..], &slower].concat()), [(20, Some(5))]);
         // A counter that wraps, and midnight.
-        assert_eq!(missing(&[&even(WRAPS[0] - 195.0)[..], &[5.0]].concat()), []);
-        assert_eq!(missing(&[86_399.5, 86_399.75, 0.0, 0.25]), []);
+        assert_eq!(gaps(&[&even(WRAPS[0] - 195.0)[..], &[5.0]].concat()), []);
+        assert_eq!(gaps(&[86_399.5, 86_399.75, 0.0, 0.25]), []);
         // Ten rows a stamp; no stamp.
         let stamps = [0.0, 0.1, 0.2, 0.3, 0.4, 1.5].map(|stamp| [stamp; 10]);
-        assert_eq!(missing(&stamps.concat()), [(50, Some(100))]);
-        assert_eq!(missing(&[f64::NAN]), [(0, None)]);
+        assert_eq!(gaps(&stamps.concat()), []);
+        assert_eq!(gaps(&[f64::NAN; 5]), []);
         let gap = Gap {
             cause: Cause::Unplugged,
             rows: Some(12),

@@ -13,6 +13,8 @@ const HOST_TIME: &str = "t_host_ms";
 const ARROW: &str = " -> ";
 /// Bytes of the time before it: `12:34:56.789`.
 const TIME_BYTES: usize = 12;
+/// Fields of a row at least, and of a header.
+const MIN_FIELDS: usize = 3;
 
 /// Splits bytes into lines.
 #[derive(Default)]
@@ -82,115 +84,85 @@ impl Line {
     }
 }
 
-/// Where the time of arrival stands.
-#[derive(Clone, Copy, PartialEq, Default)]
-enum Stamp {
-    /// Nowhere: the board sends a time.
-    #[default]
-    None,
-    /// In a first column; what parts it from the next.
-    Column(u8),
-    /// Before lines of words.
-    Words,
-}
-
 /// What is put before the lines of a board.
-#[derive(Default)]
 pub struct Prefixes {
-    stamp: Stamp,
-    /// The header that the board sends.
-    header: Option<Vec<u8>>,
-    /// A header that is made here, for the board sends none, or the user names the columns.
-    pub made_header: Option<String>,
+    /// The board sends a time.
+    pub has_clock: bool,
+    /// What parts the columns; none for lines of words.
+    delimiter: Option<u8>,
+    /// The user names the columns: a header of the board is a comment.
+    is_named: bool,
+    /// When the first line arrived, s, and the time of day at the time zero, s (UTC).
+    from_s: Option<f64>,
+    day_s: f64,
 }
 
 impl Prefixes {
-    /// For rows of this form below this header, with columns that the user names.
-    pub fn new(form: &Form, header: Option<&Line>, is_named: bool) -> Self {
-        let stamp = match form.delimiter {
-            _ if form.has_clock => Stamp::None,
-            Some(delimiter) => Stamp::Column(delimiter),
-            None => Stamp::Words,
-        };
-        let makes_header = is_named || header.is_none() && stamp != Stamp::None;
-        let made_header = form.delimiter.filter(|_| makes_header).map(|delimiter| {
-            let time = (!form.has_clock).then(|| HOST_TIME.to_owned());
-            let names: Vec<String> = time.into_iter().chain(form.roles.clone()).collect();
-            names.join(&char::from(delimiter).to_string())
-        });
+    /// For rows of this form.
+    pub fn new(form: &Form, is_named: bool, day_s: f64) -> Self {
         Prefixes {
-            stamp,
-            header: header.map(|line| line.text.clone()),
-            made_header,
+            has_clock: form.has_clock,
+            delimiter: form.delimiter,
+            is_named,
+            from_s: None,
+            day_s,
         }
     }
 
     /// As in a file that begins like this, which is continued.
-    pub fn of_file(head: &[u8]) -> Self {
-        let lines = || head.split(|b| *b == b'\n').map(<[u8]>::trim_ascii_end);
-        let header = lines().find_map(|line| line.strip_prefix(HOST_TIME.as_bytes()));
+    pub fn of_file(head: &[u8], day_s: f64) -> Self {
+        let lines = || head.split(|b| *b == b'\n');
+        let after_name = |line: &[u8]| line.strip_prefix(HOST_TIME.as_bytes())?.first().copied();
         let is_stamped = |line: &[u8]| {
-            line.get(TIME_BYTES..)
-                .is_some_and(|l| l.starts_with(ARROW.as_bytes()))
+            let rest = line.get(TIME_BYTES..);
+            rest.is_some_and(|rest| rest.starts_with(ARROW.as_bytes()))
         };
-        let (stamp, header) = match header.and_then(<[u8]>::split_first) {
-            Some((delimiter, header)) => (Stamp::Column(*delimiter), Some(header.to_vec())),
-            None if lines().any(is_stamped) => (Stamp::Words, None),
-            None => (Stamp::None, None),
-        };
+        let delimiter = lines().find_map(after_name);
         Prefixes {
-            stamp,
-            header,
-            made_header: None,
+            has_clock: delimiter.is_none() && !lines().any(is_stamped),
+            delimiter,
+            is_named: false,
+            from_s: None,
+            day_s,
         }
     }
 
-    /// What the file says of it, in lines that begin with `#`.
-    pub fn notes(&self) -> String {
-        let mut notes = String::new();
-        if self.made_header.is_some() {
-            notes += "# the columns are named by gravical log\n";
-        }
-        if let Stamp::Column(_) = self.stamp {
-            notes += &format!(
-                "# {HOST_TIME}: the board sends no time; this is the time of arrival at the computer, ms since the first row\n"
-            );
-        }
-        notes
+    /// A header that is made here, for the board sends none, or the user names the columns.
+    pub fn header(&self, form: &Form) -> Option<String> {
+        let is_made = self.is_named || form.header_line == 0 && !self.has_clock;
+        let delimiter = char::from(self.delimiter.filter(|_| is_made)?).to_string();
+        let time = (!self.has_clock).then(|| HOST_TIME.to_owned());
+        let names: Vec<String> = time.into_iter().chain(form.roles.clone()).collect();
+        Some(names.join(&delimiter))
     }
 
-    /// Whether the file has other columns than the board sends, or names them.
-    pub fn change_columns(&self) -> bool {
-        self.stamps() || self.made_header.is_some()
-    }
-
-    /// Whether times are those of arrival.
-    pub fn stamps(&self) -> bool {
-        self.stamp != Stamp::None
-    }
-
-    /// What stands before a line that arrived `since_s` after the first, at the time of day `day_s`.
-    pub fn before(&self, line: &[u8], since_s: f64, day_s: f64) -> String {
-        let is_header = self.header.as_deref() == Some(line);
-        if is_header && self.made_header.is_some() {
-            return "# ".to_owned();
+    /// What stands before a line that arrived at `at_s`.
+    pub fn before(&mut self, line: &[u8], at_s: f64) -> String {
+        if line.is_empty() || line.starts_with(b"#") {
+            return String::new();
         }
-        let is_number = |field: &[u8]| {
-            let first = field.trim_ascii_start().first();
-            first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b))
-        };
-        match self.stamp {
-            Stamp::Column(by) if is_header => format!("{HOST_TIME}{}", char::from(by)),
-            _ if is_header || line.is_empty() || line.starts_with(b"#") => String::new(),
-            Stamp::Column(by) if line.split(|b| *b == by).any(is_number) => {
-                format!("{:.1}{}", 1e3 * since_s, char::from(by))
-            }
-            Stamp::Words => {
+        let since_s = at_s - *self.from_s.get_or_insert(at_s);
+        let Some(delimiter) = self.delimiter else {
+            return if self.has_clock {
+                String::new()
+            } else {
                 // Cut, not rounded: no second has 60.000.
-                let ms = (1e3 * day_s) as u64;
+                let ms = (1e3 * (self.day_s + at_s)) as u64;
                 let (h, m, s) = (ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60);
                 format!("{h:02}:{m:02}:{s:02}.{:03}{ARROW}", ms % 1000)
-            }
+            };
+        };
+        let fields: Vec<&[u8]> = line.split(|b| *b == delimiter).collect();
+        let is_row = fields.iter().any(|field| {
+            let first = field.trim_ascii_start().first();
+            first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b))
+        });
+        let is_header = !is_row && fields.len() >= MIN_FIELDS;
+        let delimiter = char::from(delimiter);
+        match (is_row, is_header, self.has_clock) {
+            (_, true, _) if self.is_named => "# ".to_owned(),
+            (_, true, false) => format!("{HOST_TIME}{delimiter}"),
+            (true, _, false) => format!("{:.1}{delimiter}", 1e3 * since_s),
             _ => String::new(),
         }
     }
@@ -224,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn stamps_in_a_column_or_before_words() {
+    fn what_stands_before_a_line() {
         let form = |delimiter: Option<u8>, has_clock: bool| Form {
             has_clock,
             delimiter,
@@ -233,29 +205,47 @@ mod tests {
             roles: ["ax", "ay", "az"].map(str::to_owned).to_vec(),
             rate_hz: None,
         };
-        let before = |prefixes: &Prefixes, line: &str| {
-            prefixes.before(line.as_bytes(), 0.0102, 86_399.999_9)
+        let made = |delimiter, has_clock, is_named| {
+            let form = form(delimiter, has_clock);
+            let prefixes = Prefixes::new(&form, is_named, 86_399.989_7);
+            let header = prefixes.header(&form);
+            (prefixes, header)
         };
-        let header = Line::plain(0.0, "AccX,AccY,AccZ");
-        let clock = Prefixes::new(&form(Some(b','), true), None, false);
-        assert!(clock.made_header.is_none() && before(&clock, "1,2,3").is_empty());
-        let by_column = Prefixes::new(&form(Some(b';'), false), None, false);
-        assert_eq!(by_column.made_header.as_deref(), Some("t_host_ms;ax;ay;az"));
-        assert_eq!(before(&by_column, "+1;+2;+3"), "10.2;");
-        assert_eq!(before(&by_column, "# 1;2;3"), "");
-        let words = Prefixes::new(&form(None, false), None, false);
-        assert_eq!(before(&words, "x: 1"), "23:59:59.999 -> ");
-        let headed = Prefixes::new(&form(Some(b','), false), Some(&header), false);
-        let named = Prefixes::new(&form(Some(b','), true), Some(&header), true);
-        assert_eq!(before(&named, "AccX,AccY,AccZ"), "# ");
-        assert_eq!(named.made_header.as_deref(), Some("ax,ay,az"));
-        // A file that is continued.
-        let again = Prefixes::of_file(b"# a\nt_host_ms,AccX,AccY,AccZ\n1.0,1,2,3\n");
-        for prefixes in [headed, again] {
-            assert_eq!(before(&prefixes, "AccX,AccY,AccZ"), "t_host_ms,");
-            assert_eq!(before(&prefixes, "AccX,AccY,Temp"), "");
+        let comma = Some(b',');
+        for ((mut prefixes, header), name, before) in [
+            (made(comma, true, false), None, ["", "", ""]),
+            (made(comma, true, true), Some("ax,ay,az"), ["# ", "", ""]),
+            (
+                made(comma, false, false),
+                Some("t_host_ms,ax,ay,az"),
+                ["t_host_ms,", "10.2,", ""],
+            ),
+            (
+                made(None, false, false),
+                None,
+                ["23:59:59.989 -> ", "23:59:59.999 -> ", ""],
+            ),
+            (
+                (Prefixes::of_file(b"# a\nt_host_ms,A,B,C\n", 0.0), None),
+                None,
+                ["t_host_ms,", "10.2,", ""],
+            ),
+            (
+                (Prefixes::of_file(b"# a\nt,ax,ay,az\n1,2,3,4\n", 0.0), None),
+                None,
+                ["", "", ""],
+            ),
+        ] {
+            assert_eq!(header.as_deref(), name);
+            let lines = [
+                ("AccX,AccY,AccZ", 0.0),
+                ("+1,+2,+3", 0.0102),
+                ("# 1,2", 1.0),
+            ];
+            let found = lines.map(|(line, at_s)| prefixes.before(line.as_bytes(), at_s));
+            assert_eq!(found, before);
         }
-        assert!(Prefixes::of_file(b"# a\n23:59:59.999 -> x: 1\n").stamp == Stamp::Words);
-        assert!(!Prefixes::of_file(b"# a\nt,ax,ay,az\n1,2,3,4\n").stamps());
+        let stamped = Prefixes::of_file(b"# a\n23:59:59.999 -> x: 1\n", 0.0);
+        assert!(!stamped.has_clock && stamped.delimiter.is_none());
     }
 }

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use gravical::escape::shown;
-use gravical::recording::{ColumnsSpec, Follow, Form, LineKind, ReadOptions};
+use gravical::recording::{ColumnsSpec, Follow, LineKind, ReadOptions};
 use gravical::{Error, Result};
 
 use super::Args;
@@ -19,41 +19,29 @@ use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
-/// The format is detected from this many lines of this time, s, or from those that a slow board sends in
-/// that time, s.
-const MIN_HELD_LINES: usize = 100;
-const MIN_HELD_S: f64 = 1.0;
+/// The format of a slow board is that of the rows of this time, s; and time between two attempts to
+/// detect it, s.
 const MAX_HELD_S: f64 = 6.0;
-/// So many lines without a format are no recording.
-const MAX_HELD_LINES: usize = 800;
-/// Time between two attempts to detect it, s.
 const RETRY_S: f64 = 0.5;
-/// Without a row for this time something is wrong, s.
+/// Without a row, and without settings that were sent, for this time something is wrong, s.
 const NO_ROWS_S: f64 = 8.0;
 /// Nothing for this time is a silence, s; for a slow board more.
 const SILENCE_S: f64 = 3.0;
-/// At the end a shorter one is, s: somebody who sees that rows are missing ends the recording.
-const SILENT_END_S: f64 = 1.0;
 /// Opening a port resets the board within this time, and then it is silent for that time, s.
 const RESET_S: f64 = 4.0;
 const RESET_SILENCE_S: f64 = 1.5;
-/// A board that was reset by opening its port reports its settings within this time; it is told other
-/// ones this often, and for so long, s.
+/// A board that was reset by opening its port takes commands after this time, s.
 const COMMAND_S: f64 = 2.5;
-const MAX_SETTING_S: f64 = 12.5;
-/// A board of ours answers a question within this time, s.
-const ASK_S: f64 = 1.5;
 /// Characters of a rejected line in a message.
 const QUOTED: usize = 60;
 
 /// What becomes of the lines. In each state the port may be lost and found.
 enum State {
-    /// The board has not confirmed the settings that are wanted: lines are dropped. When they are sent
-    /// next, s.
-    Setting { next_s: f64 },
-    /// They are held until their format is known. When that is tried next, s, and whether the board was
-    /// asked for its settings.
-    Holding { next_s: f64, is_asked: bool },
+    /// The board has not confirmed the settings that are wanted, which were sent at this time, s: lines
+    /// are dropped.
+    Setting { sent_s: Option<f64> },
+    /// They are held until the reader knows their format. When that is tried next with few rows, s.
+    Holding { next_s: f64 },
     /// They are written.
     Writing,
     /// All that was asked for is there, or the user ended it.
@@ -68,6 +56,8 @@ struct Port {
     /// The last bytes.
     received: Vec<u8>,
     splitter: Splitter,
+    /// Opening it may still reset the board.
+    may_reset: bool,
     is_silent: bool,
     /// What was said to arrive in place of rows.
     said: Option<String>,
@@ -94,8 +84,6 @@ pub struct Recorder {
     port: Option<Port>,
     pub reader: Follow,
     prefixes: Prefixes,
-    /// The time zero of stamps that are added, s.
-    stamps_from_s: Option<f64>,
     /// Lines that the reader has not judged.
     waiting: VecDeque<Line>,
     gaps: Gaps,
@@ -116,10 +104,8 @@ impl Recorder {
     ///
     /// Those of the reader for the file that is continued.
     pub fn new(args: Args, day_s: f64, before: &[u8]) -> Result<Self> {
-        let mut reader = reader(
-            &args,
-            args.board.columns.clone().filter(|_| before.is_empty()),
-        );
+        let columns = args.board.columns.clone().filter(|_| before.is_empty());
+        let mut reader = reader(&args, columns);
         let mut gaps = Gaps::default();
         if !before.is_empty() {
             reader.push(before)?;
@@ -128,7 +114,7 @@ impl Recorder {
         }
         let state = match args.board.wanted.commands().as_str() {
             "" => State::of(&reader),
-            _ => State::Setting { next_s: COMMAND_S },
+            _ => State::Setting { sent_s: None },
         };
         Ok(Recorder {
             args,
@@ -136,8 +122,7 @@ impl Recorder {
             state,
             port: None,
             reader,
-            prefixes: Prefixes::of_file(before),
-            stamps_from_s: None,
+            prefixes: Prefixes::of_file(before, day_s),
             waiting: VecDeque::new(),
             gaps,
             counts: Counts::default(),
@@ -167,9 +152,9 @@ impl Recorder {
         }
     }
 
-    /// Whether no row has arrived for a while.
-    pub fn is_silent(&self, now_s: f64) -> bool {
-        self.paused_from_s.is_none() && self.gaps.silence_s(now_s) > self.silence_s(SILENT_END_S)
+    /// Whether nothing has arrived for a while, or the port is lost.
+    pub fn is_silent(&self) -> bool {
+        self.port.as_ref().is_none_or(|port| port.is_silent)
     }
 
     /// Seconds since the first row, without pauses.
@@ -182,6 +167,10 @@ impl Recorder {
         self.out.events.push(event);
     }
 
+    fn warn(&mut self, text: String) {
+        self.say(Event::Warning { text });
+    }
+
     // Inputs.
 
     /// A port was opened; `device` is the device behind it. `preamble` becomes the first line of the
@@ -190,8 +179,8 @@ impl Recorder {
         if self.counts.rows == 0 {
             self.out.preamble = preamble;
         }
-        if let State::Setting { next_s } = &mut self.state {
-            *next_s = now_s + COMMAND_S;
+        if let State::Setting { sent_s } = &mut self.state {
+            *sent_s = None;
         }
         self.port = Some(Port {
             name: port.to_owned(),
@@ -199,6 +188,7 @@ impl Recorder {
             last_bytes_s: None,
             received: Vec::new(),
             splitter: Splitter::default(),
+            may_reset: true,
             is_silent: false,
             said: None,
         });
@@ -210,10 +200,12 @@ impl Recorder {
     pub fn lost(&mut self, why: &str) {
         let half = self.port.take().map(|port| port.splitter.cut());
         if let State::Writing = self.state {
-            self.reject(&half.unwrap_or_default());
+            if self.paused_from_s.is_none() {
+                self.reject(&half.unwrap_or_default());
+            }
             self.gaps.open(Cause::Unplugged);
         }
-        self.drop_held("before the port was lost", |_| false);
+        self.drop_held(|_| false);
         let text = why.to_owned();
         self.say(Event::Lost { text });
     }
@@ -233,10 +225,14 @@ impl Recorder {
         let old = port.received.len().saturating_sub(JUDGED_BYTES);
         port.received.drain(..old);
         let lines = port.splitter.push(bytes);
-        if now_s - port.opened_s < RESET_S && now_s - last_s >= RESET_SILENCE_S {
-            let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
-            let keeps = |line: &Line| line.is_comment() || begins_word(line);
-            self.drop_held("before it was reset by opening the port", keeps);
+        if port.may_reset && now_s - last_s >= RESET_SILENCE_S {
+            port.may_reset = false;
+            if now_s - port.opened_s < RESET_S {
+                let begins_word =
+                    |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+                let keeps = |line: &Line| line.is_comment() || begins_word(line);
+                self.drop_held(keeps);
+            }
         }
         let mut lines = lines.into_iter();
         lines.try_for_each(|(line, is_whole)| self.line(now_s, line, is_whole))
@@ -268,23 +264,17 @@ impl Recorder {
     ///
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
-        let port = self.port.as_ref();
-        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
-        let is_due = port.is_some_and(|port| port.is_due(now_s));
         match self.state {
-            State::Setting { .. } if is_due && !is_heard => return self.report_no_rows(),
-            State::Setting { next_s } if is_heard && now_s >= next_s => {
-                return self.send_settings(now_s);
-            }
-            State::Holding { .. } => return self.begin(now_s, false),
-            State::Writing if is_due && self.counts.rows == 0 => return self.report_no_rows(),
+            State::Setting { sent_s } => self.set(now_s, sent_s),
+            State::Holding { .. } => self.begin(now_s, false),
+            State::Writing if self.counts.rows == 0 && self.is_due(now_s) => self.report_no_rows(),
             State::Writing => {
                 self.notice_silence(now_s);
                 self.end_at(now_s);
+                Ok(())
             }
-            _ => {}
+            State::Ended(_) => Ok(()),
         }
-        Ok(())
     }
 
     /// The user ends it: what is held is written.
@@ -323,16 +313,14 @@ impl Recorder {
                 let line = self.prefixed(line);
                 self.add(line)?;
             }
-            State::Holding { .. } if !is_half => self.waiting.push_back(line),
+            State::Holding { .. } if !is_half => self.hold(line)?,
             _ => {}
         }
         Ok(())
     }
 
     fn prefixed(&mut self, mut line: Line) -> Line {
-        let from_s = *self.stamps_from_s.get_or_insert(line.at_s);
-        let (since_s, day_s) = (line.at_s - from_s, self.day_s + line.at_s);
-        line.prefix = self.prefixes.before(&line.text, since_s, day_s);
+        line.prefix = self.prefixes.before(&line.text, line.at_s);
         line
     }
 
@@ -345,63 +333,55 @@ impl Recorder {
         Ok(())
     }
 
-    /// Looks for the format of the lines that are held. `is_last`: nothing follows.
+    /// Holds a line, unless the reader knows the format by it.
+    fn hold(&mut self, line: Line) -> Result<()> {
+        let read = self.reader.push(&line.in_file());
+        self.waiting.push_back(line);
+        if read.is_err() {
+            // So many lines without a format are no recording.
+            self.drop_held(|_| false);
+            return self.report_no_rows();
+        }
+        self.write_held()
+    }
+
+    /// Takes what is held as it is, after a while or at the end.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
-        let State::Holding { next_s, is_asked } = &mut self.state else {
+        let is_due = self.is_due(now_s);
+        let State::Holding { next_s } = &mut self.state else {
             return Ok(());
         };
-        let lines = self.waiting.len();
         let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-        let is_due = self.port.as_ref().is_some_and(|p| p.is_due(now_s));
-        let is_enough = match lines {
-            MAX_HELD_LINES.. => true,
-            MIN_HELD_LINES.. => is_due || held_s >= MIN_HELD_S,
-            _ => is_due || held_s >= MAX_HELD_S,
-        };
-        if !is_last && (now_s < *next_s || !is_enough) {
+        if !is_last && (now_s < *next_s || !is_due && held_s < MAX_HELD_S) {
             return Ok(());
         }
         *next_s = now_s + RETRY_S;
-        let Some(form) = form_of(&self.args, &self.waiting) else {
-            if lines >= MAX_HELD_LINES {
-                self.waiting.clear();
-            } else if is_last || !is_due {
-                return Ok(());
-            }
+        // Lines that are no recording may be one with those that follow.
+        let _ = self.reader.settle(1);
+        if self.reader.form().is_none() && is_due && !is_last {
             return self.report_no_rows();
-        };
-        let names_columns = form.header_line > 0 || form.delimiter.is_none();
-        if !names_columns && !is_last && !std::mem::replace(is_asked, true) {
-            // The settings of a board are followed by its header.
-            self.out.commands += "?\n";
-            *next_s = now_s + ASK_S;
-            return Ok(());
         }
-        self.write_held(&form)
+        self.write_held()
     }
 
-    /// Writes the lines that were held, and those that follow, as lines of this form.
-    fn write_held(&mut self, form: &Form) -> Result<()> {
+    /// Writes the lines that were held, and those that follow, once their format is known.
+    fn write_held(&mut self) -> Result<()> {
+        let Some(form) = self.reader.form() else {
+            return Ok(());
+        };
         self.state = State::Writing;
-        let lines = std::mem::take(&mut self.waiting);
-        let header = form.header_line.checked_sub(1);
         let columns = self.args.board.columns.clone();
-        let sent_header = header.and_then(|at| lines.get(at));
-        self.prefixes = Prefixes::new(form, sent_header, columns.is_some());
-        self.out.preamble += &self.prefixes.notes();
-        // In the file columns that the user names have a header.
-        let columns = columns.filter(|_| !self.prefixes.change_columns());
-        self.reader = reader(&self.args, columns);
-        for (at, mut line) in lines.into_iter().enumerate() {
+        self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
+        let mut header = self.prefixes.header(&form);
+        self.reader = reader(&self.args, columns.filter(|_| header.is_none()));
+        for (at, mut line) in std::mem::take(&mut self.waiting).into_iter().enumerate() {
             if at == form.head_lines
-                && let Some(made) = self.prefixes.made_header.clone()
+                && let Some(header) = header.take()
             {
-                self.add(Line::plain(line.at_s, made))?;
+                self.add(Line::plain(line.at_s, header))?;
             }
-            if at >= form.head_lines {
+            if at >= form.head_lines || at + 1 == form.header_line {
                 line = self.prefixed(line);
-            } else if Some(at) == header {
-                line.prefix = self.prefixes.before(&line.text, 0.0, 0.0);
             }
             self.add(line)?;
         }
@@ -441,13 +421,17 @@ impl Recorder {
             self.say(Event::Started { columns });
         }
         // Times of arrival do not tell what is missing.
-        let is_stamped = self.prefixes.stamps();
-        let stamp = if is_stamped { f64::NAN } else { stamp };
-        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s(SILENCE_S));
+        let stamp = if self.prefixes.has_clock {
+            stamp
+        } else {
+            f64::NAN
+        };
+        let (rate_hz, max_s) = (self.rate_hz(), self.silence_s());
         if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
             self.write(format!("{}\n", gap.line()).as_bytes());
             self.counts.gaps += 1;
-            self.counts.missing += gap.rows.unwrap_or(0);
+            let missing = gap.rows.unwrap_or(0);
+            self.counts.missing = self.counts.missing.saturating_add(missing);
             self.is_incomplete |= gap.rows != Some(0) && gap.cause != Cause::Continued;
             self.say(Event::Gap(gap));
         }
@@ -482,7 +466,7 @@ impl Recorder {
     fn reject(&mut self, line: &[u8]) {
         let text = String::from_utf8_lossy(line);
         let text = shown(text.trim());
-        if text.is_empty() || self.paused_from_s.is_some() {
+        if text.is_empty() {
             return;
         }
         self.counts.rejected += 1;
@@ -495,21 +479,25 @@ impl Recorder {
         self.write(format!("# rejected: {text}\n").as_bytes());
     }
 
-    /// Lines whose format is not known are dropped, but for those that are kept, and that is said.
-    fn drop_held(&mut self, when: &str, keeps: impl Fn(&Line) -> bool) {
-        let State::Holding { .. } = self.state else {
-            return;
-        };
-        let held = self.waiting.len();
-        self.waiting.retain(keeps);
-        let dropped = held - self.waiting.len();
-        if dropped > 0 {
-            let text = format!("{dropped} lines that the board sent {when} are not recorded");
-            self.say(Event::Warning { text });
+    /// Lines whose format is not known are of another start, but for those that are kept.
+    fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
+        if let State::Holding { .. } = self.state {
+            self.waiting.retain(keeps);
+            self.reader = reader(&self.args, self.args.board.columns.clone());
+            for line in &self.waiting {
+                // Too few to be no recording.
+                let _ = self.reader.push(&line.in_file());
+            }
         }
     }
 
     // Without rows.
+
+    /// Rows should have arrived.
+    fn is_due(&self, now_s: f64) -> bool {
+        let port = self.port.as_ref();
+        port.is_some_and(|port| now_s - port.opened_s >= NO_ROWS_S)
+    }
 
     /// After a while without a row it is said what arrives instead.
     fn report_no_rows(&mut self) -> Result<()> {
@@ -522,21 +510,21 @@ impl Recorder {
             return Err(error.with_hint(format!("{hint}; --wait waits without end")));
         }
         if port.said.as_ref() != Some(&hint) {
-            port.said = Some(hint.clone());
-            let text = error.message().to_owned();
-            self.say(Event::NoRows { text, hint });
+            let text = format!("{}; {hint}", error.message());
+            port.said = Some(hint);
+            self.warn(text);
         }
         Ok(())
     }
 
-    /// A silence takes `min_s`, or for a slow board more, s.
-    fn silence_s(&self, min_s: f64) -> f64 {
-        min_s.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
+    /// Nothing for this time is a silence, s.
+    fn silence_s(&self) -> f64 {
+        SILENCE_S.max(GAP_STEPS / self.rate_hz().unwrap_or(1.0))
     }
 
     /// A board that has sent rows is silent: some may be missing.
     fn notice_silence(&mut self, now_s: f64) {
-        let max_s = self.silence_s(SILENCE_S);
+        let max_s = self.silence_s();
         if let Some(port) = &mut self.port
             && !port.is_silent
         {
@@ -561,26 +549,33 @@ impl Recorder {
                 }
             }
             // Rows before are of another start, or have no header.
-            State::Holding { .. } => self.drop_held("before its settings", Line::is_comment),
-            State::Writing if !is_met => self.say(Event::Warning {
-                text: "the board was reset and has other settings than those asked for".to_owned(),
-            }),
+            State::Holding { .. } => self.drop_held(Line::is_comment),
+            State::Writing if !is_met => self
+                .warn("the board was reset and has other settings than those asked for".to_owned()),
             _ => {}
         }
     }
 
-    /// Sends the settings that are wanted, unless that was in vain for long.
-    fn send_settings(&mut self, now_s: f64) -> Result<()> {
-        let opened_s = self.port.as_ref().map_or(now_s, |port| port.opened_s);
-        if now_s - opened_s >= MAX_SETTING_S {
-            let text = "the board does not report the settings that were sent to it";
-            let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
-            return Err(Error::device("settings-refused", text).with_hint(hint));
+    /// Sends the settings that are wanted, once; that they are in vain is an error.
+    fn set(&mut self, now_s: f64, sent_s: Option<f64>) -> Result<()> {
+        let port = self.port.as_ref();
+        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
+        let opened_s = port.map_or(now_s, |port| port.opened_s);
+        match sent_s {
+            _ if !is_heard && self.is_due(now_s) => self.report_no_rows(),
+            Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
+                let text = "the board does not report the settings that were sent to it";
+                let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
+                Err(Error::device("settings-refused", text).with_hint(hint))
+            }
+            None if is_heard && now_s - opened_s >= COMMAND_S => {
+                let sent_s = Some(now_s);
+                self.state = State::Setting { sent_s };
+                self.out.commands += &self.args.board.wanted.commands();
+                Ok(())
+            }
+            _ => Ok(()),
         }
-        let next_s = now_s + COMMAND_S;
-        self.state = State::Setting { next_s };
-        self.out.commands += &self.args.board.wanted.commands();
-        Ok(())
     }
 }
 
@@ -589,18 +584,8 @@ impl State {
     fn of(reader: &Follow) -> Self {
         match reader.form() {
             Some(_) => State::Writing,
-            None => State::Holding {
-                next_s: 0.0,
-                is_asked: false,
-            },
+            None => State::Holding { next_s: 0.0 },
         }
-    }
-}
-
-impl Port {
-    /// Rows should have arrived.
-    fn is_due(&self, now_s: f64) -> bool {
-        now_s - self.opened_s >= NO_ROWS_S
     }
 }
 
@@ -613,29 +598,19 @@ fn reader(args: &Args, columns: Option<ColumnsSpec>) -> Follow {
     Follow::new(&args.file().display().to_string(), options, JUDGED_ROWS)
 }
 
-/// The format of lines; none if they are no recording, yet.
-fn form_of(args: &Args, lines: &VecDeque<Line>) -> Option<Form> {
-    let mut reader = reader(args, args.board.columns.clone());
-    for line in lines {
-        // What is no recording with the first lines is none with all.
-        reader.push(&line.in_file()).ok()?;
-    }
-    reader.settle(1).ok()?;
-    reader.form()
-}
-
 /// The error of rows that cannot be read as those before.
 fn unreadable(error: &Error) -> Error {
-    let (code, what, set) = if error.code() == "header-differs" {
-        let what = "the board sends rows of other columns or units than before";
-        let set = ", or set the board as it was: --format, --range";
-        ("columns-changed", what, set)
-    } else {
-        ("unreadable-rows", "the rows cannot be read any more", "")
+    let (code, what) = match error.code() {
+        "header-differs" => (
+            "columns-changed",
+            "the board sends rows of other columns or units than before",
+        ),
+        _ => ("unreadable-rows", "the rows cannot be read any more"),
     };
     let text = format!("{what} ({}): the recording ends", error.message());
-    let hint = "the rows up to here are in the file; record the rest into another one";
-    Error::device(code, text).with_hint(format!("{hint}{set}"))
+    Error::device(code, text).with_hint(
+        "the rows up to here are in the file; record the rest into another one, or set the board as it was (--format, --range)",
+    )
 }
 
 #[cfg(test)]
@@ -648,7 +623,6 @@ mod tests {
         now_s: f64,
         stamp_ms: u32,
         text: String,
-        commands: String,
     }
 
     impl Bench {
@@ -661,7 +635,6 @@ mod tests {
                 now_s: 0.0,
                 stamp_ms: 0,
                 text: String::new(),
-                commands: String::new(),
             }
         }
 
@@ -670,7 +643,6 @@ mod tests {
             self.recorder.tick(self.now_s).unwrap();
             let out = std::mem::take(&mut self.recorder.out);
             self.text += std::str::from_utf8(&out.text).unwrap();
-            self.commands += &out.commands;
         }
 
         fn rows(&mut self, rows: u32) {
@@ -708,11 +680,11 @@ mod tests {
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end(), Some(End::Duration));
-        assert!(bench.recorder.is_silent(bench.now_s));
+        assert!(bench.recorder.is_silent());
     }
 
     #[test]
-    fn rows_of_a_pause_are_not_stored_and_its_end_is_no_gap() {
+    fn rows_of_a_pause_are_neither_stored_nor_missing() {
         let mut bench = Bench::new(Args::default());
         bench.rows(150);
         bench.recorder.toggle_pause(bench.now_s).unwrap();
@@ -725,24 +697,30 @@ mod tests {
         bench.rows(30);
         bench.recorder.toggle_pause(bench.now_s).unwrap();
         bench.rows(20);
+        // That the board was reset meanwhile is one, of no row.
         let counts = bench.recorder.counts;
-        assert_eq!((counts.rows, counts.rejected, counts.gaps), (170, 0, 0));
+        assert_eq!((counts.rows, counts.rejected, counts.gaps), (170, 0, 1));
         let (_, after) = bench.text.split_once("# a note\n\n\n\n").unwrap();
-        assert!(after.starts_with("300,"), "{after}");
+        let reset = "# gap: the board was reset: 0 rows are missing, 0.0 s, the clock of the board restarts\n300,";
+        assert!(after.starts_with(reset), "{after}");
+        assert!(!bench.recorder.is_incomplete);
         let elapsed_s = bench.recorder.elapsed_s(bench.now_s);
         assert!((elapsed_s - 1.7).abs() < 1e-6, "{elapsed_s}");
     }
 
     #[test]
     fn rows_of_a_slow_board_are_written_before_a_second_of_a_hundred_rows() {
-        let mut bench = Bench::new(Args::default());
-        for _ in 0..8 {
-            bench.rows(1);
-            bench.stamp_ms += 990;
-            bench.pass(0.99);
+        // The first row of a slower one may be from before its reset.
+        for (step_s, rows) in [(1.0, 8), (2.0, 7)] {
+            let mut bench = Bench::new(Args::default());
+            for _ in 0..8 {
+                bench.rows(1);
+                bench.stamp_ms += (1e3 * step_s) as u32 - 10;
+                bench.pass(step_s - 0.01);
+            }
+            assert_eq!(bench.recorder.counts.rows, rows, "{step_s}");
+            assert!(bench.gaps().is_empty());
         }
-        assert_eq!(bench.recorder.counts.rows, 8);
-        assert!(bench.gaps().is_empty());
     }
 
     #[test]
@@ -760,56 +738,26 @@ mod tests {
         let (mut waiting, done) = recorder(true);
         done.unwrap();
         waiting.tick(9.0).unwrap();
-        // Now it has a sketch, which prints something else.
-        waiting.bytes(9.5, b"hello\nhello\n").unwrap();
-        waiting.tick(10.0).unwrap();
-        waiting.tick(11.0).unwrap();
-        let events = waiting.out.events.into_iter();
-        let said: Vec<String> = events
-            .filter_map(|event| match event {
-                Event::NoRows { text, .. } => Some(text),
-                _ => None,
-            })
-            .collect();
-        assert!(
-            said.len() == 2 && said[0].contains("nothing arrives"),
-            "{said:?}"
-        );
-        assert!(said[1].ends_with("\"hello\""), "{said:?}");
+        let is_said = |event: &&Event| matches!(event, Event::Warning { text } if text.contains("nothing arrives"));
+        assert_eq!(waiting.out.events.iter().filter(is_said).count(), 1);
     }
 
     #[test]
-    fn rows_from_before_a_reset_are_dropped_and_a_board_without_a_header_is_asked() {
+    fn rows_from_before_a_reset_are_dropped() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
-        let mut bench = Bench::new(Args::default());
-        bench.recorder.drop_held("", |_| false);
-        bench.rows(20);
-        bench.pass(1.8);
-        bench.stamp_ms = 0;
-        bench
-            .recorder
-            .bytes(bench.now_s, HEADER.as_bytes())
-            .unwrap();
-        bench.rows(150);
-        assert!(bench.text.starts_with(HEADER) && bench.gaps().is_empty());
-        assert_eq!(bench.recorder.counts.rows, 150);
-        assert_eq!(bench.commands, "");
-
-        let settings = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
-        for answer in [true, false] {
+        const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
+        // It is silent, or it says who it is.
+        for (silence_s, lines) in [(1.8, ""), (0.1, SETTINGS)] {
             let mut bench = Bench::new(Args::default());
-            bench.recorder.drop_held("", |_| false);
+            bench.recorder.drop_held(|_| false);
+            bench.rows(20);
+            bench.pass(silence_s);
+            bench.stamp_ms = 0;
+            let lines = format!("{lines}{HEADER}");
+            bench.recorder.bytes(bench.now_s, lines.as_bytes()).unwrap();
             bench.rows(150);
-            assert_eq!((&bench.commands[..], &bench.text[..]), ("?\n", ""));
-            if answer {
-                let lines = format!("# a note\n{settings}{HEADER}");
-                bench.recorder.bytes(bench.now_s, lines.as_bytes()).unwrap();
-            }
-            bench.rows(150);
-            assert_eq!(bench.text.contains(HEADER), answer);
-            let rows = if answer { 150 } else { 300 };
-            assert_eq!(bench.recorder.counts.rows, rows);
-            assert_eq!(bench.commands, "?\n");
+            assert!(bench.text.starts_with(&lines) && bench.gaps().is_empty());
+            assert_eq!(bench.recorder.counts.rows, 150);
         }
     }
 

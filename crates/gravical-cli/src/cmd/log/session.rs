@@ -1,5 +1,6 @@
 //! The loop between port, clock and disk and the recorder.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime};
 
 use gravical::{Error, Result};
@@ -8,10 +9,8 @@ use super::Args;
 use super::event::Event;
 use super::file::LogFile;
 use super::recorder::Recorder;
-use super::status::Monitor;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;
-use crate::device::trouble::holders;
 
 /// Longest wait for bytes of the port.
 const WAIT: Duration = Duration::from_millis(20);
@@ -23,9 +22,9 @@ pub struct Session {
     started: Instant,
     pub recorder: Recorder,
     pub file: LogFile,
-    monitor: Monitor,
-    /// Rows that the monitor has seen.
+    /// Rows that were looked at, and kinds of what was found in them.
     observed_rows: u64,
+    found: BTreeSet<&'static str>,
     /// The device that is open, or was.
     target: Option<Target>,
     serial: Option<Serial>,
@@ -51,8 +50,8 @@ impl Session {
             started: Instant::now(),
             recorder: Recorder::new(args.clone(), day_s, file.before())?,
             file,
-            monitor: Monitor::default(),
             observed_rows: 0,
+            found: BTreeSet::new(),
             target: None,
             serial: None,
             second: 0,
@@ -175,7 +174,7 @@ impl Session {
         if std::mem::replace(&mut self.observed_rows, status.rows) != status.rows
             && let Some(Ok(recording)) = recorder.reader.recording(u32::MAX)
         {
-            let findings = self.monitor.observe(&mut status, &recording);
+            let findings = status.observe(&recording, &mut self.found);
             let findings = findings.into_iter().map(Event::Finding);
             recorder.out.events.extend(findings);
         }
@@ -228,13 +227,6 @@ impl Session {
         self.recorder
             .opened(now_s, &name, target.device(), preamble);
         self.target = Some(target);
-        let others = holders(&name).join(" and ");
-        if !others.is_empty() {
-            let text = format!(
-                "{others} has the port open too: rows that it reads are missing here; close it"
-            );
-            self.recorder.say(Event::Warning { text });
-        }
         Ok(())
     }
 

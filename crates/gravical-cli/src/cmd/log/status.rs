@@ -1,20 +1,17 @@
-//! The state of the recording for the person who records: rate, magnitude, rest, poses; in one
+//! The state of the recording for the person who records: rate, magnitude, the side that is up; in one
 //! line.
 
 use std::collections::BTreeSet;
 
 use gravical::core::matrix3::norm;
-use gravical::inspect::inspect;
-use gravical::poses::face::{AXES, AxisMap, Face};
-use gravical::recording::{AccelScale, Finding, Recording, Severity};
+use gravical::poses::face::Face;
+use gravical::recording::{AccelScale, Finding, Recording};
 use serde::Serialize;
 
-/// A rest of this length is a pose, s.
-const POSE_S: f64 = 2.0;
-/// The magnitude is a mean over this time, and a rest ends within it, s.
+/// Magnitude and direction are means over this time, s.
 const RECENT_S: f64 = 0.5;
-/// A rest takes at least 1 s: before this time it is not known whether there is one, s.
-const FIRST_REST_S: f64 = 1.5;
+/// Columns of the status line.
+const MAX_COLUMNS: usize = 79;
 
 /// The recording at one moment.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -29,72 +26,40 @@ pub struct Status {
     pub rejected: u64,
     /// Rows a second, by their stamps.
     pub rate_hz: Option<f64>,
-    /// Magnitude of the acceleration, mean of the last half second, in the unit of the file.
+    /// Magnitude of the mean acceleration of the last half second, in the unit of the file.
     pub norm: Option<f64>,
     #[serde(skip)]
     pub accel: Option<AccelScale>,
     /// Temperature of the sensor, °C.
     pub temperature_c: Option<f64>,
-    /// Whether the sensor is at rest.
-    pub still: Option<bool>,
-    /// The face that is up at rest: `+x`.
+    /// The face that is nearest to up: `+x`.
     pub up: Option<String>,
-    /// Faces that were recorded as a pose.
-    pub done: Option<Vec<String>>,
 }
-
-/// Judges the last rows once a second.
-#[derive(Default)]
-pub struct Monitor {
-    /// Faces that were recorded as a pose.
-    done: BTreeSet<String>,
-    /// Findings that were returned: their kinds, and their messages without numbers.
-    said: BTreeSet<String>,
-}
-
-impl Monitor {
-    /// Adds to the state what the last rows say; returns what may spoil them and was not returned
-    /// before.
-    pub fn observe(&mut self, status: &mut Status, recording: &Recording) -> Vec<Finding> {
-        let inspection = inspect(recording, &AxisMap::default());
-        status.rate_hz = recording.timing.rate_hz();
-        let (rows, rate_hz) = (recording.rows(), status.rate_hz.unwrap_or(1.0));
-        let recent = rows.saturating_sub((RECENT_S * rate_hz).ceil() as usize);
-        let norms =
-            (recent..rows).map(|row| norm(&recording.accel.each_ref().map(|axis| axis[row])));
-        let norms: Vec<f64> = norms.filter(|norm| norm.is_finite()).collect();
-        status.norm = (!norms.is_empty()).then(|| norms.iter().sum::<f64>() / norms.len() as f64);
-        status.accel = Some(recording.accel_scale);
-        let temperatures = recording.temperature_c.iter().flatten();
-        status.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
-        if rows as f64 >= FIRST_REST_S * rate_hz {
-            status.still = Some(false);
-            for rest in inspection.static_intervals {
-                if (rest.end_row - rest.start_row) as f64 >= POSE_S * rate_hz {
-                    self.done.extend(rest.face.clone());
-                }
-                if rest.end_row > recent {
-                    status.still = Some(true);
-                    status.up = rest.face;
-                }
-            }
-            status.done = Some(self.done.iter().cloned().collect());
-        }
-        let mut findings = inspection.findings;
-        findings.retain(|finding| {
-            let words = finding.message.replace(|c: char| c.is_ascii_digit(), "");
-            finding.severity == Severity::Warning
-                && finding.kind.is_of_samples()
-                && self.said.insert(format!("{} {words}", finding.kind.name()))
-        });
-        findings
-    }
-}
-
-/// Columns of the status line.
-const MAX_COLUMNS: usize = 79;
 
 impl Status {
+    /// Adds what the last rows say; returns what may spoil them and is not in `said` yet.
+    pub fn observe(
+        &mut self,
+        recording: &Recording,
+        said: &mut BTreeSet<&'static str>,
+    ) -> Vec<Finding> {
+        self.rate_hz = recording.timing.rate_hz();
+        let rows = (RECENT_S * self.rate_hz.unwrap_or(1.0)).ceil().max(1.0);
+        let mean = recording.accel.each_ref().map(|axis| {
+            let recent = axis.iter().rev().take(rows as usize).copied();
+            let recent: Vec<f64> = recent.filter(|v| v.is_finite()).collect();
+            recent.iter().sum::<f64>() / recent.len() as f64
+        });
+        self.norm = Some(norm(&mean)).filter(|norm| norm.is_finite());
+        self.up = self.norm.map(|_| Face::nearest(mean).0.name());
+        self.accel = Some(recording.accel_scale);
+        let temperatures = recording.temperature_c.iter().flatten();
+        self.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
+        let findings = recording.findings.iter();
+        let new = findings.filter(|f| f.kind.is_of_samples() && said.insert(f.kind.name()));
+        new.cloned().collect()
+    }
+
     /// One line of at most 79 columns: what is needed most comes first, and the rest where there is
     /// room.
     pub fn line(&self) -> String {
@@ -102,14 +67,8 @@ impl Status {
             format!("{:.1} s", self.elapsed_s),
             format!("{} rows", self.rows),
         ];
-        parts.extend(match (self.paused, self.still) {
-            (true, _) => Some("PAUSED".to_owned()),
-            (_, Some(true)) => Some("at rest".to_owned()),
-            (_, Some(false)) => Some("moving".to_owned()),
-            (_, None) => None,
-        });
-        parts.extend(self.up.as_ref().map(|up| format!("up: {up}")));
-        parts.extend(self.done.as_ref().map(|done| missing(done)));
+        parts.extend(self.paused.then(|| "PAUSED".to_owned()));
+        parts.extend(self.rate_hz.map(|rate| format!("{rate:.1} Hz")));
         parts.extend(self.norm.map(|norm| {
             // In m/s², or as it stands in a file of unknown unit.
             match self.accel.and_then(|accel| accel.nominal()) {
@@ -117,26 +76,12 @@ impl Status {
                 None => format!("‖a‖ {norm:.2}"),
             }
         }));
+        parts.extend(self.up.as_ref().map(|up| format!("up: {up}")));
         parts.extend((self.rejected > 0).then(|| format!("{} rejected", self.rejected)));
-        parts.extend(self.rate_hz.map(|rate| format!("{rate:.1} Hz")));
         parts.extend(self.temperature_c.map(|t| format!("{t:.1} °C")));
         while parts.join("  ").chars().count() > MAX_COLUMNS && parts.pop().is_some() {}
         parts.join("  ")
     }
-}
-
-/// The faces that are no pose yet: `missing ±x -y`.
-fn missing(done: &[String]) -> String {
-    let mut missing = Face::all().map(Face::name).to_vec();
-    missing.retain(|face| !done.contains(face));
-    if missing.is_empty() {
-        return "all 6 done".to_owned();
-    }
-    let mut text = format!("missing {}", missing.join(" "));
-    for axis in AXES {
-        text = text.replace(&format!("+{axis} -{axis}"), &format!("±{axis}"));
-    }
-    text
 }
 
 #[cfg(test)]
@@ -144,68 +89,35 @@ mod tests {
     use super::*;
     use gravical::recording::{AccelUnit, Origin};
 
-    fn status() -> Status {
-        Status {
+    #[test]
+    fn a_status_line_has_units_as_far_as_there_is_room() {
+        let status = Status {
             rows: 123_456,
             elapsed_s: 1234.56,
             rate_hz: Some(100.04),
-            norm: Some(9.8134),
-            temperature_c: Some(25.53),
-            still: Some(true),
-            ..Status::default()
-        }
-    }
-
-    #[test]
-    fn a_status_line_has_units() {
-        let unit = |unit, lsb_per_g| {
-            Some(AccelScale {
-                unit,
-                lsb_per_g,
-                origin: Origin::Header,
-            })
-        };
-        let metric = Status {
-            accel: unit(AccelUnit::MetrePerSecondSquared, None),
-            ..status()
-        };
-        assert_eq!(
-            metric.line(),
-            "1234.6 s  123456 rows  at rest  ‖a‖ 9.81 m/s²  100.0 Hz  25.5 °C"
-        );
-        let counts = Status {
             norm: Some(8201.0),
-            accel: unit(AccelUnit::Counts, Some(8192.0)),
+            temperature_c: Some(25.53),
+            up: Some("-x".to_owned()),
+            accel: Some(AccelScale {
+                unit: AccelUnit::Counts,
+                lsb_per_g: Some(8192.0),
+                origin: Origin::Header,
+            }),
             paused: true,
-            ..status()
+            ..Status::default()
         };
         assert_eq!(
-            counts.line(),
-            "1234.6 s  123456 rows  PAUSED  ‖a‖ 9.82 m/s²  100.0 Hz  25.5 °C"
+            status.line(),
+            "1234.6 s  123456 rows  PAUSED  100.0 Hz  ‖a‖ 9.82 m/s²  up: -x  25.5 °C"
         );
+        let rejected = 1_234_567_890;
+        let full = Status { rejected, ..status };
+        assert!(full.line().ends_with("up: -x"));
+        let rows = 5;
         let empty = Status {
-            rows: 5,
+            rows,
             ..Status::default()
         };
         assert_eq!(empty.line(), "0.0 s  5 rows");
-    }
-
-    #[test]
-    fn a_status_line_has_poses_as_far_as_there_is_room() {
-        let poses = |done: &[&str]| {
-            let line = Status {
-                up: Some("-x".to_owned()),
-                done: Some(done.iter().map(|face| (*face).to_owned()).collect()),
-                ..status()
-            }
-            .line();
-            assert!(line.chars().count() <= MAX_COLUMNS);
-            line
-        };
-        assert_eq!(
-            poses(&["+x", "+y"]),
-            "1234.6 s  123456 rows  at rest  up: -x  missing -x -y ±z  ‖a‖ 9.81  100.0 Hz"
-        );
-        assert!(poses(&["+x", "-x", "+y", "-y", "+z", "-z"]).contains("up: -x  all 6 done  "));
     }
 }

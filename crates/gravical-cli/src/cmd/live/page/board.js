@@ -14,17 +14,11 @@ const inverse = ([w, ...v]) => [w, ...v.map(c => -c)];
 const rotated = (q, v) => product(product(q, [0, ...v]), inverse(q)).slice(1);
 const turn = (axis, angle) => [Math.cos(angle / 2), ...axis.map(v => v * Math.sin(angle / 2))];
 const turnedLevel = (angle, q) => normalised(product(turn([0, 0, 1], angle), q));
-// The direction in the axes of the sensor that is up.
-const upOf = q => rotated(inverse(q), [0, 0, 1]);
 
 const FACES = ["+x", "-x", "+y", "-y", "+z", "-z"];
 const directionOf = face => [..."xyz"].map(axis => axis === face[1] ? Number(`${face[0]}1`) : 0);
 // A minus is as wide as a plus.
 const faceName = face => face.replace("-", "−");
-
-// The style sheet looks from this azimuth. Horizontal directions to the right of it, and towards it.
-const AZIMUTH = -62 * Math.PI / 180;
-const RIGHT = [-Math.sin(AZIMUTH), Math.cos(AZIMUTH), 0], NEAR = [Math.cos(AZIMUTH), Math.sin(AZIMUTH), 0];
 
 // How a sensor lies whose direction `up` points up. Gravity leaves the heading open: the side with the chip is
 // turned to the camera; where it is level, x points to the right.
@@ -62,70 +56,4 @@ function drawAttitude(place, q) {
   place.turned = { axis, angle };
   place.style.setProperty("--axis", axis.join());
   place.style.setProperty("--angle", `${angle}rad`);
-}
-
-// The hand of a simulated session: it turns the drawing, and lays the board down so when it lets go.
-class SimulatedHand {
-  on = false;
-  // The attitude that is drawn while it is held, and until the board is there.
-  preview = null;
-  held = false;
-
-  // `attitude()` is drawn now; `lay(up)` lays the board down.
-  constructor(place, attitude, lay) {
-    Object.assign(this, { place, attitude, lay });
-    let last = null;
-    place.addEventListener("pointerdown", e => {
-      if (!this.on) return;
-      last = e;
-      place.setPointerCapture(e.pointerId);
-      e.preventDefault();
-    });
-    place.addEventListener("pointermove", e => {
-      if (!last) return;
-      this.turn(0.011 * (e.clientX - last.clientX), 0.011 * (e.clientY - last.clientY));
-      last = e;
-    });
-    place.addEventListener("lostpointercapture", () => {
-      last = null;
-      this.letGo();
-    });
-  }
-
-  // By these angles to the right and towards the camera.
-  turn(right, near) {
-    this.held = true;
-    this.preview = normalised(product(turn(NEAR, -right), product(turn(RIGHT, near), this.preview ?? this.attitude())));
-    drawAttitude(this.place, this.preview);
-  }
-
-  // True if the key turns the board; it is laid down when no other follows.
-  press(key) {
-    const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
-    if (!this.on || !by) return false;
-    this.turn(...by.map(v => v * Math.PI / 15));
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.letGo(), 450);
-    return true;
-  }
-
-  letGo() {
-    if (!this.held) return;
-    this.held = false;
-    this.until = performance.now() + 2500;
-    this.lay(upOf(this.preview));
-  }
-
-  // Leaves the board to something else.
-  drop() {
-    clearTimeout(this.timer);
-    Object.assign(this, { held: false, preview: null });
-  }
-
-  // What is drawn in place of the board whose direction `up` is up, or null.
-  drawn(up) {
-    const is_there = () => up && angleDeg(up, upOf(this.preview)) < 4;
-    if (this.preview && !this.held && (performance.now() > this.until || is_there())) this.preview = null;
-    return this.preview;
-  }
 }

@@ -11,9 +11,8 @@ function inMarkup(value) {
 }
 const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inMarkup)));
 
-// Decimals that show a value with two digits, as the sentences of the program have them.
-const decimalsOf = v => Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(v))));
-const inMg = v => v > 0 ? `${v.toFixed(decimalsOf(v))} mg` : "–";
+// With two digits, as the sentences of the program have them.
+const inMg = v => v > 0 ? `${v.toFixed(Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(v)))))} mg` : "–";
 
 const tileMarkup = (face, i) => html`<li>
   <button type="button" data-face="${face}" aria-keyshortcuts="${i + 1}" disabled>
@@ -25,8 +24,7 @@ const tileMarkup = (face, i) => html`<li>
 const commandMarkup = line => html`<p class="command"><code>${line}</code><button type="button">Copy</button></p>`;
 
 function portMarkup(port, i) {
-  const busy = port.open_in.length > 0 && `open in ${port.open_in.join(", ")}`;
-  const where = [port.name, port.usb, port.serial && `number ${port.serial}`, busy].filter(Boolean).join(" · ");
+  const where = [port.name, port.usb, port.serial && `number ${port.serial}`].filter(Boolean).join(" · ");
   const what = port.device ?? (port.board ? "A board" : "Unknown device");
   const key = i < 9 ? i + 1 : "";
   return html`<button type="button" class="${port.board && "board"}" data-port="${port.name}" aria-keyshortcuts="${key}">
@@ -81,25 +79,10 @@ function errorsMarkup(fits) {
     ${curve("undetected_mg", "▲")} ${curve("worst_mg", "●")}`;
 }
 
-function truthRow({ name, unit, truth, found, plus_minus }) {
-  // As many decimals as the uncertainty has with two digits.
-  const decimals = plus_minus > 0 ? decimalsOf(plus_minus) : 2;
-  const text = v => v.toFixed(decimals).replace(/^-(?=[0.]*$)/, "").replace("-", "−");
-  const [mark, word] = Math.abs(found - truth) <= plus_minus ? ["done", "inside"] : ["warning", "outside"];
-  return html`<tr><th scope="row">${name}, ${unit}</th><td>${text(truth)}</td>
-    <td>${text(found)}${plus_minus > 0 && ` ± ${text(plus_minus)}`}</td>
-    <td>${plus_minus > 0 ? html`<span class="mark" data-mark="${mark}">${word}</span>` : "–"}</td></tr>`;
-}
-
-const truthMarkup = ({ before_mg, norm_error_mg, rows }) => html`<section class="truth">
+const truthMarkup = ({ before_mg, norm_error_mg }) => html`<section class="truth">
   <h2>The truth</h2>
-  <p>Error of ‖a‖, rms over all directions: <b>${inMg(before_mg)}</b> before,
-    <b>${inMg(norm_error_mg)}</b> with this calibration.</p>
-  <div class="scroll"><table>
-    <caption>The errors that this virtual sensor was built with, and what was found (95 %: 19 of 20 lie inside)</caption>
-    <thead><tr><th>error</th><th>truth</th><th>found</th><th>95 %</th></tr></thead>
-    <tbody>${rows.map(truthRow)}</tbody>
-  </table></div></section>`;
+  <p>Error of ‖a‖ of this virtual sensor, rms over all directions: <b>${inMg(before_mg)}</b> before,
+    <b>${inMg(norm_error_mg)}</b> with this calibration.</p></section>`;
 
 // The mark of each grade.
 const GRADES = { "good": "done", "fair": "near", "poor": "cross", "not-verifiable": "question" };
@@ -116,11 +99,9 @@ function gradeMarkup({ grade, text }, fit) {
     </div>`;
 }
 
-const savedMarkup = ({ file, folder, next }, grade) => html`
+const savedMarkup = ({ file, folder, next }) => html`
   <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>, read back and compared.
     ${folder && html`The raw samples are in <code>${folder}</code>`}</span></p>
-  ${folder && html`<p><button type="button" class="${grade !== "good" && "primary"}"
-    data-command='{"command":"resume"}'>Go on with more poses</button></p>`}
   ${next.length > 0 && html`<section><h2>What to do next</h2>${next.map(commandMarkup)}</section>`}`;
 
 const reportMarkup = (address, reasons) => html`
@@ -133,8 +114,8 @@ const reportMarkup = (address, reasons) => html`
 // The end of a session. One that was stopped has no result yet, whatever the last fit said.
 const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
   ${verdict && (saved || verdict.final) && gradeMarkup(verdict, fit)}
-  ${saved && savedMarkup(saved, verdict?.grade)}
+  ${saved && savedMarkup(saved)}
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
   ${truth && truthMarkup(truth)}
-  ${saved && reportMarkup(report, verdict?.reasons ?? [])}`;
+  ${saved?.report && reportMarkup(report, verdict?.reasons ?? [])}`;

@@ -14,8 +14,6 @@ function render(element, markup) {
 }
 
 let state = fresh();
-// Other tabs have taken all the places.
-let full = false;
 let answers = true;
 // A face is being chosen that is recorded again.
 let choosing = false;
@@ -25,18 +23,19 @@ let accepted_until = 0;
 // ---- The page after an event ----
 
 let attitude = lying([0, 0, 1]), heading = 0;
-const hand = new SimulatedHand($("#board"), () => attitude, up => send({ command: "hand", up }));
+// A simulated sensor is laid down here.
+let is_in_hand = false;
 
 function update() {
   const now = stage(state), { session, verdict } = state;
-  const is_asked = now === "connect" && Boolean(state.ports) && !full;
+  const is_asked = now === "connect" && Boolean(state.ports);
   const is_over = now === "end" || Boolean(state.saved) || Boolean(verdict?.final);
-  hand.on = session?.source === "simulate" && !is_over;
+  is_in_hand = session?.source === "simulate" && !is_over;
   document.body.dataset.state = now;
   updateWords(now);
   show("#live", !is_over && !is_asked);
-  show("#hands", hand.on);
-  show("#actions", !is_over && !is_asked && !full);
+  show("#hands", is_in_hand);
+  show("#actions", !is_over && !is_asked);
   show("#gravity", session?.gravity_source === "standard" && session.source !== "simulate" && !gravity_later && !is_over);
   show("#ports", is_asked);
   show("#result", is_over);
@@ -51,7 +50,7 @@ function update() {
 }
 
 function updateWords(now) {
-  const { status, notice } = state, [main, below] = sentence(state, answers, full);
+  const { status, notice } = state, [main, below] = sentence(state, answers);
   write($("#sentence"), main);
   write($("#hint"), below);
   $("#hint").classList.toggle("due", Boolean(status?.hint) && below === status.hint);
@@ -76,7 +75,7 @@ function updateBoard() {
   // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
   const read = normalised(s?.attitude ?? [1, 0, 0, 0]);
   heading = (up && headingTo(lying(up), read)) ?? heading;
-  attitude = hand.drawn(s?.up) ?? turnedLevel(heading, read);
+  attitude = turnedLevel(heading, read);
   drawAttitude($("#board"), attitude);
   const is_accepted = performance.now() < accepted_until;
   const [mark, word] = is_accepted ? ["done", "Done"] : posture(state);
@@ -98,15 +97,15 @@ function updateBoard() {
   drawAttitude($("#next .drawing"), lying(up));
 }
 
-const WORDS = { to_do: "To do", hold_still: "Hold still", capturing: "Capturing", done: "Done", redo: "Redo" };
+const WORDS = { to_do: "To do", capturing: "Capturing", done: "Done", redo: "Redo" };
 function updateTiles() {
   const s = state.status;
   for (const button of document.querySelectorAll("[data-face]")) {
     const { face } = button.dataset, tile = s?.tiles[face] ?? "to_do";
     button.dataset.mark = tile;
     write(button.querySelector(".mark"), WORDS[tile]);
-    button.style.setProperty("--share", ["capturing", "hold_still"].includes(tile) ? s.ring : 0);
-    button.disabled = choosing ? !recorded(state, face) : !hand.on;
+    button.style.setProperty("--share", tile === "capturing" ? s.ring : 0);
+    button.disabled = choosing ? !recorded(state, face) : !is_in_hand;
   }
   $("#tiles").classList.toggle("choosing", choosing);
   $("#tiles").setAttribute("aria-label", choosing ? "Which face is recorded again?" : "Six faces");
@@ -146,7 +145,7 @@ function announce(text) {
 // ---- Commands ----
 
 async function send(command) {
-  if (full || state.end && command.command !== "resume") return;
+  if (state.end) return;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -208,7 +207,6 @@ const ACTIONS = {
 
 function press(button) {
   const { command, face, port } = button.dataset;
-  if (button.closest("#hands, #tiles")) hand.drop();
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
   else if (port) send({ command: "port", name: port });
@@ -246,9 +244,8 @@ document.addEventListener("keydown", e => {
   const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
   const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
   if (key === "Escape" && choosing) choose(false);
-  else if (button) {
-    if (!e.repeat && !button.disabled) press(button);
-  } else if (!hand.press(key)) return;
+  else if (!button) return;
+  else if (!e.repeat && !button.disabled) press(button);
   e.preventDefault();
 });
 
@@ -277,8 +274,7 @@ function updateSoon() {
 }
 
 function take(event) {
-  if (event.type === "full") full = true;
-  else state = after(state, event);
+  state = after(state, event);
   if (event.type === "session") choosing = false;
   if (event.type !== "status") is_recorded = false;
   if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
@@ -297,7 +293,6 @@ function listen() {
     answers = true;
     clearTimeout(silence);
     silence = 0;
-    full = false;
     live_from = performance.now() + 700;
     updateSoon();
   });
@@ -306,7 +301,7 @@ function listen() {
     if (state.end) stream.close();
     // A stream that is opened again at once is not worth a word; one that fails again and again is.
     silence ||= setTimeout(() => {
-      answers = full;
+      answers = false;
       updateSoon();
     }, 1500);
     // A refused connection is final for the browser, so it is tried again here.

@@ -66,9 +66,8 @@ function wanted({ next_pose: next, status: s }) {
 const parts = text => /^(.*?[.!?…])\s+(.*)$/s.exec(text)?.slice(1) ?? [text, ""];
 
 // The one sentence, and the line below it.
-function sentence(state, answers, full) {
+function sentence(state, answers) {
   const now = stage(state);
-  if (full) return ["This session is open in too many tabs.", "Close one of them, and this tab shows the session."];
   if (!answers && !state.end) {
     const folder = state.session?.folder;
     return ["The program does not answer.", folder
@@ -91,12 +90,9 @@ function posture(state) {
   const s = state.status, now = stage(state);
   if (now === "lost") return ["cross", LOST[state.lost.why] ?? "Lost"];
   if (now === "floor") return ["hold_still", "Hands off"];
-  if (now === "settle") return ["hold_still", "Hold still"];
   if (now === "capture") return ["capturing", "Capturing"];
   if (now !== "wait") return ["", ""];
-  if (!s.still) return ["to_do", "Moving"];
-  if (s.welcome === "duplicate") return ["note", `${faceName(s.face)} is done already`];
-  return ["note", s.welcome === "between" ? "Between two faces" : "At rest"];
+  return s.still ? ["note", "At rest"] : ["to_do", "Moving"];
 }
 
 // The connection, as mark and word.

@@ -7,23 +7,20 @@ use std::time::Duration;
 use axum::response::sse;
 use futures_util::stream::{Stream, unfold};
 use gravical::live::{Event, Message};
-use gravical::{Error, Result};
 use tokio::sync::watch;
 
-/// Tabs at a time. A browser opens six connections to a host, and each tab holds one.
-const TABS: usize = 4;
 /// A tab that was disconnected connects again after this time.
 const RETRY: Duration = Duration::from_millis(500);
 
 /// Everything that was said, for each tab to read at its own pace.
 #[derive(Default)]
 pub struct Said {
-    /// All events but the status; a session that goes on begins with its event `session` again.
+    /// All events but the status.
     past: Vec<Arc<str>>,
-    /// The latest status, and how many events came before it.
-    status: Option<(usize, Arc<str>)>,
-    /// The calibration report.
-    pub report: Option<Arc<str>>,
+    /// The latest status.
+    status: Option<Arc<str>>,
+    /// The file of the calibration report.
+    pub report: Option<String>,
     /// The last event was said.
     pub has_ended: bool,
     /// A tab has listened.
@@ -38,26 +35,20 @@ pub struct Hub(pub watch::Sender<Said>);
 
 impl Hub {
     /// Says an event to all tabs.
-    ///
-    /// # Errors
-    ///
-    /// None that occurs: an event is JSON.
-    pub fn say(&self, message: &Message) -> Result<()> {
-        let text = serde_json::to_string(message);
-        let text = text.map_err(|e| Error::device("page", e.to_string()))?;
+    pub fn say(&self, message: &Message) {
+        let text = message.to_json();
         self.0.send_modify(|said| {
-            match message.event {
-                Event::Session { .. } => said.has_ended = false,
+            match &message.event {
+                Event::Saved { report, .. } => said.report.clone_from(report),
                 Event::End { .. } => said.has_ended = true,
                 _ => {}
             }
             if message.event.is_status() {
-                said.status = Some((said.past.len(), text.into()));
+                said.status = Some(text.into());
             } else {
                 said.past.push(text.into());
             }
         });
-        Ok(())
     }
 
     /// Ends the streams of all tabs, once they have everything.
@@ -70,19 +61,14 @@ impl Hub {
         self.0.receiver_count()
     }
 
-    /// The events for a new tab, from the beginning; none when there are too many tabs.
-    pub fn join(
-        &self,
-    ) -> Option<impl Stream<Item = std::result::Result<sse::Event, Infallible>> + use<>> {
-        if self.tabs() >= TABS {
-            return None;
-        }
+    /// The events for a new tab, from the beginning.
+    pub fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
         self.0.send_modify(|said| said.had_tab = true);
-        Some(unfold(Tab::new(self), |mut tab| async {
+        unfold(Tab::new(self), |mut tab| async {
             let text = tab.next().await?;
             let event = sse::Event::default().retry(RETRY).data(text);
             Some((Ok(event), tab))
-        }))
+        })
     }
 }
 
@@ -119,19 +105,17 @@ impl Tab {
     /// The next event that was said already. Of statuses the latest is enough.
     fn unread(&mut self) -> Option<Arc<str>> {
         let said = self.said.borrow_and_update();
-        let status = said.status.as_ref().filter(|(at, _)| *at <= self.next);
-        let status = status.map(|(_, status)| status);
-        let is_read = |status: &&Arc<str>| {
-            let last = self.status.as_ref();
-            last.is_some_and(|last| Arc::ptr_eq(last, status))
-        };
-        if let Some(status) = status.filter(|status| !is_read(status)) {
-            self.status = Some(Arc::clone(status));
-            return self.status.clone();
+        if let Some(text) = said.past.get(self.next) {
+            self.next += 1;
+            return Some(Arc::clone(text));
         }
-        let text = said.past.get(self.next)?;
-        self.next += 1;
-        Some(Arc::clone(text))
+        let status = said.status.as_ref()?;
+        let is_read = |last: &Arc<str>| Arc::ptr_eq(last, status);
+        if self.status.as_ref().is_some_and(is_read) {
+            return None;
+        }
+        self.status = Some(Arc::clone(status));
+        self.status.clone()
     }
 }
 
@@ -140,7 +124,7 @@ mod tests {
     use super::*;
     use gravical::live::Session;
 
-    /// Events of a board at rest, each with its place among them.
+    /// Events of a board at rest.
     #[test]
     fn a_tab_gets_all_events_and_the_latest_status_in_order() {
         let mut session = Session::new("r.csv", gravical::live::LiveOptions::default());
@@ -154,7 +138,7 @@ mod tests {
         let mut quick = Tab::new(&hub);
         let mut read = 0;
         for event in &events {
-            hub.say(event).unwrap();
+            hub.say(event);
             assert!(quick.unread().is_some());
             read += 1;
         }

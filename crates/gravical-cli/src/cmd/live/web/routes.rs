@@ -37,11 +37,6 @@ const JS: &str = "text/javascript; charset=utf-8";
 const JSON: &str = "application/json";
 const TEXT: &str = "text/plain; charset=utf-8";
 
-const STREAM: &str = "text/event-stream";
-
-/// Tells a tab that there are too many, for the page to say so.
-const FULL: &str = "retry: 2000\ndata: {\"v\":1,\"type\":\"full\",\"t_s\":0.0}\n\n";
-
 /// The page; its token is put in when it is sent.
 const PAGE: &str = include_str!("../page/page.html");
 
@@ -178,13 +173,9 @@ async fn file(Path(name): Path<String>) -> Response {
 }
 
 async fn events(State(served): State<Served>) -> Response {
-    match served.hub.join() {
-        Some(events) => Sse::new(events)
-            .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
-            .into_response(),
-        // The browser asks again after a while.
-        None => text(StatusCode::OK, STREAM, FULL),
-    }
+    Sse::new(served.hub.join())
+        .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
+        .into_response()
 }
 
 async fn command(State(served): State<Served>, body: Body) -> Response {
@@ -212,14 +203,14 @@ async fn command(State(served): State<Served>, body: Body) -> Response {
 
 async fn report(State(served): State<Served>) -> Response {
     let report = served.hub.0.borrow().report.clone();
-    let Some(html) = report else {
+    let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
         return text(
             StatusCode::NOT_FOUND,
             TEXT,
             "The report is written when the calibration is saved.",
         );
     };
-    let mut response = text(StatusCode::OK, HTML, html.to_string());
+    let mut response = text(StatusCode::OK, HTML, html);
     let policy = HeaderValue::from_static(REPORT_POLICY);
     response
         .headers_mut()
