@@ -7,7 +7,8 @@ use crate::support::*;
 #[test]
 fn help_of_the_program_and_of_every_verb() {
     let all = run(["--help"]).out;
-    let verbs = "inspect calibrate apply denoise convert motion check compare export simulate completions";
+    let verbs =
+        "inspect calibrate apply denoise convert motion check compare export simulate completions";
     for verb in verbs.split(' ') {
         assert!(all.contains(verb), "{verb} in\n{all}");
         let help = run([verb, "--help"]).out;

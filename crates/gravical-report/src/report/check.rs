@@ -54,9 +54,9 @@ fn next(report: &CheckReport) -> Option<&'static str> {
         Judgement::Undecided => Some(
             "Calibrate from recordings, not from means, so that the calibration has a covariance",
         ),
-        judgement if judgement.is_change() && report.gravity_of_calibration => {
-            Some("Give the gravity of this place if it is another; if it does not fit then, either, calibrate again")
-        }
+        judgement if judgement.is_change() && report.gravity_of_calibration => Some(
+            "Give the gravity of this place if it is another; if it does not fit then, either, calibrate again",
+        ),
         judgement if judgement.is_change() => Some("Calibrate again"),
         _ if !report.untested_axes.is_empty() => {
             Some("To test the other axes, too, record the sensor with each of them up")

@@ -1,6 +1,6 @@
 //! Report of filters and their effect on noise.
 
-use gravical::denoise::{DenoiseSummary, FilterOutcome, Sigmas};
+use gravical::denoise::{DenoiseSummary, Sigmas};
 use gravical::numfmt::{count, decimals_of, fixed, small, unit};
 
 use super::short_name;

@@ -121,7 +121,7 @@ impl Hand {
                 let reading = self.sensor.at(self.now_s);
                 let lost = self.clumsiness == Clumsiness::LostRows && self.rng.random_bool(0.02);
                 if !lost {
-                    chunk += &reading.row((1e3 * self.now_s).round() as u64, decimals);
+                    chunk += &reading.row((1e3 * self.now_s).round() as u64, DECIMALS);
                 }
                 self.now_s += 0.01;
             }
