@@ -167,7 +167,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let gyroscope = gyro::gyroscope(recordings, &segmentation, &estimate.calibration);
+    let gyroscope = gyro::of_session(&session, &estimate.calibration);
 
     // What do the placements say of the result, and what can they not say?
     let accelerometer = section::accelerometer(&session, &estimate);
@@ -186,8 +186,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     ));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
-    if gyroscope.scale_by_motions {
-        // The motions have answered what the reader could not.
+    if gyroscope.scale_found {
+        // Motions or turns have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
     let verdict = verdict::verdict(&accelerometer, &estimate, &findings);

@@ -107,6 +107,8 @@ pub struct Pose {
 pub struct Segmentation {
     /// Poses in the order of the session.
     pub poses: Vec<Pose>,
+    /// Full turns that labels or sections name.
+    pub turns: Vec<Turn>,
     /// Noise of all poses together.
     pub noise: PoseNoise,
     /// The gyroscope's unit, by the motions between the poses if they show it.
@@ -122,6 +124,17 @@ pub(crate) struct Interval {
     pub rows: Range<usize>,
     pub selection: Selection,
     pub claim: Option<Claim>,
+}
+
+/// A full turn about an axis of the case.
+#[derive(Debug, Clone)]
+pub struct Turn {
+    /// 0, 1, 2.
+    pub axis: usize,
+    /// Index of the recording.
+    pub recording: usize,
+    /// Its rows.
+    pub rows: Range<usize>,
 }
 
 /// Static intervals with their means.
@@ -164,6 +177,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
+        turns: named::turns(recordings, options.sections.as_deref()),
         noise,
         gyro_scale,
         findings,

@@ -9,19 +9,25 @@ use crate::support::*;
 const SESSION: &str = "imucal-ferraris/example_ferraris_session.csv";
 const SECTIONS: &str = "imucal-ferraris/example_ferraris_session_list.json";
 
-/// K, R and b of the accelerometer against a file in imucal's form.
-fn agrees_with_imucal(calibration: &Value, imucal: &Value, relative: f64) {
-    let ours = &calibration["accelerometer"];
-    for (ours, key) in [
-        (&ours["scale"], "K_a"),
-        (&ours["bias"], "b_a"),
-        (&ours["orientation"], "R_a"),
+/// K, R and b of both sensors and the g-sensitivity against a file in imucal's
+/// form; its K_g is per °/s, ours per rad/s. `sense`: −1 where it took the turns for the other way round.
+fn agrees_with_imucal(calibration: &Value, imucal: &Value, sense: f64) {
+    let (a, g) = (&calibration["accelerometer"], &calibration["gyroscope"]);
+    for (ours, factor, key) in [
+        (&a["scale"], 1.0, "K_a"),
+        (&a["bias"], 1.0, "b_a"),
+        (&a["orientation"], 1.0, "R_a"),
+        (&g["scale"], std::f64::consts::PI / 180.0, "K_g"),
+        (&g["bias"], 1.0, "b_g"),
+        (&g["orientation"], sense, "R_g"),
+        (&g["g_sensitivity"], 1.0, "K_ga"),
     ] {
+        let ours: Vec<f64> = numbers(ours).iter().map(|v| v * factor).collect();
         let mut theirs = numbers(&imucal[key]);
-        if key == "K_a" {
+        if key == "K_a" || key == "K_g" {
             theirs = vec![theirs[0], theirs[4], theirs[8]];
         }
-        agree(&numbers(ours), &theirs, relative, key);
+        agree(&ours, &theirs, 1e-9, key);
     }
 }
 
@@ -33,7 +39,7 @@ fn imucals_session_with_sections_equals_imucal() {
     let file = calibrate(&data, &line, 0);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/reference/imucal");
     let reference = read(&folder, "example_ferraris_session.json");
-    agrees_with_imucal(&file, &serde_json::from_str(&reference).unwrap(), 1e-9);
+    agrees_with_imucal(&file, &serde_json::from_str(&reference).unwrap(), 1.0);
     assert_eq!(file["verdict"]["grade"], "not-verifiable");
 }
 
@@ -71,7 +77,7 @@ fn the_annotated_session_equals_the_published_calibration() {
         "imucal-ferraris/annotated_session.csv --rate 204.8 --gravity 9.81 --method ferraris";
     let published = read(&data, "imucal-ferraris/published_example_cal.json");
     let file = calibrate(&data, line, 0);
-    agrees_with_imucal(&file, &serde_json::from_str(&published).unwrap(), 1e-9);
+    agrees_with_imucal(&file, &serde_json::from_str(&published).unwrap(), -1.0);
 }
 
 #[test]

@@ -1,13 +1,16 @@
-//! The gyroscope of a session: by the motions between its static intervals, or the bias alone.
+//! The gyroscope of a session: by named full turns, by the motions between its static intervals, or the
+//! bias alone.
 
 mod readings;
 #[cfg(test)]
 mod tests;
+mod turns;
 
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
 
+use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::finding::{Finding, finding};
 use crate::poses::Segmentation;
@@ -25,10 +28,27 @@ const SCALE_OFF: f64 = 0.1;
 pub(super) struct Gyroscope {
     /// The parameters; none where not even a nominal scale is known.
     pub section: Option<GyroscopeSection>,
-    /// The motions showed a scale that nothing states.
-    pub scale_by_motions: bool,
+    /// The turns or motions showed a scale that nothing states.
+    pub scale_found: bool,
     /// What is odd.
     pub findings: Vec<Finding>,
+}
+
+/// The gyroscope of a session, by its turns if they are named, else by its motions.
+pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
+    let cut = session.segmentation;
+    match turns::by_turns(session, accelerometer) {
+        Some(section) => Gyroscope {
+            section: Some(GyroscopeSection {
+                input_unit: cut.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit),
+                output_unit: GyroUnit::RadianPerSecond,
+                ..section
+            }),
+            scale_found: cut.gyro_scale.and_then(|scale| scale.nominal()).is_none(),
+            findings: Vec::new(),
+        },
+        None => gyroscope(session.recordings, cut, accelerometer),
+    }
 }
 
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone
@@ -37,7 +57,7 @@ pub(super) struct Gyroscope {
 ///
 /// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
 /// axes become those of the gyroscope.
-pub(super) fn gyroscope(
+fn gyroscope(
     recordings: &[Recording],
     session: &Segmentation,
     accelerometer: &Calibration<f64>,
@@ -89,7 +109,7 @@ pub(super) fn gyroscope(
     });
     Gyroscope {
         section,
-        scale_by_motions: nominal.is_none() && matches!(fit.by_motions, Some(Ok(_))),
+        scale_found: nominal.is_none() && matches!(fit.by_motions, Some(Ok(_))),
         findings,
     }
 }

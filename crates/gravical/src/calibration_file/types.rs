@@ -438,7 +438,7 @@ pub struct GyroscopeSection {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum GyroMethod {
-    /// From three known turns (Ferraris).
+    /// From three named full turns (Ferraris).
     #[default]
     Turns,
     /// From the motions between static intervals.

@@ -71,7 +71,7 @@ pub(super) fn in_recording(
     let claimed = claim(&stem).filter(|c| match c {
         Claim::Axis(_) => true,
         Claim::Face(_) => segments.len() == 1,
-        Claim::Turn => false,
+        Claim::Turn(_) => false,
     });
     let is_axis = matches!(claimed, Some(Claim::Axis(_)));
     let poses_of_name = if is_axis { 2 } else { 1 };

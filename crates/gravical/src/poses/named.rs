@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use crate::finding::finding;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, Labels, Recording};
 use crate::{Error, Result};
 
 use super::face::{AXES, Claim, claim};
 use super::sections::Section;
-use super::{Interval, Pose, Selection};
+use super::{Interval, Pose, Selection, Turn};
 
 /// Poses of a section list.
 pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
@@ -35,19 +35,7 @@ pub(super) fn by_labels(
     recording: &Recording,
     findings: &mut Vec<Finding>,
 ) -> Option<Vec<Interval>> {
-    let labels = recording.labels.as_ref()?;
-    let mut stretches: Vec<(u32, Range<usize>)> = Vec::new();
-    for (row, &label) in labels.of_row.iter().enumerate() {
-        match stretches.last_mut() {
-            Some((last, rows)) if *last == label => rows.end = row + 1,
-            _ => stretches.push((label, row..row + 1)),
-        }
-    }
-    // Repeats of a label one after the other.
-    stretches.sort_by_key(|(label, _)| *label);
-    let stretches = stretches
-        .into_iter()
-        .map(|(label, rows)| (labels.names[label as usize].as_str(), rows));
+    let stretches = stretches(recording.labels.as_ref()?).into_iter();
     let (named, unknown): (Vec<_>, Vec<_>) =
         stretches.partition(|(label, _)| claim(label).is_some() || is_pose(label));
     let poses: Vec<Interval> = named
@@ -71,10 +59,51 @@ pub(super) fn by_labels(
     Some(poses)
 }
 
+/// Rows of each label, repeats of one after the other.
+fn stretches(labels: &Labels) -> Vec<(&str, Range<usize>)> {
+    let mut stretches: Vec<(u32, Range<usize>)> = Vec::new();
+    for (row, &label) in labels.of_row.iter().enumerate() {
+        match stretches.last_mut() {
+            Some((last, rows)) if *last == label => rows.end = row + 1,
+            _ => stretches.push((label, row..row + 1)),
+        }
+    }
+    stretches.sort_by_key(|(label, _)| *label);
+    let named = stretches.into_iter();
+    let named = named.map(|(label, rows)| (labels.names[label as usize].as_str(), rows));
+    named.collect()
+}
+
+/// The turns that a section list, else label columns name.
+pub(super) fn turns(recordings: &[Recording], sections: Option<&[Section]>) -> Vec<Turn> {
+    let mut turns = Vec::new();
+    let mut add = |recording, label: &str, rows| {
+        if let Some(Claim::Turn(axis)) = claim(label) {
+            turns.push(Turn {
+                axis,
+                recording,
+                rows,
+            });
+        }
+    };
+    for section in sections.unwrap_or_default() {
+        add(0, &section.label, section.rows.clone());
+    }
+    if sections.is_none() {
+        for (index, recording) in recordings.iter().enumerate() {
+            let labels = recording.labels.as_ref();
+            for (label, rows) in labels.map(stretches).unwrap_or_default() {
+                add(index, label, rows);
+            }
+        }
+    }
+    turns
+}
+
 /// Rows that are named; none where they are a turn.
 fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Option<Interval> {
     let claim = claim(label);
-    (claim != Some(Claim::Turn)).then(|| Interval {
+    (!matches!(claim, Some(Claim::Turn(_)))).then(|| Interval {
         label: label.to_owned(),
         recording,
         rows,

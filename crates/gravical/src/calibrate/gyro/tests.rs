@@ -97,7 +97,7 @@ fn unsigned_counts_of_unknown_scale() {
         g.map(|v| (32768.0 + per_rad_s * v).round())
     });
     let fit = fitted(&simulation, &recording);
-    assert!(fit.scale_by_motions, "{:?}", fit.findings);
+    assert!(fit.scale_found, "{:?}", fit.findings);
     let section = fit.section.unwrap();
     assert_eq!(section.input_unit, GyroUnit::Counts);
     assert!((section.bias[0] - 32768.0).abs() < 400.0);

@@ -9,8 +9,8 @@ pub enum Claim {
     Face(Face),
     /// A placement along this axis, either way (`x_axis.csv`).
     Axis(usize),
-    /// A turn about an axis.
-    Turn,
+    /// A turn about this axis.
+    Turn(usize),
 }
 
 /// Reads a claim off a label or the stem of a file name: `x_axis_neg`,
@@ -38,7 +38,7 @@ pub fn claim(name: &str) -> Option<Claim> {
     }
     let axis = axis?;
     Some(match (turn, by_word.or(by_letter)) {
-        (true, _) => Claim::Turn,
+        (true, _) => Claim::Turn(axis),
         (false, Some(up)) => Claim::Face(Face { axis, up }),
         (false, None) => Claim::Axis(axis),
     })
@@ -114,7 +114,7 @@ mod tests {
                 other => panic!("{name}: {other:?}"),
             }
         }
-        assert_eq!(claim("x_rot"), Some(Claim::Turn));
+        assert_eq!(claim("x_rot"), Some(Claim::Turn(0)));
         assert_eq!(claim("y_axis"), Some(Claim::Axis(1)));
         for name in ["session", "calibration", "flat", "data2", "recording_01"] {
             assert_eq!(claim(name), None, "{name}");
