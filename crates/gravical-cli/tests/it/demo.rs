@@ -44,7 +44,8 @@ fn nothing_of_an_earlier_run_is_lost() {
     let before = read(at, "here/motion.html");
     fs::remove_file(at.join("here/poses/poses.csv")).unwrap();
 
-    fails(at, "demo -o here", 2, "exists");
+    let again = ends(at, "demo -o here", 2).err;
+    assert!(again.contains("code: exists"), "{again}");
     let made = at.join("here/poses/poses.csv").exists();
     assert!(!made, "refused before it writes");
     assert!(read(at, "here/motion.html") == before);
