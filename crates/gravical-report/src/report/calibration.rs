@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravical::calibration_file::{
     CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind,
+    PoseKind, PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -13,6 +13,8 @@ use gravical::numfmt::{
     count, decimals_for, decimals_of, digits, fixed, mg, milli_g, signed, words,
 };
 use gravical::poses::face::in_words;
+
+use gravical::core::matrix3::{norm, sub};
 
 use super::provenance::Provenance;
 use super::temperature::drift;
@@ -315,7 +317,45 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
     let section = Section::new("Poses").with(table);
-    section.with(Block::note(fitted)).full(Block::Note(note))
+    let section = section.with(Block::note(fitted)).full(Block::Note(note));
+    section.with(before_and_after(file))
+}
+
+/// Errors of the fitted poses by the nominal scale and with the calibration.
+fn before_and_after(file: &CalibrationFile) -> Table {
+    let a = &file.accelerometer;
+    let cells = |value: &dyn Fn(&PoseResult) -> Option<[f64; 3]>| {
+        let fitted = a.poses.iter().filter(|p| p.fitted);
+        let values = fitted.map(|p| Some((p, value(p)?)));
+        let values: Vec<(&PoseResult, [f64; 3])> = values.collect::<Option<_>>()?;
+        let squares = values
+            .iter()
+            .map(|(_, v)| (norm(v) - file.gravity_mps2).powi(2));
+        let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
+        let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
+        let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
+        let faces = FitErrors::of(&errors).map(|e| [e.rms, e.max, e.mean_norm]);
+        let faces = Cell::axes(faces, |_, v| fixed(v, 5));
+        Some(
+            [Cell::number(fixed(milli_g(rms), 2))]
+                .into_iter()
+                .chain(faces),
+        )
+    };
+    let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
+        .columns(["", "‖a‖ − g: RMS, mg"])
+        .columns(Column::group(
+            "vectors of the faces, m/s²",
+            ["RMS", "maximum", "mean norm"],
+        ));
+    let table = match cells(&|p| a.nominally(p.raw)) {
+        Some(before) => table.row("before", before),
+        None => table,
+    };
+    match cells(&|p| Some(p.calibrated)) {
+        Some(after) => table.row("after", after),
+        None => table,
+    }
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
