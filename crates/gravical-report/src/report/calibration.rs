@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, PoseResult,
+    CalibrationFile, FitErrors, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile,
+    Method, PoseKind, PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
