@@ -142,10 +142,9 @@ impl<R: BufRead> Iterator for Batches<R> {
 impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
-        let rows = self.batch.rows();
-        let last_place = self.format.layout.last_place();
-        let is_whole = self.place.is_none_or(|place| place == last_place);
-        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole)
+        let (rows, layout) = (self.batch.rows(), &self.format.layout);
+        let is_whole = || self.place.is_none_or(|place| place == layout.last_place());
+        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
     }
 
     fn finish_batch(&mut self) -> Batch {
@@ -257,16 +256,26 @@ impl RowParser {
         self.spans.clear();
         let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
         let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
-        let mut cells = fields(line, dialect.delimiter);
+        let (mut cells, point) = (fields(line, dialect.delimiter), dialect.point());
         let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-        while let Some(field) = cells.next() {
-            if let Some((column, true)) = columns.next() {
-                let value = dialect.parse_field(field);
-                has_number |= value.is_some_and(f64::is_finite);
-                if value.is_none() {
-                    texts.push((count, field));
+        loop {
+            let mut column = columns.next().filter(|(_, is_read)| **is_read);
+            if let Some((column, _)) = &mut column
+                && let Some(value) = cells.number(point)
+            {
+                has_number = true;
+                column.push(value);
+            } else if let Some(field) = cells.next() {
+                if let Some((column, _)) = column {
+                    let value = dialect.parse_field(field);
+                    has_number |= value.is_some_and(f64::is_finite);
+                    if value.is_none() {
+                        texts.push((count, field));
+                    }
+                    column.push(value.unwrap_or(f64::NAN));
                 }
-                column.push(value.unwrap_or(f64::NAN));
+            } else {
+                break;
             }
             if count < last_copied {
                 self.spans.push(cells.span);
