@@ -3,11 +3,10 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
-use super::dialect::{Dialect, fields, is_blank, is_comment};
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::{Format, Layout};
-use super::header::{Header, OTHER_COLUMNS};
+use super::header::Header;
 use super::lines::Lines;
 use super::number::parse_cell;
 use crate::board::BoardSettings;
@@ -47,8 +46,6 @@ struct RowParser {
     blanks: usize,
     has_break: bool,
     has_header: bool,
-    /// Line and width of a header since the last row.
-    torn_header: Option<(usize, usize)>,
     /// Place of the last line within its row.
     place: Option<usize>,
     /// Columns whose text is kept, each piece from the first to the last.
@@ -211,18 +208,15 @@ impl RowParser {
         self.batch.ledger.add(reason, self.line_number, line);
     }
 
-    /// `# gap: …` and `# rejected: …` as our logger writes them, what joined files leave out, and the
-    /// settings of our board.
+    /// `# gap: …` and `# rejected: …` as our logger writes them, and the settings of our board.
     fn read_comment(&mut self, line: &str) -> io::Result<()> {
-        let text = line.trim_start_matches(['#', '%', '/', ' ']);
+        let text = uncommented(line);
         let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
             self.has_break = true;
             reason = Reason::NamedGap;
         } else if text.starts_with("rejected:") {
             reason = Reason::Rejected;
-        } else if let Some(finding) = axes::parse_comment(text) {
-            self.batch.findings.push(finding);
         } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {
@@ -234,18 +228,22 @@ impl RowParser {
     }
 
     /// Sets a line aside that is no row. A header of other columns ends the reading.
-    fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
-        let reason = match Header::compare(line, &self.format) {
+    fn set_aside_or_refuse(
+        &mut self,
+        reason: Reason,
+        line: &str,
+        dialect: Dialect,
+    ) -> io::Result<()> {
+        let reason = match Header::is_repeated(line, dialect, &self.format) {
             None => reason,
-            Some(Ok(())) => {
+            Some(true) => {
                 self.has_header = true;
-                self.torn_header = match &self.format.layout {
-                    Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
-                    Layout::Sentences(_) => None,
-                };
                 Reason::RepeatedHeader
             }
-            Some(Err(why)) => return Err(header_differs(self.line_number, &why)),
+            Some(false) => {
+                let why = "has other columns, or another delimiter, than the first";
+                return Err(header_differs(self.line_number, why));
+            }
         };
         self.set_aside(reason, line);
         Ok(())
@@ -282,14 +280,6 @@ impl RowParser {
             }
             count += 1;
         }
-        // Rows that fit a header that seemed torn.
-        if let Some((header, width)) = self.torn_header
-            && count != dialect.fields
-            && count == width
-            && 2 * (count - texts.len()) > width
-        {
-            return Err(header_differs(header, OTHER_COLUMNS));
-        }
         let reason = match count.cmp(&dialect.fields) {
             Ordering::Less => Some(Reason::TornLine),
             Ordering::Greater => Some(Reason::TooManyFields),
@@ -297,9 +287,8 @@ impl RowParser {
         };
         if let Some(reason) = reason {
             self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
-            return self.set_aside_or_refuse(reason, line);
+            return self.set_aside_or_refuse(reason, line, dialect);
         }
-        self.torn_header = None;
         self.begin_row();
         for (first, last) in &self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);

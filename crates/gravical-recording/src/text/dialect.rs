@@ -210,6 +210,11 @@ pub(crate) fn is_comment(line: &str) -> bool {
     matches!(line.as_bytes(), [b'#' | b'%', ..] | [b'/', b'/', ..])
 }
 
+/// The text of a comment, or the line.
+pub(crate) fn uncommented(line: &str) -> &str {
+    line.trim_start_matches(['#', '%', '/', ' '])
+}
+
 /// A line without a letter or digit parts blocks of rows.
 pub(crate) fn is_blank(line: &str) -> bool {
     !line.bytes().any(|b| b.is_ascii_alphanumeric() || b >= 0x80)

@@ -28,14 +28,33 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     } else {
         sensor_of_file(file_name)
     };
-    add_roles_from_units(format, file, file_name);
+    add_roles_from_units(format, file);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
-    if !format.names.is_empty() && (has_axis || has_names) {
+    let is_named = !format.names.is_empty() && (has_axis || has_names);
+    if is_named {
         format.sensor = find_sensor_column(format, sample);
-        choose_sensors(format, sample)?;
+    }
+    let mut accel = triples(&format.columns, Role::Accel);
+    let mut gyro = triples(&format.columns, Role::Gyro);
+    let found = if is_named {
+        None
     } else {
-        choose_by_numbers(format, sample)?;
+        by_numbers(format, sample)
+    };
+    if let Some((first, second)) = found {
+        if format.options.is_gyroscope {
+            gyro.push(second.unwrap_or(first));
+        } else if accel.is_empty() {
+            format.is_guessed = true;
+            accel.push(first);
+            gyro.extend(second);
+        }
+    } else if !is_named && accel.is_empty() && !format.options.is_gyroscope {
+        return Err(columns_unknown(format));
+    }
+    choose_sensors(format, &accel, &gyro, sample)?;
+    if !is_named {
         format.sensor = find_sensor_column(format, sample);
     }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
@@ -52,23 +71,28 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     Ok(())
 }
 
-/// The sensors by the names of their columns.
-fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
-    let accel = triples(&format.columns, Role::Accel);
-    let gyro = triples(&format.columns, Role::Gyro);
+/// Of several sensors the first, or the one that the user asks for.
+fn choose_sensors(
+    format: &mut Format,
+    accel: &[[usize; 3]],
+    gyro: &[[usize; 3]],
+    sample: &Batch,
+) -> Result<(), Error> {
     if format.options.is_gyroscope {
         format.accel = *gyro
             .first()
             .ok_or_else(|| no_gyroscope(!accel.is_empty(), &format.names))?;
         return Ok(());
     }
-    let names: Vec<String> = if format.sensor.is_some() {
-        Vec::new()
+    // Names tell sensors apart that stand side by side.
+    let are_named = !format.names.is_empty() && format.sensor.is_none();
+    let names: Vec<String> = if are_named {
+        sensor_names(&format.columns, accel)
     } else {
-        sensor_names(&format.columns, &accel)
+        Vec::new()
     };
     let at = match &format.options.sensor {
-        Some(wanted) if format.sensor.is_none() => find_sensor(wanted, &names, format, &accel)?,
+        Some(wanted) if are_named => find_sensor(wanted, &names, format, accel)?,
         _ => 0,
     };
     format.accel = *accel
@@ -89,31 +113,6 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
     // `max_by_key` returns the last of equals.
     let gyro = gyro.iter().rev().max_by_key(shared).copied();
     format.gyro = gyro.filter(|axes| !axes.iter().any(|c| sample.is_text(*c)));
-    Ok(())
-}
-
-/// The sensors in the rows of which none has names.
-fn choose_by_numbers(format: &mut Format, sample: &Batch) -> Result<(), Error> {
-    let given = triples(&format.columns, Role::Accel);
-    let given_gyro = triples(&format.columns, Role::Gyro);
-    let found = by_numbers(format, sample);
-    if format.options.is_gyroscope {
-        let axes = given_gyro.first().copied().or_else(|| {
-            let (first, second) = found?;
-            Some(second.unwrap_or(first))
-        });
-        format.accel = axes.ok_or_else(|| no_gyroscope(false, &[]))?;
-        return Ok(());
-    }
-    if let Some(accel) = given.first() {
-        format.accel = *accel;
-        format.gyro = given_gyro.first().copied();
-        return Ok(());
-    }
-    let (accel, gyro) = found.ok_or_else(|| columns_unknown(format))?;
-    format.accel = accel;
-    format.gyro = given_gyro.first().copied().or(gyro);
-    format.is_guessed = true;
     Ok(())
 }
 
@@ -138,17 +137,11 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
     } else {
         "no three columns of this file are a gyroscope's x, y and z"
     };
-    let error = Error::input("no-gyroscope", text);
-    if names.is_empty() {
-        return error.with_hint(
-            "a gyroscope's file holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
-        );
-    }
-    let list = list_columns(names);
-    let list = list.split(';').next().unwrap_or_default();
-    error
+    let columns = list_columns(names);
+    let columns = columns.split(';').next().unwrap_or_default();
+    Error::input("no-gyroscope", text)
         .with_hint(format!(
-            "{list}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
+            "{columns}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
         ))
         .advise("gyro", "")
         .advise("columns", "")
@@ -193,12 +186,8 @@ fn is_gyro(column: &Column) -> bool {
     matches!(column.role, Role::Gyro(_))
 }
 
-fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name: &str) {
-    // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
-    // acceleration to TotalAcceleration.csv.
-    let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
-        && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
-    let is_linear_file = is_sensor_logger || file == Some(FileSensor::Accel { is_linear: true });
+fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>) {
+    let is_linear_file = file == Some(FileSensor::Accel { is_linear: true });
     let has_accel = format.columns.iter().any(is_accel);
     let has_gyro = format.columns.iter().any(is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
+use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::{Format, Layout};
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
@@ -280,17 +280,9 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let read_sample = |format: &Format| {
-            let batch = format.batches(head.as_bytes()).next();
-            let batch = batch.and_then(Result::ok);
-            batch.ok_or_else(|| no_table(head, NO_ROWS))
-        };
-        let mut sample = read_sample(&self)?;
-        if let Some(rate_hz) = start_and_rate(&sample) {
-            self.rate_hz = Some(rate_hz);
-            self.head_lines = sample.lines[1] as usize;
-            sample = read_sample(&self)?;
-        }
+        let sample = self.batches(head.as_bytes()).next();
+        let sample = sample.and_then(Result::ok);
+        let sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
         self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
@@ -301,8 +293,7 @@ impl Format {
 /// Line and number of the names that a line above the rows has for other columns.
 fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
     let at = above.iter().rposition(|l| !is_blank(l))?;
-    let text = above[at].trim_start_matches(['#', '%', '/', ' ']);
-    let names: Vec<&str> = fields(text, dialect.delimiter).collect();
+    let names: Vec<&str> = fields(uncommented(above[at]), dialect.delimiter).collect();
     (names.len() != dialect.fields && names_sensor(&names)).then_some((at + 1, names.len()))
 }
 
@@ -312,15 +303,4 @@ fn counts_epochs(metadata: &[String]) -> bool {
     let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
     let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
     words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
-}
-
-/// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
-fn start_and_rate(sample: &Batch) -> Option<f64> {
-    let common = |row: usize| {
-        let mut cells = sample.columns.iter().map(|c| c.get(row));
-        let first = *cells.next()??;
-        cells.all(|cell| cell == Some(&first)).then_some(first)
-    };
-    let (start_s, rate_hz) = (common(0)?, common(1)?);
-    (start_s > 1e9 && rate_hz > 0.0 && sample.rows() > 2).then_some(rate_hz)
 }

@@ -160,19 +160,6 @@ fn other_languages_are_understood_by_unit_and_last_letter() {
 }
 
 #[test]
-fn the_head_states_a_rate() {
-    let head = "1617000000.00,1617000000.00,1617000000.00\n25.0,25.0,25.0";
-    let text = table(head, |_, a| {
-        let [x, y, z] = a.map(|g| (g * 64.0).round());
-        format!("{x},{y},{z}")
-    });
-    let recording = read(&text, "ACC.csv");
-    assert!(has_rate(&recording, RATE_HZ));
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(64.0));
-    assert_eq!(recording.rows(), 6 * FACE_ROWS);
-}
-
-#[test]
 fn what_stands_before_rows_that_are_set_aside_is_no_break_of_others() {
     let text = "ax,ay,az\n1,2,9\n\n1,2.1,9\n\n1,2.2,9\n\n\n0,0,0\n";
     let recording = read(text, "");
