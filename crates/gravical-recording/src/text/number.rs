@@ -56,7 +56,8 @@ pub(crate) fn parse_plain(text: &[u8], point: u8) -> Option<(f64, usize)> {
         return None;
     }
     let value = number as i64 as f64 / POWERS[decimals];
-    Some((if sign > 0 { -value } else { value }, end))
+    // Without a branch: the sign of noise cannot be predicted.
+    Some((value.copysign(0.5 - sign as f64), end))
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
