@@ -1,13 +1,13 @@
-//! Which column is what: by names, else by units and last letters, else by numbers.
+//! Which column is what: by the user, by names, else by units and last letters, else by numbers.
 
 use std::collections::HashMap;
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
-use super::given::{self, list_columns};
 use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
+use crate::options::ColumnsSpec;
 use crate::role::Role;
 use crate::units::is_listed;
 
@@ -22,7 +22,7 @@ const MIN_TURNS: usize = 4;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
-    given::assign(format)?;
+    assign_given(format)?;
     let file = if format.options.is_gyroscope {
         Some(FileSensor::Gyro)
     } else {
@@ -69,6 +69,94 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     }
     find_clocks(format, sample);
     Ok(())
+}
+
+/// Gives the columns that the user names their roles; no other column keeps such a role.
+fn assign_given(format: &mut Format) -> Result<(), Error> {
+    let Some(spec) = format.options.columns.clone() else {
+        return Ok(());
+    };
+    let is_read = |role: Role| {
+        let is_gyro = matches!(role, Role::Gyro(_));
+        !format.options.is_gyroscope || is_gyro || matches!(role, Role::Time | Role::Step)
+    };
+    let mut given: Vec<(usize, Role)> = Vec::new();
+    let mut unread: Vec<Role> = Vec::new();
+    match spec {
+        ColumnsSpec::Ordered(order) => {
+            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
+            if format.options.is_gyroscope && !order.iter().any(names_gyro) {
+                return Ok(());
+            }
+            if order.len() > format.columns.len() {
+                let (named, columns) = (order.len(), format.columns.len());
+                let text = format!("{named} columns are named, the file has {columns}");
+                return Err(columns_missing(text).with_hint("leave the last ones out"));
+            }
+            let columns = order.into_iter().enumerate();
+            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
+        }
+        ColumnsSpec::Named(pairs) => {
+            for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
+                match name {
+                    None if !format.options.is_gyroscope => unread.push(role),
+                    None => {}
+                    Some(name) => match find_column(&format.names, &name) {
+                        Some(column) => given.push((column, role)),
+                        // The clock of the accelerometer's file.
+                        None if format.options.is_gyroscope && role == Role::Time => {}
+                        None => {
+                            let text = format!("there is no column \"{name}\"");
+                            return Err(
+                                columns_missing(text).with_hint(list_columns(&format.names))
+                            );
+                        }
+                    },
+                }
+            }
+        }
+    }
+    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
+    let names_clock = given.iter().map(|g| &g.1).chain(&unread).any(is_clock);
+    for column in &mut format.columns {
+        let is_taken = unread.contains(&column.role) || given.iter().any(|g| g.1 == column.role);
+        if is_taken || names_clock && is_clock(&column.role) {
+            column.role = Role::Other;
+            column.is_dropped = true;
+        }
+    }
+    for (column, role) in given {
+        let column = &mut format.columns[column];
+        column.role = role;
+        column.is_given = true;
+        column.is_dropped = role == Role::Other;
+    }
+    format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
+    Ok(())
+}
+
+fn columns_missing(text: String) -> Error {
+    Error::usage("columns-missing", text).of_option("columns")
+}
+
+/// Names of columns that a hint lists.
+const MAX_LISTED: usize = 16;
+
+/// A hint that lists the columns of a file.
+fn list_columns(names: &[String]) -> String {
+    if names.is_empty() {
+        return "the file has no header: give the channels in order, as t,ax,ay,az".to_owned();
+    }
+    let names = names.iter().map(String::as_str);
+    let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
+    let more = if list.len() > MAX_LISTED { ", …" } else { "" };
+    let shown = list[..list.len().min(MAX_LISTED)].join(", ");
+    format!("its columns are: {shown}{more}; assign them, as ax=…,ay=…,az=…")
+}
+
+fn find_column(names: &[String], name: &str) -> Option<usize> {
+    let exact = names.iter().position(|n| n == name);
+    exact.or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)))
 }
 
 /// Of several sensors the first, or the one that the user asks for.
