@@ -76,12 +76,6 @@ fn every_command_reads_a_cwa_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = data.join("skdh-axivity/ax6_sample.cwa");
     let cwa = path.to_str().unwrap();
-    let recording = &json(folder.path(), &format!("inspect {cwa}"), 0)["recordings"][0];
-    assert_eq!(recording["serial"], "6011802");
-    assert_eq!(recording["accelerometer"]["unit"], "g");
-    // Two minutes of wear cover no directions: that is said, not fitted.
-    json(folder.path(), &format!("calibrate {cwa} -o cal.json"), 3);
-    assert!(!folder.path().join("cal.json").exists());
     let cal = r#"{"acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "from_gyr_unit": "deg/s",
         "cal_type": "Ferraris", "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
         "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "K_g": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "b_g": [0, 0, 0],
@@ -105,17 +99,8 @@ fn every_command_reads_a_cwa_file() {
         "{first:?}"
     );
     assert_eq!(lines.count() + 1, 259 * 40);
-    for line in [
-        "denoise {} --filter mean:5 --quiet",
-        "motion {} -o m.csv",
-        "motion {} --causal -o c.csv",
-    ] {
+    for line in ["denoise {} --filter mean:5 --quiet", "motion {} -o m.csv"] {
         let run = run_in(folder.path(), words(&line.replace("{}", cwa)));
-        assert!(
-            [0, 4].contains(&run.code),
-            "{line}: {} {}",
-            run.code,
-            run.err
-        );
+        assert!([0, 4].contains(&run.code), "{line}: {}", run.err);
     }
 }

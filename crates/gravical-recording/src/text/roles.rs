@@ -28,7 +28,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     } else {
         sensor_of_file(file_name)
     };
-    add_roles_from_units(format, file);
+    add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
     let is_named = !format.names.is_empty() && (has_axis || has_names);
@@ -274,8 +274,12 @@ fn is_gyro(column: &Column) -> bool {
     matches!(column.role, Role::Gyro(_))
 }
 
-fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>) {
-    let is_linear_file = file == Some(FileSensor::Accel { is_linear: true });
+fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name: &str) {
+    // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
+    // acceleration to TotalAcceleration.csv.
+    let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
+        && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
+    let is_linear_file = is_sensor_logger || file == Some(FileSensor::Accel { is_linear: true });
     let has_accel = format.columns.iter().any(is_accel);
     let has_gyro = format.columns.iter().any(is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
@@ -357,15 +361,13 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let all = || 0..found.len();
-    let mut fits: Vec<usize> = all().filter(|i| names[*i] == wanted).collect();
-    if fits.is_empty() {
-        fits = all().filter(|i| has_words(&found[*i])).collect();
-    }
-    if fits.is_empty() {
-        fits = all().filter(|i| wanted == (i + 1).to_string()).collect();
-    }
-    match fits[..] {
+    let is_named = |i: &usize| names[*i] == wanted;
+    let is_numbered = |i: &usize| wanted == (i + 1).to_string();
+    let by_words = |i: &usize| has_words(&found[*i]);
+    let ways: [&dyn Fn(&usize) -> bool; 3] = [&is_named, &by_words, &is_numbered];
+    let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
+    let fits = fits.into_iter().find(|fits| !fits.is_empty());
+    match fits.unwrap_or_default()[..] {
         [one] => Ok(one),
         _ => Err(sensor_unknown(wanted, names)),
     }
