@@ -177,79 +177,66 @@ impl RowParser {
         if had_nul {
             self.batch.nul_lines.push(self.line_number as u64);
         }
+        if let Some(reason) = self.read_row(line)? {
+            self.batch.ledger.add(reason, self.line_number, line);
+        }
+        Ok(())
+    }
+
+    /// Reads a row, or says why the line is none. A header of other columns ends the reading.
+    fn read_row(&mut self, line: &str) -> io::Result<Option<Reason>> {
         if self.line_number <= self.format.head_lines {
             let is_header = self.line_number == self.format.header_line;
-            let reason = if is_header {
+            return Ok(Some(if is_header {
                 Reason::Header
             } else {
                 Reason::Metadata
-            };
-            self.set_aside(reason, line);
-            return Ok(());
+            }));
         }
         if is_blank(line) {
             self.blanks += 1;
-            self.set_aside(Reason::Blank, line);
-            return Ok(());
+            return Ok(Some(Reason::Blank));
         }
         if is_comment(line) {
-            return self.read_comment(line);
+            return self.read_comment(line).map(Some);
         }
-        match self.format.layout {
-            Layout::Table(dialect) => self.read_fields(line, dialect),
-            Layout::Sentences(_) => {
-                self.read_sentence(line);
-                Ok(())
+        let Layout::Table(dialect) = self.format.layout else {
+            return Ok(self.read_sentence(line));
+        };
+        let reason = self.read_fields(line, dialect);
+        match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
+            None => Ok(reason),
+            Some(true) => {
+                self.has_header = true;
+                Ok(Some(Reason::RepeatedHeader))
+            }
+            Some(false) => {
+                let why = "has other columns, or another delimiter, than the first";
+                Err(header_differs(self.line_number, why))
             }
         }
     }
 
-    fn set_aside(&mut self, reason: Reason, line: &str) {
-        self.batch.ledger.add(reason, self.line_number, line);
-    }
-
     /// `# gap: …` and `# rejected: …` as our logger writes them, and the settings of our board.
-    fn read_comment(&mut self, line: &str) -> io::Result<()> {
+    fn read_comment(&mut self, line: &str) -> io::Result<Reason> {
         let text = uncommented(line);
-        let mut reason = Reason::Comment;
         if text.starts_with("gap:") {
             self.has_break = true;
-            reason = Reason::NamedGap;
-        } else if text.starts_with("rejected:") {
-            reason = Reason::Rejected;
-        } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
+            return Ok(Reason::NamedGap);
+        }
+        if text.starts_with("rejected:") {
+            return Ok(Reason::Rejected);
+        }
+        if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {
             let why = "follows a line of the board with another range or format";
             return Err(header_differs(self.line_number, why));
         }
-        self.set_aside(reason, line);
-        Ok(())
+        Ok(Reason::Comment)
     }
 
-    /// Sets a line aside that is no row. A header of other columns ends the reading.
-    fn set_aside_or_refuse(
-        &mut self,
-        reason: Reason,
-        line: &str,
-        dialect: Dialect,
-    ) -> io::Result<()> {
-        let reason = match Header::is_repeated(line, dialect, &self.format) {
-            None => reason,
-            Some(true) => {
-                self.has_header = true;
-                Reason::RepeatedHeader
-            }
-            Some(false) => {
-                let why = "has other columns, or another delimiter, than the first";
-                return Err(header_differs(self.line_number, why));
-            }
-        };
-        self.set_aside(reason, line);
-        Ok(())
-    }
-
-    fn read_fields(&mut self, line: &str, dialect: Dialect) -> io::Result<()> {
+    fn read_fields(&mut self, line: &str, dialect: Dialect) -> Option<Reason> {
         let row = self.batch.rows();
         self.spans.clear();
         let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
@@ -285,9 +272,9 @@ impl RowParser {
             Ordering::Greater => Some(Reason::TooManyFields),
             Ordering::Equal => (!has_number).then_some(Reason::NotANumber),
         };
-        if let Some(reason) = reason {
+        if reason.is_some() {
             self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
-            return self.set_aside_or_refuse(reason, line, dialect);
+            return reason;
         }
         self.begin_row();
         for (first, last) in &self.copied {
@@ -295,27 +282,23 @@ impl RowParser {
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
         for (column, word) in texts {
-            self.push_word(column, word);
+            let code = word_code(&mut self.words[column], word);
+            self.batch.texts[column].resize(row, 0);
+            self.batch.texts[column].push(code);
         }
-        Ok(())
+        None
     }
 
-    fn push_word(&mut self, column: usize, word: &str) {
-        let code = word_code(&mut self.words[column], word);
-        let texts = &mut self.batch.texts[column];
-        texts.resize(self.batch.lines.len() - 1, 0);
-        texts.push(code);
-    }
-
-    fn read_sentence(&mut self, line: &str) {
+    fn read_sentence(&mut self, line: &str) -> Option<Reason> {
         let Layout::Sentences(sentences) = &self.format.layout else {
-            return;
+            return None;
         };
         let line = sentences.normalise(line);
         let Some(sentence) = sentences.parse(&line) else {
-            return self.set_aside(Reason::NotANumber, &line);
+            return Some(Reason::NotANumber);
         };
-        if self.place.is_none_or(|last| sentence.place <= last) {
+        let begins = self.place.is_none_or(|last| sentence.place <= last);
+        if begins {
             if self.place.is_some() {
                 self.push_slots();
             }
@@ -326,7 +309,6 @@ impl RowParser {
                 .for_each(|(c, _)| c.push(f64::NAN));
         } else {
             self.blanks = 0;
-            self.set_aside(Reason::Continuation, &line);
         }
         self.place = Some(sentence.place);
         for (k, number) in sentence.numbers.iter().enumerate() {
@@ -338,6 +320,7 @@ impl RowParser {
                 *cell = value;
             }
         }
+        (!begins).then_some(Reason::Continuation)
     }
 
     fn begin_row(&mut self) {
