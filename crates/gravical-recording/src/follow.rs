@@ -175,16 +175,9 @@ impl Follow {
         Ok(Some(self.begin(opened, recording)))
     }
 
-    fn begin(&mut self, opened: Opened, recording: Recording) -> Vec<Sample> {
+    fn begin(&mut self, opened: Opened, mut recording: Recording) -> Vec<Sample> {
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
-        let readings = Readings {
-            is_measured: vec![true; recording.rows()],
-            accel: recording.accel,
-            gyro: recording.gyro,
-            temperature_c: recording.temperature_c,
-            time_s: recording.time_s,
-            breaks: recording.breaks,
-        };
+        let readings = Readings::take(&mut recording);
         let opened = self.opened.insert(opened);
         opened.samples(&recording.lines, &readings)
     }

@@ -333,16 +333,10 @@ pub fn apply_recording(
     recording.refuse_averaged("use `apply`, which reads the file")?;
     let mut recording = recording.clone();
     let mut applied = Application::begin(calibration, &mut recording, options)?;
-    let mut readings = Readings {
-        is_measured: vec![true; recording.rows()],
-        time_s: None,
-        breaks: Vec::new(),
-        accel: std::mem::take(&mut recording.accel),
-        gyro: recording.gyro.take(),
-        temperature_c: recording.temperature_c.take(),
-    };
+    let rows = recording.rows();
     let line = |row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX);
-    let lines: Vec<u32> = (0..readings.is_measured.len()).map(line).collect();
+    let lines: Vec<u32> = (0..rows).map(line).collect();
+    let mut readings = Readings::take(&mut recording);
     applied.calibrate(&mut readings, &lines);
     let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
@@ -353,7 +347,7 @@ pub fn apply_recording(
             &recording.name,
             description,
             &recording.ledger,
-            recording.rows(),
+            rows,
             columns,
         ),
         accel: readings.accel,

@@ -28,9 +28,8 @@ pub struct TemperatureOutcome {
 
 /// Temperature correction of a recording.
 pub(super) struct Drift {
-    model: TemperatureModel,
-    /// Channels whose drift is subtracted.
-    applied: Vec<&'static str>,
+    pub model: TemperatureModel,
+    channels: Vec<&'static str>,
     /// Last known temperature, at first that of the first row that has one.
     now_c: f64,
     /// Drift of each channel at this temperature.
@@ -50,11 +49,10 @@ impl Drift {
         let model = calibration.temperature_model.as_ref()?;
         // Without a calibration of the gyroscope its columns stay unchanged.
         let has_gyro = calibration.gyroscope.is_some() && recording.gyro.is_some();
-        let channels = if has_gyro { 6 } else { 3 };
         let is_corrected = |name: &&str| model.channel(name).is_some_and(|c| c.is_corrected());
-        let applied = CHANNELS.into_iter().take(channels).filter(is_corrected);
-        let applied: Vec<&'static str> = applied.collect();
-        if applied.is_empty() {
+        let channels = CHANNELS.into_iter().take(if has_gyro { 6 } else { 3 });
+        let channels: Vec<&'static str> = channels.filter(is_corrected).collect();
+        if channels.is_empty() {
             return None;
         }
         let mut temperatures = recording.temperature_c.iter().flatten();
@@ -73,12 +71,12 @@ impl Drift {
             return None;
         };
         Some(Drift {
-            model: model.clone(),
-            applied,
+            channels,
             now_c: *first_c,
-            at: drift_at(model, *first_c),
+            at: CHANNELS.map(|name| model.drift_at(name, *first_c)),
             outside: LineSpans::default(),
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
+            model: model.clone(),
         })
     }
 
@@ -86,17 +84,14 @@ impl Drift {
     /// that of the row before.
     pub fn subtract(&mut self, readings: &mut Readings, lines: &[u32]) {
         let [low_c, high_c] = self.model.range_c;
-        let channels = readings.accel.iter_mut();
-        let mut channels: Vec<&mut Vec<f64>> =
-            channels.chain(readings.gyro.iter_mut().flatten()).collect();
-        for (row, line) in lines.iter().enumerate() {
-            if !readings.is_measured[row] {
-                continue;
-            }
+        let gyro = readings.gyro.iter_mut().flatten();
+        let mut channels: Vec<_> = readings.accel.iter_mut().chain(gyro).collect();
+        let rows = lines.iter().enumerate();
+        for (row, line) in rows.filter(|(row, _)| readings.is_measured[*row]) {
             let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
             if t_c.is_finite() && t_c != self.now_c {
                 self.now_c = t_c;
-                self.at = drift_at(&self.model, t_c);
+                self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
             }
             if !(low_c - NEAR_C..=high_c + NEAR_C).contains(&self.now_c) {
                 self.outside.push(u64::from(*line));
@@ -106,15 +101,6 @@ impl Drift {
             for (channel, drift) in channels.iter_mut().zip(self.at) {
                 channel[row] -= drift;
             }
-        }
-    }
-
-    /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
-    pub fn accel_at(&self, accel: [f64; 3], t_c: f64) -> [f64; 3] {
-        if t_c.is_finite() {
-            std::array::from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis]))
-        } else {
-            accel
         }
     }
 
@@ -131,13 +117,9 @@ impl Drift {
             findings.push(finding.at_lines(&self.outside));
         }
         TemperatureOutcome {
-            channels: self.applied,
+            channels: self.channels,
             range_c: self.model.range_c,
             rows_outside: self.outside.count(),
         }
     }
-}
-
-fn drift_at(model: &TemperatureModel, t_c: f64) -> [f64; 6] {
-    CHANNELS.map(|name| model.drift_at(name, t_c))
 }
