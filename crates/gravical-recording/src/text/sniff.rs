@@ -166,15 +166,12 @@ impl Format {
         Ok(format)
     }
 
-    fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
+    fn with_head(mut self, lines: &[&str], head_lines: usize) -> Self {
         self.head_lines = head_lines;
         let above = lines[..head_lines].iter();
         self.metadata = above.map(|l| (*l).to_owned()).collect();
         self.rate_hz = metadata::rate_hz(&self.metadata);
         self.board = BoardSettings::last(&self.metadata);
-        for (column, cell) in self.columns.iter_mut().zip(first_row) {
-            column.is_dated = cell.contains(':');
-        }
         self
     }
 
@@ -198,20 +195,26 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        Some(format.with_head(lines, head_lines, &first_row))
+        for (column, cell) in format.columns.iter_mut().zip(first_row) {
+            column.is_dated = cell.contains(':');
+        }
+        Some(format.with_head(lines, head_lines))
     }
 
     /// The same where the line with the names is a comment: it may as well be about something else.
     fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
         let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
-        let Layout::Table(dialect) = &self.layout else {
-            return None;
-        };
         is_comment(line).then(|| {
-            let layout = Layout::Table(*dialect);
-            let first_row: Vec<&str> = fields(lines[self.head_lines], dialect.delimiter).collect();
-            let unnamed = Format::new(layout, self.line_end, Vec::new(), dialect.fields);
-            unnamed.with_head(lines, self.head_lines, &first_row)
+            let unnamed = |c: &Column| Column {
+                is_dated: c.is_dated,
+                ..Column::default()
+            };
+            Format {
+                header_line: 0,
+                names: Vec::new(),
+                columns: self.columns.iter().map(unnamed).collect(),
+                ..self.clone()
+            }
         })
     }
 
@@ -224,17 +227,14 @@ impl Format {
             let mut words = line.split(|c: char| !c.is_alphanumeric());
             line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
         });
-        let ros = ros_imu();
         let is_ros = first_row
             .get(2)
             .is_some_and(|frame| frame.parse::<f64>().is_err());
-        if is_geneactiv && self.columns.len() == geneactiv.len() {
-            self.names = geneactiv;
-        } else if is_ros && self.columns.len() == ros.len() {
-            self.names = ros;
-        }
-        for (column, name) in self.columns.iter_mut().zip(&self.names) {
-            *column = Column::from_name(name);
+        let mut known = [(is_geneactiv, geneactiv), (is_ros, ros_imu())].into_iter();
+        let columns = self.columns.len();
+        if let Some((_, names)) = known.find(|(is_it, names)| *is_it && names.len() == columns) {
+            self.columns = names.iter().map(|name| Column::from_name(name)).collect();
+            self.names = names;
         }
     }
 
@@ -242,26 +242,22 @@ impl Format {
         let sentences = Sentences::sniff(lines)?;
         let is_first = |l: &str| sentences.parse(&sentences.normalise(l)).is_some();
         let head_lines = lines.iter().position(|l| is_first(l))?;
-        let names = sentences.names(lines);
-        let fields = sentences.slots;
-        let mut first_row = vec![String::new(); fields];
+        let mut names = sentences.names(lines);
+        if names.iter().all(String::is_empty) {
+            names.clear();
+        }
+        let layout = Layout::Sentences(sentences.clone());
+        let mut format = Format::new(layout, line_end, names, sentences.slots);
         for line in lines[head_lines..].iter().take(1 + sentences.last_place()) {
             let line = sentences.normalise(line);
-            let Some(sentence) = sentences.parse(&line) else {
-                continue;
-            };
-            for (k, number) in sentence.numbers.iter().enumerate() {
-                first_row[sentence.first_slot + k] = (*number).to_owned();
+            if let Some(sentence) = sentences.parse(&line) {
+                let columns = format.columns[sentence.first_slot..].iter_mut();
+                for (column, number) in columns.zip(sentence.numbers) {
+                    column.is_dated = number.contains(':');
+                }
             }
         }
-        let names = if names.iter().all(String::is_empty) {
-            Vec::new()
-        } else {
-            names
-        };
-        let format = Format::new(Layout::Sentences(sentences), line_end, names, fields);
-        let first_row: Vec<&str> = first_row.iter().map(String::as_str).collect();
-        Some(format.with_head(lines, head_lines, &first_row))
+        Some(format.with_head(lines, head_lines))
     }
 
     /// Assigns roles by names and by the rows of the head. True if a column of text always
