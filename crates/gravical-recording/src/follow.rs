@@ -312,8 +312,7 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     while at > 0 {
         let from = memrchr(format.line_end, &bytes[..at - 1]).map_or(0, |at| at + 1);
         let line = String::from_utf8_lossy(&bytes[from..at]);
-        let line = sentences.normalise(line.trim_end());
-        match sentences.parse(&line).map(|s| s.place) {
+        match sentences.parse(line.trim_end()).map(|s| s.place) {
             Some(place) if place == sentences.last_place() => break,
             Some(_) => end = from,
             None => {}

@@ -293,8 +293,7 @@ impl RowParser {
         let Layout::Sentences(sentences) = &self.format.layout else {
             return None;
         };
-        let line = sentences.normalise(line);
-        let Some(sentence) = sentences.parse(&line) else {
+        let Some(sentence) = sentences.parse(line) else {
             return Some(Reason::NotANumber);
         };
         let begins = self.place.is_none_or(|last| sentence.place <= last);
@@ -311,14 +310,12 @@ impl RowParser {
             self.blanks = 0;
         }
         self.place = Some(sentence.place);
-        for (k, number) in sentence.numbers.iter().enumerate() {
-            if !self.copied.is_empty() {
-                (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
-            }
-            let cell = self.batch.columns[sentence.first_slot + k].last_mut();
-            if let (Some(cell), Some(value)) = (cell, parse_cell(number, false)) {
+        for (slot, number) in sentence.numbers {
+            let cell = self.batch.columns[slot].last_mut();
+            if let (Some(cell), Some(value)) = (cell, parse_cell(&number, false)) {
                 *cell = value;
             }
+            self.slots[slot] = number;
         }
         (!begins).then_some(Reason::Continuation)
     }

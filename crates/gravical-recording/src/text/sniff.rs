@@ -240,22 +240,17 @@ impl Format {
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let is_first = |l: &str| sentences.parse(&sentences.normalise(l)).is_some();
-        let head_lines = lines.iter().position(|l| is_first(l))?;
+        let head_lines = lines.iter().position(|l| sentences.parse(l).is_some())?;
         let mut names = sentences.names(lines);
         if names.iter().all(String::is_empty) {
             names.clear();
         }
         let layout = Layout::Sentences(sentences.clone());
         let mut format = Format::new(layout, line_end, names, sentences.slots);
-        for line in lines[head_lines..].iter().take(1 + sentences.last_place()) {
-            let line = sentences.normalise(line);
-            if let Some(sentence) = sentences.parse(&line) {
-                let columns = format.columns[sentence.first_slot..].iter_mut();
-                for (column, number) in columns.zip(sentence.numbers) {
-                    column.is_dated = number.contains(':');
-                }
-            }
+        let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
+        let sentences = first_row.filter_map(|line| sentences.parse(line));
+        for (slot, number) in sentences.flat_map(|s| s.numbers) {
+            format.columns[slot].is_dated = number.contains(':');
         }
         Some(format.with_head(lines, head_lines))
     }
