@@ -26,9 +26,16 @@ const MAX_UNITS: f64 = 1e15;
 /// ```
 #[inline]
 pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
-    let Some(power) = POWERS.get(decimals as usize) else {
-        return by_std(out, value, decimals);
-    };
+    match (decimals, POWERS.get(decimals as usize)) {
+        // With the usual number the compiler unrolls the loop and divides by constants.
+        (6, _) => write_pairs(out, value, POWERS[6], 6),
+        (_, Some(power)) => write_pairs(out, value, *power, decimals),
+        (_, None) => by_std(out, value, decimals),
+    }
+}
+
+#[inline(always)]
+fn write_pairs(out: &mut Vec<u8>, value: f64, power: f64, decimals: u32) {
     let scaled = value.abs() * power;
     // The sum has no bits for a fraction: it is rounded to a whole number.
     let rounded = scaled + TWO_POW_52;
@@ -39,17 +46,18 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
         return by_std(out, value, decimals);
     }
     let units = rounded.to_bits() - TWO_POW_52.to_bits();
+    let divisor = 10_u64.pow(decimals);
+    let (mut whole, mut fraction) = (units / divisor, units % divisor);
     // Written from the last character to the first; fifteen digits, point and sign fit.
-    let (mut text, mut at, mut rest) = ([0; END + COPIED], END, units);
+    let (mut text, mut at) = ([0; END + COPIED], END);
     for _ in 0..decimals / 2 {
         at -= 2;
-        text[at..at + 2].copy_from_slice(&PAIRS[(rest % 100) as usize]);
-        rest /= 100;
+        text[at..at + 2].copy_from_slice(&PAIRS[(fraction % 100) as usize]);
+        fraction /= 100;
     }
     if decimals % 2 == 1 {
         at -= 1;
-        text[at] = b'0' + (rest % 10) as u8;
-        rest /= 10;
+        text[at] = b'0' + fraction as u8;
     }
     if decimals > 0 {
         at -= 1;
@@ -57,13 +65,13 @@ pub fn write_fixed(out: &mut Vec<u8>, value: f64, decimals: u32) {
     }
     loop {
         at -= 2;
-        text[at..at + 2].copy_from_slice(&PAIRS[(rest % 100) as usize]);
-        if rest < 100 {
+        text[at..at + 2].copy_from_slice(&PAIRS[(whole % 100) as usize]);
+        if whole < 100 {
             break;
         }
-        rest /= 100;
+        whole /= 100;
     }
-    at += usize::from(rest < 10);
+    at += usize::from(whole < 10);
     // Without a branch: the sign of noise cannot be predicted.
     text[at - 1] = b'-';
     at -= usize::from(value < 0.0 && units != 0);

@@ -273,16 +273,6 @@ fn the_fraction_of_a_second_may_be_in_another_column() {
 }
 
 #[test]
-fn the_duration_of_a_loop_is_not_part_of_the_stamp() {
-    let text = written("time,ax,ay,az,loop_time_us\n", |s| {
-        format!("{},{},{}", 10 * s.i, csv(&mps2(s), 5), 850 + s.i * 37 % 200)
-    });
-    let recording = read_as(&text, "x.csv");
-    is_the_session(&recording, "loop time", None, &[]);
-    close(recording.time_s.as_ref().unwrap()[250], 2.5, 1e-9);
-}
-
-#[test]
 fn restarting_clocks_are_made_continuous() {
     let wraps: [(&str, f64, f64); 7] = [
         ("Time (s)", 86_400.0, 1.0),
