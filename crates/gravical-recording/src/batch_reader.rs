@@ -27,6 +27,20 @@ pub struct Rows {
     pub stamps: Option<Vec<f64>>,
 }
 
+impl Readings {
+    /// Takes the channels of a recording; all its rows are measurements.
+    pub fn take(recording: &mut Recording) -> Self {
+        Readings {
+            is_measured: vec![true; recording.rows()],
+            accel: std::mem::take(&mut recording.accel),
+            gyro: recording.gyro.take(),
+            temperature_c: recording.temperature_c.take(),
+            time_s: recording.time_s.take(),
+            breaks: std::mem::take(&mut recording.breaks),
+        }
+    }
+}
+
 /// A recording that is read batch by batch.
 pub struct BatchReader {
     /// What the first rows are judged to be; their channels are dropped once they are read
@@ -119,10 +133,7 @@ impl BatchReader {
         if let Some(batch) = self.held.pop_front() {
             let rows = self.judged_rows(batch);
             if self.held.is_empty() {
-                self.recording.accel = Default::default();
-                self.recording.gyro = None;
-                self.recording.temperature_c = None;
-                self.recording.time_s = None;
+                Readings::take(&mut self.recording);
             }
             return Ok(Some(rows));
         }

@@ -13,8 +13,8 @@ use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, no_table, sniff};
 
-/// The format is first looked for in so many lines.
-const FIRST_LINES: usize = 50;
+/// The format is looked for each time that so many lines more are there.
+const LOOK_LINES: usize = 50;
 /// Rows of at least this time are needed for it, s; without a clock so many.
 const MIN_S: f64 = 1.0;
 const MIN_ROWS: usize = 100;
@@ -79,7 +79,7 @@ pub struct Follow {
     max_rows: usize,
     /// Bytes that wait: for the format, or for the end of a row.
     bytes: Vec<u8>,
-    /// Lines among them, and how many have to be there before the format is looked for.
+    /// Lines among them, and how many have to be there before the format is looked for again.
     lines: usize,
     needed: usize,
     opened: Option<Opened>,
@@ -113,7 +113,7 @@ impl Follow {
             max_rows,
             bytes: Vec::new(),
             lines: 0,
-            needed: FIRST_LINES,
+            needed: LOOK_LINES,
             opened: None,
         }
     }
@@ -163,37 +163,21 @@ impl Follow {
 
     /// Detects the format from the lines so far; `None` if more are needed.
     fn open(&mut self) -> Result<Option<Vec<Sample>>> {
-        let opened = self.try_open();
-        let (opened, recording) = match opened {
-            Err(error) if self.lines >= MAX_LINES => return Err(error),
-            Err(_) => {
-                self.needed *= 2;
+        let is_last = self.lines >= MAX_LINES;
+        let (opened, recording) = match self.try_open() {
+            Err(error) if is_last => return Err(error),
+            Ok((opened, recording)) if is_last || is_enough(&recording) => (opened, recording),
+            _ => {
+                self.needed += LOOK_LINES;
                 return Ok(None);
             }
-            Ok(opened) => opened,
         };
-        let enough = match recording.timing.rate_hz() {
-            Some(rate_hz) if recording.time_s.is_some() => (MIN_S * rate_hz).ceil() as usize,
-            _ => MIN_ROWS,
-        };
-        let missing = enough.saturating_sub(recording.rows());
-        if missing > 0 && self.lines < MAX_LINES {
-            self.needed = (self.needed + missing).min(MAX_LINES);
-            return Ok(None);
-        }
         Ok(Some(self.begin(opened, recording)))
     }
 
-    fn begin(&mut self, opened: Opened, recording: Recording) -> Vec<Sample> {
+    fn begin(&mut self, opened: Opened, mut recording: Recording) -> Vec<Sample> {
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
-        let readings = Readings {
-            is_measured: vec![true; recording.rows()],
-            accel: recording.accel,
-            gyro: recording.gyro,
-            temperature_c: recording.temperature_c,
-            time_s: recording.time_s,
-            breaks: recording.breaks,
-        };
+        let readings = Readings::take(&mut recording);
         let opened = self.opened.insert(opened);
         opened.samples(&recording.lines, &readings)
     }
@@ -299,6 +283,15 @@ impl Follow {
     }
 }
 
+/// Whether the format can be told by so many rows.
+fn is_enough(recording: &Recording) -> bool {
+    let min_rows = match recording.timing.rate_hz() {
+        Some(rate_hz) if recording.time_s.is_some() => (MIN_S * rate_hz).ceil() as usize,
+        _ => MIN_ROWS,
+    };
+    recording.rows() >= min_rows
+}
+
 /// Where a line ends; of `\r` alone only once it is known that no `\n` follows.
 fn line_end(bytes: &[u8]) -> Option<usize> {
     let end = memchr2(b'\n', b'\r', bytes)?;
@@ -319,8 +312,7 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     while at > 0 {
         let from = memrchr(format.line_end, &bytes[..at - 1]).map_or(0, |at| at + 1);
         let line = String::from_utf8_lossy(&bytes[from..at]);
-        let line = sentences.normalise(line.trim_end());
-        match sentences.parse(&line).map(|s| s.place) {
+        match sentences.parse(line.trim_end()).map(|s| s.place) {
             Some(place) if place == sentences.last_place() => break,
             Some(_) => end = from,
             None => {}

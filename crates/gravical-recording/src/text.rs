@@ -5,7 +5,6 @@ mod batch;
 mod batches;
 mod dialect;
 mod format;
-mod given;
 mod header;
 mod lines;
 mod names;

@@ -44,7 +44,6 @@
 
 mod drift;
 mod judge;
-mod unit;
 
 #[cfg(test)]
 mod tests;
@@ -53,11 +52,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_recording::write::{NewColumn, Table};
-use gravical_recording::{Format, Readings};
+use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
-
-use gravical_recording::split_hint;
 
 use crate::calibration_file::CalibrationFile;
 use crate::finding::finding;
@@ -73,7 +71,6 @@ use gravical_recording::BatchReader;
 use gravical_recording::bytes::Input;
 
 pub use drift::TemperatureOutcome;
-pub use unit::OutputUnit;
 
 use drift::Drift;
 use judge::{judge_accelerometer, judge_gyroscope};
@@ -116,6 +113,40 @@ pub struct ApplyOptions {
         )
     )]
     pub output_unit: OutputUnit,
+}
+
+/// Unit in which calibrated specific force is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum OutputUnit {
+    /// m/s².
+    #[default]
+    #[serde(rename = "m/s^2", alias = "m/s2", alias = "mps2")]
+    #[cfg_attr(feature = "clap", value(name = "m/s^2", aliases = ["m/s2", "mps2"]))]
+    MetrePerSecondSquared,
+    /// Standard gravity, 9.80665 m/s².
+    #[serde(rename = "g")]
+    #[cfg_attr(feature = "clap", value(name = "g"))]
+    StandardGravity,
+}
+
+impl OutputUnit {
+    /// Name in files and options.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["m/s^2", "g"][self as usize]
+    }
+
+    /// Names of the columns, by which they are recognised as calibrated.
+    #[must_use]
+    pub fn columns(self) -> [&'static str; 3] {
+        CALIBRATED[self as usize]
+    }
+
+    /// One m/s² in this unit.
+    fn per_mps2(self) -> f64 {
+        [1.0, 1.0 / STANDARD_GRAVITY_MPS2][self as usize]
+    }
 }
 
 /// Result of [`apply`].
@@ -302,16 +333,10 @@ pub fn apply_recording(
     recording.refuse_averaged("use `apply`, which reads the file")?;
     let mut recording = recording.clone();
     let mut applied = Application::begin(calibration, &mut recording, options)?;
-    let mut readings = Readings {
-        is_measured: vec![true; recording.rows()],
-        time_s: None,
-        breaks: Vec::new(),
-        accel: std::mem::take(&mut recording.accel),
-        gyro: recording.gyro.take(),
-        temperature_c: recording.temperature_c.take(),
-    };
+    let rows = recording.rows();
     let line = |row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX);
-    let lines: Vec<u32> = (0..readings.is_measured.len()).map(line).collect();
+    let lines: Vec<u32> = (0..rows).map(line).collect();
+    let mut readings = Readings::take(&mut recording);
     applied.calibrate(&mut readings, &lines);
     let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
@@ -322,7 +347,7 @@ pub fn apply_recording(
             &recording.name,
             description,
             &recording.ledger,
-            recording.rows(),
+            rows,
             columns,
         ),
         accel: readings.accel,

@@ -1,11 +1,9 @@
 //! What is written: columns of a virtual sensor whose truth is known.
 
-use gravical::recording::Recording;
 use gravical::simulate::{
     LineOptions, PosesOptions, Row, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
     simulate,
 };
-use gravical_recording::judge::quiet_norm;
 
 use super::{Rate, Scene};
 
@@ -58,41 +56,6 @@ impl Columns {
             self.gyro_rad_s[i].extend(&next.gyro_rad_s[i]);
         }
         self.temperature_c.extend(&next.temperature_c);
-    }
-}
-
-impl Session {
-    /// A session that somebody recorded, in SI. What is not in all of its files is left
-    /// out: time, gyroscope.
-    pub fn of_recordings(recordings: &[Recording]) -> Self {
-        let rate_hz = recordings[0].working_rate_hz().0;
-        let files = recordings
-            .iter()
-            .map(|r| {
-                // Counts of an unknown range: gravity tells what one m/s² is in them.
-                let at_rest = quiet_norm(r.accel.each_ref().map(Vec::as_slice))
-                    .map_or(1.0, |norm| norm / 9.80665);
-                let accel = r.accel_scale.nominal().unwrap_or(at_rest);
-                let gyro = r.gyro_scale.and_then(|g| g.nominal());
-                let channel = |v: &Vec<f64>, k: f64| v.iter().map(|x| x / k).collect();
-                let rows = 0..r.rows();
-                Columns {
-                    stem: r.name.trim_end_matches(".csv").to_owned(),
-                    t_s: match &r.time_s {
-                        Some(t) => t.clone(),
-                        None => rows.clone().map(|i| i as f64 / rate_hz).collect(),
-                    },
-                    accel_mps2: r.accel.each_ref().map(|v| channel(v, accel)),
-                    gyro_rad_s: match (&r.gyro, gyro) {
-                        (Some(g), Some(k)) => g.each_ref().map(|v| channel(v, k)),
-                        _ => std::array::from_fn(|_| rows.clone().map(|_| 0.0).collect()),
-                    },
-                    temperature_c: rows.map(|_| 25.0).collect(),
-                    pauses: r.breaks.clone(),
-                }
-            })
-            .collect();
-        Session { rate_hz, files }
     }
 }
 

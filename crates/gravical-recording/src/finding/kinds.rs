@@ -78,7 +78,7 @@ kinds! {
     DuplicateTime "duplicate-time" Warning "time stamps repeat";
     BurstTime "burst-time" Warning "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet";
     Gap "gap" Warning "more than four consecutive samples are missing";
-    MissingSamples "missing-samples" Warning "more than 0.1 % of the samples are missing; of a file per axis, rows that the first lacks";
+    MissingSamples "missing-samples" Warning "more than 0.1 % of the samples are missing";
     RateMismatch "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps";
     RateUnknown "rate-unknown" Note "neither time stamps nor `--rate`";
     UnitMismatch "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns";

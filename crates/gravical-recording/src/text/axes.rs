@@ -2,7 +2,7 @@
 //!
 //! `accel_[xyz].txt` names `accel_x.txt`, `accel_y.txt` and `accel_z.txt` as one recording.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,6 @@ use super::names::{Column, FileSensor, sensor_of_file};
 use super::number::parse_cell;
 use crate::bytes::{self, Input};
 use crate::error::Error;
-use crate::finding::{Finding, FindingKind};
 use crate::role::Role;
 
 /// Letters of the axes in the name of a file, and what stands for them.
@@ -71,12 +70,11 @@ pub fn files(group: &Path) -> Option<[PathBuf; 3]> {
 }
 
 /// The text of three files of one channel each, side by side, in the lines of the first; `None`
-/// for any other path. Comments at its end say what is left out, and the reader makes findings of
-/// them.
+/// for any other path.
 ///
 /// # Errors
 ///
-/// A file cannot be read, or is packed and cut off; their rows do not belong together.
+/// A file cannot be read, or is packed and cut off; their rows or stamps differ.
 pub fn open(path: &Path) -> Option<Result<String, Error>> {
     let files = files(path).filter(|_| !path.exists())?;
     files.iter().all(|f| f.is_file()).then(|| read(&files))
@@ -101,47 +99,30 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
         let none = || axes_differ(&format!("{} does not hold one channel", names[axis]));
         Channel::parse(&texts[axis]).ok_or_else(none)
     };
-    let [x, y, z] = &[channel(0)?, channel(1)?, channel(2)?];
-    let others = [y.beside(x), z.beside(x)];
-    let is_complete = |row: &usize| others.iter().all(|values| values[*row].is_some());
-    let complete = (0..x.rows.len()).filter(is_complete).count();
-    let lengths = [x, y, z].map(|channel| channel.rows.len());
-    if lengths.iter().any(|rows| complete * 2 < *rows) {
-        let rows = |(rows, name)| format!("{name} has {rows} rows");
-        let lengths: Vec<String> = lengths.into_iter().zip(&names).map(rows).collect();
-        return Err(axes_differ(&format!(
-            "{}, and {complete} time stamps are in all three",
-            lengths.join(", ")
-        )));
+    let channels = [channel(0)?, channel(1)?, channel(2)?];
+    let [x, y, z] = &channels;
+    if !(y.is_parallel(x) && z.is_parallel(x)) {
+        let rows = channels.iter().zip(&names);
+        let rows = rows.map(|(c, name)| format!("{name} has {} rows", c.rows.len()));
+        let rows: Vec<String> = rows.collect();
+        let why = format!("{}, or their time stamps differ", rows.join(", "));
+        return Err(axes_differ(&why));
     }
     let mut out = String::new();
-    let mut rows = x.rows.iter().enumerate().peekable();
+    let mut rows = x.rows.iter().zip(&y.rows).zip(&z.rows).peekable();
     for (number, line) in texts[0].lines().enumerate() {
-        if let Some((row, first)) = rows.next_if(|(_, row)| row.line == number) {
-            if x.delimiter.is_some() {
-                out += first.stamp;
+        if let Some(((x, y), z)) = rows.next_if(|((x, _), _)| x.line == number) {
+            if channels[0].delimiter.is_some() {
+                out += x.stamp;
                 out.push(';');
             }
-            let [second, third] = [0, 1].map(|k: usize| others[k][row].unwrap_or_default());
-            out += &[first.value, second, third].join(";");
+            out += &[x.value, y.value, z.value].join(";");
         } else if x.header == Some(number) {
             out += &header([x, y, z], &texts, &names[0]);
         } else {
             out += line;
         }
         out.push('\n');
-    }
-    for axis in [1, 2] {
-        let used = others[axis - 1].iter().flatten().count();
-        let (all, name) = (lengths[axis], &names[axis]);
-        if used < all {
-            out += &format!(
-                "# {}: rows of {name} with stamps that {} lacks are not used: {} of {all}\n",
-                FindingKind::MissingSamples,
-                names[0],
-                all - used
-            );
-        }
     }
     Ok(out)
 }
@@ -162,13 +143,6 @@ fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
     let mut input = bytes::from_reader(Box::new(File::open(path)?), false)?;
     let text = bytes::utf8(input.take_reader())?;
     Ok((input, text))
-}
-
-/// What a comment at the end of joined files says.
-pub(super) fn parse_comment(text: &str) -> Option<Finding> {
-    let kind = FindingKind::MissingSamples;
-    let message = text.strip_prefix(kind.name())?.strip_prefix(": ")?;
-    Some(Finding::new(kind, message))
 }
 
 /// Names of the columns: as written where they name the axes, else by sensor and unit.
@@ -261,17 +235,6 @@ impl<'a> Channel<'a> {
         cells.map(|cell| cell.unwrap_or(f64::NAN)).collect()
     }
 
-    /// Its value at each row of another channel: row by row, or by their stamps.
-    fn beside(&self, first: &Channel<'_>) -> Vec<Option<&'a str>> {
-        if self.is_parallel(first) {
-            return self.rows.iter().map(|row| Some(row.value)).collect();
-        }
-        let stamped = self.rows.iter().filter(|_| self.delimiter.is_some());
-        let by_stamp: HashMap<&str, &str> = stamped.map(|r| (r.stamp, r.value)).collect();
-        let rows = first.rows.iter();
-        rows.map(|r| by_stamp.get(r.stamp).copied()).collect()
-    }
-
     /// Whether each row of the two is of one sample: by their stamps, if both have them.
     fn is_parallel(&self, other: &Channel<'_>) -> bool {
         let rows = self.rows.len();
@@ -328,39 +291,12 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_joined_by_their_stamps() {
-        let r = recording(
-            "stamps",
-            [
-                "ms,value (g)\n0,0.01\n10,0.02\n20,0.01\n30,0.02\n",
-                "ms,value (g)\n0,0.03\n20,0.04\n30,0.03\n",
-                "ms,value (g)\n0,0.99\n10,1.01\n20,0.98\n30,0.97\n40,0.99\n",
-            ],
-        );
-        let r = r.unwrap();
-        assert_eq!(r.time_s.unwrap(), [0.0, 0.01, 0.02, 0.03]);
-        assert!(r.accel[1][1].is_nan());
-        assert_eq!(r.accel[1][2], 0.04);
-        assert_eq!(r.accel[2], [0.99, 1.01, 0.98, 0.97]);
-        assert_eq!(r.header_unit, Some(crate::AccelUnit::StandardGravity));
-        let alone = r
-            .findings
-            .iter()
-            .find(|n| n.kind == FindingKind::MissingSamples);
-        assert_eq!(
-            alone.unwrap().message,
-            "rows of accel_Z.txt with stamps that accel_X.txt lacks are not used: 1 of 5"
-        );
-    }
-
-    #[test]
     fn bad_bytes_are_as_in_any_recording() {
         let rows = |level: &str| {
             format!("# \u{e4}\u{e4}\nms,value (g)\n0,{level}1\n10,{level}2\n20,{level}1\n")
         };
         let (x, z) = (rows("0.0"), rows("0.9"));
-        let mut y = x.clone().into_bytes();
-        y.extend(b"3\xff,0.01\n40,0.02\n");
+        let y = [b"# \xff\n", &x.as_bytes()[7..]].concat();
         let r = read_bytes("bytes", [x.as_bytes(), &y, z.as_bytes()]).unwrap();
         assert_eq!(r.accel[1], [0.01, 0.02, 0.01]);
         // The head ends within the letter.

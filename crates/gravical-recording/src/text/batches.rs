@@ -3,11 +3,10 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::axes;
 use super::batch::{Batch, CopiedText, Reason, word_code};
-use super::dialect::{Dialect, fields, is_blank, is_comment};
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::{Format, Layout};
-use super::header::{Header, OTHER_COLUMNS};
+use super::header::Header;
 use super::lines::Lines;
 use super::number::parse_cell;
 use crate::board::BoardSettings;
@@ -47,8 +46,6 @@ struct RowParser {
     blanks: usize,
     has_break: bool,
     has_header: bool,
-    /// Line and width of a header since the last row.
-    torn_header: Option<(usize, usize)>,
     /// Place of the last line within its row.
     place: Option<usize>,
     /// Columns whose text is kept, each piece from the first to the last.
@@ -142,10 +139,9 @@ impl<R: BufRead> Iterator for Batches<R> {
 impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
-        let rows = self.batch.rows();
-        let last_place = self.format.layout.last_place();
-        let is_whole = self.place.is_none_or(|place| place == last_place);
-        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole)
+        let (rows, layout) = (self.batch.rows(), &self.format.layout);
+        let is_whole = || self.place.is_none_or(|place| place == layout.last_place());
+        rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
     }
 
     fn finish_batch(&mut self) -> Batch {
@@ -181,143 +177,127 @@ impl RowParser {
         if had_nul {
             self.batch.nul_lines.push(self.line_number as u64);
         }
+        if let Some(reason) = self.read_row(line)? {
+            self.batch.ledger.add(reason, self.line_number, line);
+        }
+        Ok(())
+    }
+
+    /// Reads a row, or says why the line is none. A header of other columns ends the reading.
+    fn read_row(&mut self, line: &str) -> io::Result<Option<Reason>> {
         if self.line_number <= self.format.head_lines {
             let is_header = self.line_number == self.format.header_line;
-            let reason = if is_header {
+            return Ok(Some(if is_header {
                 Reason::Header
             } else {
                 Reason::Metadata
-            };
-            self.set_aside(reason, line);
-            return Ok(());
+            }));
         }
         if is_blank(line) {
             self.blanks += 1;
-            self.set_aside(Reason::Blank, line);
-            return Ok(());
+            return Ok(Some(Reason::Blank));
         }
         if is_comment(line) {
-            return self.read_comment(line);
+            return self.read_comment(line).map(Some);
         }
-        match self.format.layout {
-            Layout::Table(dialect) => self.read_fields(line, dialect),
-            Layout::Sentences(_) => {
-                self.read_sentence(line);
-                Ok(())
+        let Layout::Table(dialect) = self.format.layout else {
+            return Ok(self.read_sentence(line));
+        };
+        let reason = self.read_fields(line, dialect);
+        match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
+            None => Ok(reason),
+            Some(true) => {
+                self.has_header = true;
+                Ok(Some(Reason::RepeatedHeader))
+            }
+            Some(false) => {
+                let why = "has other columns, or another delimiter, than the first";
+                Err(header_differs(self.line_number, why))
             }
         }
     }
 
-    fn set_aside(&mut self, reason: Reason, line: &str) {
-        self.batch.ledger.add(reason, self.line_number, line);
-    }
-
-    /// `# gap: …` and `# rejected: …` as our logger writes them, what joined files leave out, and the
-    /// settings of our board.
-    fn read_comment(&mut self, line: &str) -> io::Result<()> {
-        let text = line.trim_start_matches(['#', '%', '/', ' ']);
-        let mut reason = Reason::Comment;
+    /// `# gap: …` and `# rejected: …` as our logger writes them, and the settings of our board.
+    fn read_comment(&mut self, line: &str) -> io::Result<Reason> {
+        let text = uncommented(line);
         if text.starts_with("gap:") {
             self.has_break = true;
-            reason = Reason::NamedGap;
-        } else if text.starts_with("rejected:") {
-            reason = Reason::Rejected;
-        } else if let Some(finding) = axes::parse_comment(text) {
-            self.batch.findings.push(finding);
-        } else if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
+            return Ok(Reason::NamedGap);
+        }
+        if text.starts_with("rejected:") {
+            return Ok(Reason::Rejected);
+        }
+        if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {
             let why = "follows a line of the board with another range or format";
             return Err(header_differs(self.line_number, why));
         }
-        self.set_aside(reason, line);
-        Ok(())
+        Ok(Reason::Comment)
     }
 
-    /// Sets a line aside that is no row. A header of other columns ends the reading.
-    fn set_aside_or_refuse(&mut self, reason: Reason, line: &str) -> io::Result<()> {
-        let reason = match Header::compare(line, &self.format) {
-            None => reason,
-            Some(Ok(())) => {
-                self.has_header = true;
-                self.torn_header = match &self.format.layout {
-                    Layout::Table(d) => Some((self.line_number, fields(line, d.delimiter).count())),
-                    Layout::Sentences(_) => None,
-                };
-                Reason::RepeatedHeader
-            }
-            Some(Err(why)) => return Err(header_differs(self.line_number, &why)),
-        };
-        self.set_aside(reason, line);
-        Ok(())
-    }
-
-    fn read_fields(&mut self, line: &str, dialect: Dialect) -> io::Result<()> {
+    fn read_fields(&mut self, line: &str, dialect: Dialect) -> Option<Reason> {
         let row = self.batch.rows();
         self.spans.clear();
         let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
         let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
-        let mut cells = fields(line, dialect.delimiter);
+        let (mut cells, point) = (fields(line, dialect.delimiter), dialect.point());
         let mut columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-        while let Some(field) = cells.next() {
-            if let Some((column, true)) = columns.next() {
-                let value = dialect.parse_field(field);
-                has_number |= value.is_some_and(f64::is_finite);
-                if value.is_none() {
-                    texts.push((count, field));
+        loop {
+            let mut column = columns.next().filter(|(_, is_read)| **is_read);
+            if let Some((column, _)) = &mut column
+                && let Some(value) = cells.number(point)
+            {
+                has_number = true;
+                column.push(value);
+            } else if let Some(field) = cells.next() {
+                if let Some((column, _)) = column {
+                    let value = dialect.parse_field(field);
+                    has_number |= value.is_some_and(f64::is_finite);
+                    if value.is_none() {
+                        texts.push((count, field));
+                    }
+                    column.push(value.unwrap_or(f64::NAN));
                 }
-                column.push(value.unwrap_or(f64::NAN));
+            } else {
+                break;
             }
             if count < last_copied {
                 self.spans.push(cells.span);
             }
             count += 1;
         }
-        // Rows that fit a header that seemed torn.
-        if let Some((header, width)) = self.torn_header
-            && count != dialect.fields
-            && count == width
-            && 2 * (count - texts.len()) > width
-        {
-            return Err(header_differs(header, OTHER_COLUMNS));
-        }
         let reason = match count.cmp(&dialect.fields) {
             Ordering::Less => Some(Reason::TornLine),
             Ordering::Greater => Some(Reason::TooManyFields),
             Ordering::Equal => (!has_number).then_some(Reason::NotANumber),
         };
-        if let Some(reason) = reason {
+        if reason.is_some() {
             self.batch.columns.iter_mut().for_each(|c| c.truncate(row));
-            return self.set_aside_or_refuse(reason, line);
+            return reason;
         }
-        self.torn_header = None;
         self.begin_row();
         for (first, last) in &self.copied {
             let (from, to) = (self.spans[*first].0, self.spans[*last].1);
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
         for (column, word) in texts {
-            self.push_word(column, word);
+            let code = word_code(&mut self.words[column], word);
+            self.batch.texts[column].resize(row, 0);
+            self.batch.texts[column].push(code);
         }
-        Ok(())
+        None
     }
 
-    fn push_word(&mut self, column: usize, word: &str) {
-        let code = word_code(&mut self.words[column], word);
-        let texts = &mut self.batch.texts[column];
-        texts.resize(self.batch.lines.len() - 1, 0);
-        texts.push(code);
-    }
-
-    fn read_sentence(&mut self, line: &str) {
+    fn read_sentence(&mut self, line: &str) -> Option<Reason> {
         let Layout::Sentences(sentences) = &self.format.layout else {
-            return;
+            return None;
         };
-        let line = sentences.normalise(line);
-        let Some(sentence) = sentences.parse(&line) else {
-            return self.set_aside(Reason::NotANumber, &line);
+        let Some(sentence) = sentences.parse(line) else {
+            return Some(Reason::NotANumber);
         };
-        if self.place.is_none_or(|last| sentence.place <= last) {
+        let begins = self.place.is_none_or(|last| sentence.place <= last);
+        if begins {
             if self.place.is_some() {
                 self.push_slots();
             }
@@ -328,18 +308,16 @@ impl RowParser {
                 .for_each(|(c, _)| c.push(f64::NAN));
         } else {
             self.blanks = 0;
-            self.set_aside(Reason::Continuation, &line);
         }
         self.place = Some(sentence.place);
-        for (k, number) in sentence.numbers.iter().enumerate() {
-            if !self.copied.is_empty() {
-                (*number).clone_into(&mut self.slots[sentence.first_slot + k]);
-            }
-            let cell = self.batch.columns[sentence.first_slot + k].last_mut();
-            if let (Some(cell), Some(value)) = (cell, parse_cell(number, false)) {
+        for (slot, number) in sentence.numbers {
+            let cell = self.batch.columns[slot].last_mut();
+            if let (Some(cell), Some(value)) = (cell, parse_cell(&number, false)) {
                 *cell = value;
             }
+            self.slots[slot] = number;
         }
+        (!begins).then_some(Reason::Continuation)
     }
 
     fn begin_row(&mut self) {

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use memchr::memchr;
-
-use super::number::parse_cell;
+use super::number::{parse_cell, parse_plain};
 use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -41,7 +39,6 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
         line,
         delimiter,
         at: 0,
-        has_quotes: memchr(b'"', line.as_bytes()).is_some(),
         span: (0, 0),
     }
 }
@@ -51,7 +48,6 @@ pub(crate) struct Fields<'a> {
     delimiter: Delimiter,
     /// Where the next field begins: after the last one, beyond the end of the line.
     at: usize,
-    has_quotes: bool,
     /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
     pub span: (usize, usize),
 }
@@ -61,6 +57,22 @@ impl Fields<'_> {
     fn step_over(&mut self, end: usize) {
         self.span = (self.at, end);
         self.at = end + 1;
+    }
+
+    /// The next field if it is a plain number, with nothing around it.
+    #[inline]
+    pub(crate) fn number(&mut self, point: u8) -> Option<f64> {
+        let rest = self.line.as_bytes().get(self.at..)?;
+        let (value, length) = parse_plain(rest, point)?;
+        let ends = match (rest.get(length), self.delimiter) {
+            (None, _) => true,
+            (Some(byte), Delimiter::Byte(delimiter)) => *byte == delimiter,
+            (Some(byte), Delimiter::Whitespace) => byte.is_ascii_whitespace(),
+        };
+        ends.then(|| {
+            self.step_over(self.at + length);
+            value
+        })
     }
 }
 
@@ -79,23 +91,14 @@ impl<'a> Iterator for Fields<'a> {
                 Some(field).filter(|f| !f.is_empty())
             }
             Delimiter::Byte(delimiter) => {
-                let end = if self.has_quotes {
-                    let mut quoted = false;
-                    rest.bytes().position(|b| {
-                        quoted ^= b == b'"';
-                        b == delimiter && !quoted
-                    })
-                } else {
-                    rest.bytes().position(|b| b == delimiter)
-                };
+                let mut quoted = false;
+                let end = rest.bytes().position(|b| {
+                    quoted ^= b == b'"';
+                    b == delimiter && !quoted
+                });
                 let field = &rest[..end.unwrap_or(rest.len())];
                 self.step_over(self.at + field.len());
-                let field = trim(field);
-                Some(if self.has_quotes {
-                    trim(field.trim_matches('"'))
-                } else {
-                    field
-                })
+                Some(trim(trim(field).trim_matches('"')))
             }
         }
     }
@@ -138,6 +141,11 @@ impl Tally {
 }
 
 impl Dialect {
+    /// What stands between whole numbers and decimals.
+    pub(crate) fn point(self) -> u8 {
+        if self.decimal_comma { b',' } else { b'.' }
+    }
+
     /// A field as [`parse_cell`] reads it.
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
         let value = parse_cell(field, self.decimal_comma);
@@ -200,6 +208,11 @@ impl Dialect {
 
 pub(crate) fn is_comment(line: &str) -> bool {
     matches!(line.as_bytes(), [b'#' | b'%', ..] | [b'/', b'/', ..])
+}
+
+/// The text of a comment, or the line.
+pub(crate) fn uncommented(line: &str) -> &str {
+    line.trim_start_matches(['#', '%', '/', ' '])
 }
 
 /// A line without a letter or digit parts blocks of rows.

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Delimiter, Dialect, fields, is_blank};
-use super::format::{Format, Layout};
+use super::dialect::{Delimiter, Dialect, fields, is_blank, uncommented};
+use super::format::Format;
 use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
@@ -12,9 +12,6 @@ use crate::units::{AccelUnit, GyroUnit, is_listed, is_unit};
 
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;
-
-/// How a header among the rows differs from the first.
-pub(crate) const OTHER_COLUMNS: &str = "has other columns than the first";
 
 /// Names and units of the columns, from the lines above the rows.
 pub(crate) struct Header {
@@ -58,49 +55,37 @@ impl Header {
         header
     }
 
-    /// Whether a line among the rows names the same columns as the head does, or how it differs;
-    /// `None` for a line that names no sensor.
-    pub(crate) fn compare(line: &str, format: &Format) -> Option<Result<(), String>> {
-        let Layout::Table(dialect) = &format.layout else {
-            return None;
-        };
-        // The header, or a piece of it.
-        let first = format
-            .header_line
-            .checked_sub(1)
-            .and_then(|at| format.metadata.get(at));
-        let is_long = line.trim().len() > 3;
-        if is_long && first.is_some_and(|l| l.contains(line.trim())) {
-            return Some(Ok(()));
+    /// Whether a line among the rows repeats the header, or a piece of it; `None` for a line that names
+    /// neither a sensor nor half of the columns.
+    pub(crate) fn is_repeated(line: &str, dialect: Dialect, format: &Format) -> Option<bool> {
+        let first = format.header_line.checked_sub(1);
+        let first = first.and_then(|at| format.metadata.get(at));
+        let line = line.trim();
+        if line.len() > 3 && first.is_some_and(|first| first.contains(line)) {
+            return Some(true);
         }
-        let text = line.trim_start_matches(['#', '%', '/', ' ']);
-        let bytes = [b',', b';', b'\t'].map(Delimiter::Byte);
-        let mut delimiters = [dialect.delimiter].into_iter().chain(bytes);
-        let (delimiter, mut names) = delimiters.find_map(|delimiter| {
+        let text = uncommented(line);
+        let others = [b',', b';', b'\t'].map(Delimiter::Byte);
+        let mut delimiters = [dialect.delimiter].into_iter().chain(others);
+        let (delimiter, names) = delimiters.find_map(|delimiter| {
             let names: Vec<&str> = fields(text, delimiter).collect();
             let known = |name: &&&str| format.names.iter().any(|n| n == **name);
-            let repeats = names.len() == format.names.len()
+            let is_like_first = names.len() == format.names.len()
                 && 2 * names.iter().filter(known).count() >= names.len();
-            (repeats || names_sensor(&names)).then_some((delimiter, names))
+            (is_like_first || names_sensor(&names)).then_some((delimiter, names))
         })?;
-        names.pop_if(|last| last.is_empty());
-        if delimiter != dialect.delimiter {
-            let name = delimiter.name();
-            return Some(Err(format!("has its names separated by {name}")));
-        }
-        let width = names.len().min(format.names.len());
+        let role = |column: &usize| names.get(*column).map(|n| Column::from_name(n).role);
         let is_same = if format.names.is_empty() {
-            format.accel.iter().enumerate().all(|(axis, column)| {
-                let name = names.get(*column).map(|n| Column::from_name(n).role);
-                name == Some(Role::Accel(axis))
-            })
+            let axes = format.accel.iter().enumerate();
+            axes.map(|(axis, c)| (role(c), Role::Accel(axis)))
+                .all(|(named, guessed)| named == Some(guessed))
         } else {
-            let others = names[width..].iter().copied();
-            let mut others = others.chain(format.names[width..].iter().map(String::as_str));
-            names[..width] == format.names[..width] && others.all(str::is_empty)
+            let filled = |names: &[&str]| names.iter().rposition(|n| !n.is_empty());
+            let own: Vec<&str> = format.names.iter().map(String::as_str).collect();
+            let end = filled(&names);
+            end == filled(&own) && names.iter().zip(&own).all(|(name, own)| name == own)
         };
-        let differs = || OTHER_COLUMNS.to_owned();
-        Some(is_same.then_some(()).ok_or_else(differs))
+        Some(is_same && delimiter == dialect.delimiter)
     }
 
     /// A header of two rows: sensor above, axis below, each more than once.
@@ -148,14 +133,9 @@ pub(crate) fn names_sensor(names: &[&str]) -> bool {
 
 /// The fields of a line of the header, which may have another delimiter than the rows.
 fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
-    let text = line.trim_start_matches(['#', '%', '/', ' ']);
-    let delimiters = [
-        dialect.delimiter,
-        Delimiter::Byte(b'\t'),
-        Delimiter::Byte(b','),
-        Delimiter::Byte(b';'),
-    ];
-    for delimiter in delimiters {
+    let text = uncommented(line);
+    let others = [b'\t', b',', b';'].map(Delimiter::Byte);
+    for delimiter in [dialect.delimiter].into_iter().chain(others) {
         let mut parts: Vec<String> = fields(text, delimiter).map(str::to_owned).collect();
         if parts.len() == dialect.fields + 1 {
             parts.pop_if(|last| last.is_empty());

@@ -1,8 +1,8 @@
 //! Lines of a stream.
 
-use std::io::{self, BufRead, Read};
+use std::io::{self, BufRead, ErrorKind};
 
-use memchr::memchr;
+use memchr::{memchr, memrchr};
 
 /// Bytes of a line that are kept: what is longer is no text.
 const MAX_LINE_BYTES: usize = 1 << 20;
@@ -10,8 +10,13 @@ const MAX_LINE_BYTES: usize = 1 << 20;
 pub(crate) struct Lines<R> {
     reader: R,
     line_end: u8,
-    bytes: Vec<u8>,
-    /// The line without NUL bytes, and without bytes that are no UTF-8.
+    /// Whole lines, and where the next begins; bytes that are no UTF-8 are replaced.
+    text: String,
+    at: usize,
+    has_nul: bool,
+    /// The beginning of the line behind them.
+    rest: Vec<u8>,
+    /// The line without NUL bytes.
     cleaned: String,
 }
 
@@ -20,7 +25,10 @@ impl<R: BufRead> Lines<R> {
         Lines {
             reader,
             line_end,
-            bytes: Vec::new(),
+            text: String::new(),
+            at: 0,
+            has_nul: false,
+            rest: Vec::new(),
             cleaned: String::new(),
         }
     }
@@ -32,22 +40,52 @@ impl<R: BufRead> Lines<R> {
 
     /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
     pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
-        self.bytes.clear();
-        let mut kept = self.reader.by_ref().take(MAX_LINE_BYTES as u64);
-        if kept.read_until(self.line_end, &mut self.bytes)? == 0 {
-            return Ok(None);
+        if self.at >= self.text.len() {
+            self.fill()?;
+            if self.text.is_empty() {
+                return Ok(None);
+            }
         }
-        if self.bytes.len() == MAX_LINE_BYTES && !self.bytes.ends_with(&[self.line_end]) {
-            self.reader.skip_until(self.line_end)?;
-        }
-        let line = self.bytes.strip_suffix(&[self.line_end]);
-        let line = line.unwrap_or(&self.bytes);
-        let has_nul = memchr(0, line).is_some();
-        if !has_nul && let Ok(line) = std::str::from_utf8(line) {
+        let rest = &self.text[self.at..];
+        let line = memchr(self.line_end, rest.as_bytes()).map_or(rest, |end| &rest[..end]);
+        self.at += line.len() + 1;
+        if !self.has_nul || memchr(0, line.as_bytes()).is_none() {
             return Ok(Some((trim_end(line), false)));
         }
-        self.cleaned = String::from_utf8_lossy(line).replace('\0', "");
-        Ok(Some((trim_end(&self.cleaned), has_nul)))
+        self.cleaned = line.replace('\0', "");
+        Ok(Some((trim_end(&self.cleaned), true)))
+    }
+
+    /// Reads on to the end of a line, or of the stream.
+    fn fill(&mut self) -> io::Result<()> {
+        let mut bytes = std::mem::take(&mut self.text).into_bytes();
+        bytes.clear();
+        self.at = 0;
+        bytes.append(&mut self.rest);
+        loop {
+            let piece = match self.reader.fill_buf() {
+                Err(e) if e.kind() == ErrorKind::Interrupted => continue,
+                piece => piece?,
+            };
+            let (read, end) = (piece.len(), memrchr(self.line_end, piece));
+            bytes.extend_from_slice(piece);
+            self.reader.consume(read);
+            if let Some(end) = end {
+                let whole = bytes.len() - read + end + 1;
+                self.rest.extend_from_slice(&bytes[whole..]);
+                bytes.truncate(whole);
+            } else if bytes.len() >= MAX_LINE_BYTES {
+                bytes.truncate(MAX_LINE_BYTES);
+                self.reader.skip_until(self.line_end)?;
+            } else if read > 0 {
+                continue;
+            }
+            break;
+        }
+        self.has_nul = memchr(0, &bytes).is_some();
+        self.text = String::from_utf8(bytes)
+            .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+        Ok(())
     }
 }
 

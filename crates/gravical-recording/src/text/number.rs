@@ -26,6 +26,40 @@ pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     parse_date(field, false)
 }
 
+const POWERS: [f64; 16] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
+
+/// The number of at most 15 digits, without an exponent, with which a text begins, and its length.
+///
+/// Most cells are such numbers, and most of the work on a long file is to read them. Digits and power
+/// of ten are exact, so that the division alone rounds (Clinger, How to read floating point numbers
+/// accurately, 1990).
+#[inline]
+pub(crate) fn parse_plain(text: &[u8], point: u8) -> Option<(f64, usize)> {
+    let sign = usize::from(text.first() == Some(&b'-'));
+    let (mut number, mut end, mut point_at) = (0_u64, sign, None);
+    while let Some(byte) = text.get(end) {
+        let digit = byte.wrapping_sub(b'0');
+        if digit <= 9 {
+            number = number.wrapping_mul(10).wrapping_add(digit.into());
+        } else if *byte == point && point_at.is_none() {
+            point_at = Some(end);
+        } else {
+            break;
+        }
+        end += 1;
+    }
+    let decimals = point_at.map_or(0, |at| end - at - 1);
+    let digits = end - sign - usize::from(point_at.is_some());
+    if !(1..POWERS.len()).contains(&digits) {
+        return None;
+    }
+    let value = number as i64 as f64 / POWERS[decimals];
+    // Without a branch: the sign of noise cannot be predicted.
+    Some((value.copysign(0.5 - sign as f64), end))
+}
+
 /// NaN for what is no measurement: infinity, or a torn exponent.
 fn finite(value: f64) -> f64 {
     if value.abs() < 1e100 { value } else { f64::NAN }

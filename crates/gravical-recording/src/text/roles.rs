@@ -1,13 +1,13 @@
-//! Which column is what: by names, else by units and last letters, else by numbers.
+//! Which column is what: by the user, by names, else by units and last letters, else by numbers.
 
 use std::collections::HashMap;
 
 use super::batch::Batch;
 use super::format::{Format, Layout};
-use super::given::{self, list_columns};
 use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
+use crate::options::ColumnsSpec;
 use crate::role::Role;
 use crate::units::is_listed;
 
@@ -22,7 +22,7 @@ const MIN_TURNS: usize = 4;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
-    given::assign(format)?;
+    assign_given(format)?;
     let file = if format.options.is_gyroscope {
         Some(FileSensor::Gyro)
     } else {
@@ -31,11 +31,30 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
-    if !format.names.is_empty() && (has_axis || has_names) {
+    let is_named = !format.names.is_empty() && (has_axis || has_names);
+    if is_named {
         format.sensor = find_sensor_column(format, sample);
-        choose_sensors(format, sample)?;
+    }
+    let mut accel = triples(&format.columns, Role::Accel);
+    let mut gyro = triples(&format.columns, Role::Gyro);
+    let found = if is_named {
+        None
     } else {
-        choose_by_numbers(format, sample)?;
+        by_numbers(format, sample)
+    };
+    if let Some((first, second)) = found {
+        if format.options.is_gyroscope {
+            gyro.push(second.unwrap_or(first));
+        } else if accel.is_empty() {
+            format.is_guessed = true;
+            accel.push(first);
+            gyro.extend(second);
+        }
+    } else if !is_named && accel.is_empty() && !format.options.is_gyroscope {
+        return Err(columns_unknown(format));
+    }
+    choose_sensors(format, &accel, &gyro, sample)?;
+    if !is_named {
         format.sensor = find_sensor_column(format, sample);
     }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
@@ -52,23 +71,116 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     Ok(())
 }
 
-/// The sensors by the names of their columns.
-fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
-    let accel = triples(&format.columns, Role::Accel);
-    let gyro = triples(&format.columns, Role::Gyro);
+/// Gives the columns that the user names their roles; no other column keeps such a role.
+fn assign_given(format: &mut Format) -> Result<(), Error> {
+    let Some(spec) = format.options.columns.clone() else {
+        return Ok(());
+    };
+    let is_read = |role: Role| {
+        let is_gyro = matches!(role, Role::Gyro(_));
+        !format.options.is_gyroscope || is_gyro || matches!(role, Role::Time | Role::Step)
+    };
+    let mut given: Vec<(usize, Role)> = Vec::new();
+    let mut unread: Vec<Role> = Vec::new();
+    match spec {
+        ColumnsSpec::Ordered(order) => {
+            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
+            if format.options.is_gyroscope && !order.iter().any(names_gyro) {
+                return Ok(());
+            }
+            if order.len() > format.columns.len() {
+                let (named, columns) = (order.len(), format.columns.len());
+                let text = format!("{named} columns are named, the file has {columns}");
+                return Err(columns_missing(text).with_hint("leave the last ones out"));
+            }
+            let columns = order.into_iter().enumerate();
+            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
+        }
+        ColumnsSpec::Named(pairs) => {
+            for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
+                match name {
+                    None if !format.options.is_gyroscope => unread.push(role),
+                    None => {}
+                    Some(name) => match find_column(&format.names, &name) {
+                        Some(column) => given.push((column, role)),
+                        // The clock of the accelerometer's file.
+                        None if format.options.is_gyroscope && role == Role::Time => {}
+                        None => {
+                            let text = format!("there is no column \"{name}\"");
+                            return Err(
+                                columns_missing(text).with_hint(list_columns(&format.names))
+                            );
+                        }
+                    },
+                }
+            }
+        }
+    }
+    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
+    let names_clock = given.iter().map(|g| &g.1).chain(&unread).any(is_clock);
+    for column in &mut format.columns {
+        let is_taken = unread.contains(&column.role) || given.iter().any(|g| g.1 == column.role);
+        if is_taken || names_clock && is_clock(&column.role) {
+            column.role = Role::Other;
+            column.is_dropped = true;
+        }
+    }
+    for (column, role) in given {
+        let column = &mut format.columns[column];
+        column.role = role;
+        column.is_given = true;
+        column.is_dropped = role == Role::Other;
+    }
+    format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
+    Ok(())
+}
+
+fn columns_missing(text: String) -> Error {
+    Error::usage("columns-missing", text).of_option("columns")
+}
+
+/// Names of columns that a hint lists.
+const MAX_LISTED: usize = 16;
+
+/// A hint that lists the columns of a file.
+fn list_columns(names: &[String]) -> String {
+    if names.is_empty() {
+        return "the file has no header: give the channels in order, as t,ax,ay,az".to_owned();
+    }
+    let names = names.iter().map(String::as_str);
+    let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
+    let more = if list.len() > MAX_LISTED { ", …" } else { "" };
+    let shown = list[..list.len().min(MAX_LISTED)].join(", ");
+    format!("its columns are: {shown}{more}; assign them, as ax=…,ay=…,az=…")
+}
+
+fn find_column(names: &[String], name: &str) -> Option<usize> {
+    let exact = names.iter().position(|n| n == name);
+    exact.or_else(|| names.iter().position(|n| n.eq_ignore_ascii_case(name)))
+}
+
+/// Of several sensors the first, or the one that the user asks for.
+fn choose_sensors(
+    format: &mut Format,
+    accel: &[[usize; 3]],
+    gyro: &[[usize; 3]],
+    sample: &Batch,
+) -> Result<(), Error> {
     if format.options.is_gyroscope {
         format.accel = *gyro
             .first()
             .ok_or_else(|| no_gyroscope(!accel.is_empty(), &format.names))?;
         return Ok(());
     }
-    let names: Vec<String> = if format.sensor.is_some() {
-        Vec::new()
+    // Names tell sensors apart that stand side by side.
+    let are_named = !format.names.is_empty() && format.sensor.is_none();
+    let names: Vec<String> = if are_named {
+        sensor_names(&format.columns, accel)
     } else {
-        sensor_names(&format.columns, &accel)
+        Vec::new()
     };
     let at = match &format.options.sensor {
-        Some(wanted) if format.sensor.is_none() => find_sensor(wanted, &names, format, &accel)?,
+        Some(wanted) if are_named => find_sensor(wanted, &names, format, accel)?,
         _ => 0,
     };
     format.accel = *accel
@@ -89,31 +201,6 @@ fn choose_sensors(format: &mut Format, sample: &Batch) -> Result<(), Error> {
     // `max_by_key` returns the last of equals.
     let gyro = gyro.iter().rev().max_by_key(shared).copied();
     format.gyro = gyro.filter(|axes| !axes.iter().any(|c| sample.is_text(*c)));
-    Ok(())
-}
-
-/// The sensors in the rows of which none has names.
-fn choose_by_numbers(format: &mut Format, sample: &Batch) -> Result<(), Error> {
-    let given = triples(&format.columns, Role::Accel);
-    let given_gyro = triples(&format.columns, Role::Gyro);
-    let found = by_numbers(format, sample);
-    if format.options.is_gyroscope {
-        let axes = given_gyro.first().copied().or_else(|| {
-            let (first, second) = found?;
-            Some(second.unwrap_or(first))
-        });
-        format.accel = axes.ok_or_else(|| no_gyroscope(false, &[]))?;
-        return Ok(());
-    }
-    if let Some(accel) = given.first() {
-        format.accel = *accel;
-        format.gyro = given_gyro.first().copied();
-        return Ok(());
-    }
-    let (accel, gyro) = found.ok_or_else(|| columns_unknown(format))?;
-    format.accel = accel;
-    format.gyro = given_gyro.first().copied().or(gyro);
-    format.is_guessed = true;
     Ok(())
 }
 
@@ -138,17 +225,11 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
     } else {
         "no three columns of this file are a gyroscope's x, y and z"
     };
-    let error = Error::input("no-gyroscope", text);
-    if names.is_empty() {
-        return error.with_hint(
-            "a gyroscope's file holds t,gx,gy,gz or gx,gy,gz, or has a header that names them",
-        );
-    }
-    let list = list_columns(names);
-    let list = list.split(';').next().unwrap_or_default();
-    error
+    let columns = list_columns(names);
+    let columns = columns.split(';').next().unwrap_or_default();
+    Error::input("no-gyroscope", text)
         .with_hint(format!(
-            "{list}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
+            "{columns}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
         ))
         .advise("gyro", "")
         .advise("columns", "")
@@ -280,15 +361,13 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let all = || 0..found.len();
-    let mut fits: Vec<usize> = all().filter(|i| names[*i] == wanted).collect();
-    if fits.is_empty() {
-        fits = all().filter(|i| has_words(&found[*i])).collect();
-    }
-    if fits.is_empty() {
-        fits = all().filter(|i| wanted == (i + 1).to_string()).collect();
-    }
-    match fits[..] {
+    let is_named = |i: &usize| names[*i] == wanted;
+    let is_numbered = |i: &usize| wanted == (i + 1).to_string();
+    let by_words = |i: &usize| has_words(&found[*i]);
+    let ways: [&dyn Fn(&usize) -> bool; 3] = [&is_named, &by_words, &is_numbered];
+    let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
+    let fits = fits.into_iter().find(|fits| !fits.is_empty());
+    match fits.unwrap_or_default()[..] {
         [one] => Ok(one),
         _ => Err(sensor_unknown(wanted, names)),
     }

@@ -2,7 +2,7 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment};
+use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::{Format, Layout};
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
@@ -166,15 +166,12 @@ impl Format {
         Ok(format)
     }
 
-    fn with_head(mut self, lines: &[&str], head_lines: usize, first_row: &[&str]) -> Self {
+    fn with_head(mut self, lines: &[&str], head_lines: usize) -> Self {
         self.head_lines = head_lines;
         let above = lines[..head_lines].iter();
         self.metadata = above.map(|l| (*l).to_owned()).collect();
         self.rate_hz = metadata::rate_hz(&self.metadata);
         self.board = BoardSettings::last(&self.metadata);
-        for (column, cell) in self.columns.iter_mut().zip(first_row) {
-            column.is_dated = cell.contains(':');
-        }
         self
     }
 
@@ -198,20 +195,26 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        Some(format.with_head(lines, head_lines, &first_row))
+        for (column, cell) in format.columns.iter_mut().zip(first_row) {
+            column.is_dated = cell.contains(':');
+        }
+        Some(format.with_head(lines, head_lines))
     }
 
     /// The same where the line with the names is a comment: it may as well be about something else.
     fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
         let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
-        let Layout::Table(dialect) = &self.layout else {
-            return None;
-        };
         is_comment(line).then(|| {
-            let layout = Layout::Table(*dialect);
-            let first_row: Vec<&str> = fields(lines[self.head_lines], dialect.delimiter).collect();
-            let unnamed = Format::new(layout, self.line_end, Vec::new(), dialect.fields);
-            unnamed.with_head(lines, self.head_lines, &first_row)
+            let unnamed = |c: &Column| Column {
+                is_dated: c.is_dated,
+                ..Column::default()
+            };
+            Format {
+                header_line: 0,
+                names: Vec::new(),
+                columns: self.columns.iter().map(unnamed).collect(),
+                ..self.clone()
+            }
         })
     }
 
@@ -224,44 +227,32 @@ impl Format {
             let mut words = line.split(|c: char| !c.is_alphanumeric());
             line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
         });
-        let ros = ros_imu();
         let is_ros = first_row
             .get(2)
             .is_some_and(|frame| frame.parse::<f64>().is_err());
-        if is_geneactiv && self.columns.len() == geneactiv.len() {
-            self.names = geneactiv;
-        } else if is_ros && self.columns.len() == ros.len() {
-            self.names = ros;
-        }
-        for (column, name) in self.columns.iter_mut().zip(&self.names) {
-            *column = Column::from_name(name);
+        let mut known = [(is_geneactiv, geneactiv), (is_ros, ros_imu())].into_iter();
+        let columns = self.columns.len();
+        if let Some((_, names)) = known.find(|(is_it, names)| *is_it && names.len() == columns) {
+            self.columns = names.iter().map(|name| Column::from_name(name)).collect();
+            self.names = names;
         }
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let is_first = |l: &str| sentences.parse(&sentences.normalise(l)).is_some();
-        let head_lines = lines.iter().position(|l| is_first(l))?;
-        let names = sentences.names(lines);
-        let fields = sentences.slots;
-        let mut first_row = vec![String::new(); fields];
-        for line in lines[head_lines..].iter().take(1 + sentences.last_place()) {
-            let line = sentences.normalise(line);
-            let Some(sentence) = sentences.parse(&line) else {
-                continue;
-            };
-            for (k, number) in sentence.numbers.iter().enumerate() {
-                first_row[sentence.first_slot + k] = (*number).to_owned();
-            }
+        let head_lines = lines.iter().position(|l| sentences.parse(l).is_some())?;
+        let mut names = sentences.names(lines);
+        if names.iter().all(String::is_empty) {
+            names.clear();
         }
-        let names = if names.iter().all(String::is_empty) {
-            Vec::new()
-        } else {
-            names
-        };
-        let format = Format::new(Layout::Sentences(sentences), line_end, names, fields);
-        let first_row: Vec<&str> = first_row.iter().map(String::as_str).collect();
-        Some(format.with_head(lines, head_lines, &first_row))
+        let layout = Layout::Sentences(sentences.clone());
+        let mut format = Format::new(layout, line_end, names, sentences.slots);
+        let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
+        let sentences = first_row.filter_map(|line| sentences.parse(line));
+        for (slot, number) in sentences.flat_map(|s| s.numbers) {
+            format.columns[slot].is_dated = number.contains(':');
+        }
+        Some(format.with_head(lines, head_lines))
     }
 
     /// Assigns roles by names and by the rows of the head. True if a column of text always
@@ -280,17 +271,9 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let read_sample = |format: &Format| {
-            let batch = format.batches(head.as_bytes()).next();
-            let batch = batch.and_then(Result::ok);
-            batch.ok_or_else(|| no_table(head, NO_ROWS))
-        };
-        let mut sample = read_sample(&self)?;
-        if let Some(rate_hz) = start_and_rate(&sample) {
-            self.rate_hz = Some(rate_hz);
-            self.head_lines = sample.lines[1] as usize;
-            sample = read_sample(&self)?;
-        }
+        let sample = self.batches(head.as_bytes()).next();
+        let sample = sample.and_then(Result::ok);
+        let sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
         self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
@@ -301,8 +284,7 @@ impl Format {
 /// Line and number of the names that a line above the rows has for other columns.
 fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
     let at = above.iter().rposition(|l| !is_blank(l))?;
-    let text = above[at].trim_start_matches(['#', '%', '/', ' ']);
-    let names: Vec<&str> = fields(text, dialect.delimiter).collect();
+    let names: Vec<&str> = fields(uncommented(above[at]), dialect.delimiter).collect();
     (names.len() != dialect.fields && names_sensor(&names)).then_some((at + 1, names.len()))
 }
 
@@ -312,15 +294,4 @@ fn counts_epochs(metadata: &[String]) -> bool {
     let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
     let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
     words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
-}
-
-/// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
-fn start_and_rate(sample: &Batch) -> Option<f64> {
-    let common = |row: usize| {
-        let mut cells = sample.columns.iter().map(|c| c.get(row));
-        let first = *cells.next()??;
-        cells.all(|cell| cell == Some(&first)).then_some(first)
-    };
-    let (start_s, rate_hz) = (common(0)?, common(1)?);
-    (start_s > 1e9 && rate_hz > 0.0 && sample.rows() > 2).then_some(rate_hz)
 }

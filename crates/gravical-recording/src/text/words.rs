@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::names::{Column, axis, names_sensor, words};
 use super::number::parse_cell;
@@ -20,8 +21,8 @@ const RISING_ROWS: usize = 200;
 /// Lines with words.
 #[derive(Clone, Debug)]
 pub(crate) struct Sentences {
-    /// Skeletons of the lines of a row, in order, with the first slot of each.
-    cycle: Vec<(String, usize)>,
+    /// Skeletons of the lines of a row, in order, with the slots of each.
+    cycle: Vec<(String, Range<usize>)>,
     /// Skeletons that stand for the first: only their words differ.
     variants: Vec<String>,
     /// Commas within numbers are points: `ax=0,12; ay=…`.
@@ -30,11 +31,11 @@ pub(crate) struct Sentences {
 }
 
 /// What a line with words holds.
-pub(crate) struct Sentence<'a> {
+pub(crate) struct Sentence {
     /// Place of the line within its row.
     pub place: usize,
-    pub first_slot: usize,
-    pub numbers: Vec<&'a str>,
+    /// Slots, and the text of the number in each, with a decimal point.
+    pub numbers: Vec<(usize, String)>,
 }
 
 impl Sentences {
@@ -76,14 +77,12 @@ impl Sentences {
             Vec::new()
         };
         let mut slots = 0;
-        let cycle = shapes
-            .into_iter()
-            .map(|shape| {
-                let first = slots;
-                slots += shape.matches(SLOT).count();
-                (shape, first)
-            })
-            .collect();
+        let cycle = shapes.into_iter().map(|shape| {
+            let first = slots;
+            slots += shape.matches(SLOT).count();
+            (shape, first..slots)
+        });
+        let cycle = cycle.collect();
         Some(Sentences {
             cycle,
             variants,
@@ -98,31 +97,24 @@ impl Sentences {
     }
 
     /// Place and numbers of a line; `None` for a line of another skeleton.
-    pub(crate) fn parse<'a>(&self, line: &'a str) -> Option<Sentence<'a>> {
-        let (shape, numbers) = skeleton(line);
+    pub(crate) fn parse(&self, line: &str) -> Option<Sentence> {
+        let line = with_points(line, self.decimal_comma);
+        let (shape, numbers) = skeleton(&line);
         let place = self.cycle.iter().position(|c| c.0 == shape);
         let place = place.or_else(|| self.variants.contains(&shape).then_some(0))?;
-        let first_slot = self.cycle[place].1;
-        let end = self.cycle.get(place + 1).map_or(self.slots, |c| c.1);
-        (numbers.len() == end - first_slot).then_some(Sentence {
+        let slots = self.cycle[place].1.clone();
+        (numbers.len() == slots.len()).then(|| Sentence {
             place,
-            first_slot,
-            numbers,
+            numbers: slots.zip(numbers.into_iter().map(str::to_owned)).collect(),
         })
-    }
-
-    /// The line with points for commas within numbers, where the logger writes those.
-    pub(crate) fn normalise<'a>(&self, line: &'a str) -> Cow<'a, str> {
-        with_points(line, self.decimal_comma)
     }
 
     /// Names of the slots: by the words before them, else by a line above the rows.
     pub(crate) fn names(&self, lines: &[&str]) -> Vec<String> {
         let rising = self.rising(lines);
         let mut names = Vec::new();
-        for (k, (shape, first)) in self.cycle.iter().enumerate() {
-            let end = self.cycle.get(k + 1).map_or(self.slots, |c| c.1);
-            names.extend(slot_names(shape, &rising[*first..end]));
+        for (shape, slots) in &self.cycle {
+            names.extend(slot_names(shape, &rising[slots.clone()]));
         }
         if names
             .iter()
@@ -130,8 +122,8 @@ impl Sentences {
         {
             return names;
         }
-        let is_sentence = |l: &str| self.parse(&self.normalise(l)).is_some();
-        let first = lines.iter().position(|l| is_sentence(l)).unwrap_or(0);
+        let first = lines.iter().position(|l| self.parse(l).is_some());
+        let first = first.unwrap_or(0);
         let mut above = lines[..first].iter().rev();
         let header = above.find_map(|l| names_in_line(l, names.len()));
         header.unwrap_or(names)
@@ -140,14 +132,9 @@ impl Sentences {
     /// Slots whose numbers never fall and rise often: clocks.
     fn rising(&self, lines: &[&str]) -> Vec<bool> {
         let mut columns = vec![Vec::new(); self.slots];
-        for line in lines.iter().take(RISING_ROWS * self.cycle.len()) {
-            let line = self.normalise(line);
-            let Some(sentence) = self.parse(&line) else {
-                continue;
-            };
-            for (k, number) in sentence.numbers.iter().enumerate() {
-                columns[sentence.first_slot + k].extend(parse_cell(number, false));
-            }
+        let lines = lines.iter().take(RISING_ROWS * self.cycle.len());
+        for (slot, number) in lines.filter_map(|l| self.parse(l)).flat_map(|s| s.numbers) {
+            columns[slot].extend(parse_cell(&number, false));
         }
         let is_rising = |v: &Vec<f64>| {
             v.windows(2).all(|w| w[1] >= w[0])

@@ -3,8 +3,6 @@
 #[cfg(test)]
 mod tests;
 
-use std::array::from_fn;
-
 use gravical_recording::Readings;
 use serde::Serialize;
 
@@ -20,32 +18,24 @@ const NEAR_C: f64 = 0.5;
 /// Result of the temperature correction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TemperatureOutcome {
-    /// Channels whose drift was subtracted; empty if the recording has no temperatures.
-    pub channels: Vec<String>,
+    /// Channels whose drift was subtracted.
+    pub channels: Vec<&'static str>,
     /// Range of the model, °C.
     pub range_c: [f64; 2],
     /// Rows more than 0.5 °C outside the range: the drift at its edge was used.
     pub rows_outside: u64,
-    /// Rows without a temperature, for which the last one was used.
-    pub rows_held: u64,
-    /// Rows whose drift was not subtracted because no temperature was known.
-    pub rows_without: u64,
 }
 
 /// Temperature correction of a recording.
 pub(super) struct Drift {
-    model: TemperatureModel,
-    /// Channels whose drift is subtracted.
-    applied: Vec<&'static str>,
-    /// Last known temperature; NaN before the first.
+    pub model: TemperatureModel,
+    channels: Vec<&'static str>,
+    /// Last known temperature, at first that of the first row that has one.
     now_c: f64,
     /// Drift of each channel at this temperature.
     at: [f64; 6],
-    outside_range_c: [f64; 2],
     outside: LineSpans,
-    without: LineSpans,
-    /// Rows for which the last temperature holds.
-    held: u64,
+    outside_range_c: [f64; 2],
 }
 
 impl Drift {
@@ -59,102 +49,62 @@ impl Drift {
         let model = calibration.temperature_model.as_ref()?;
         // Without a calibration of the gyroscope its columns stay unchanged.
         let has_gyro = calibration.gyroscope.is_some() && recording.gyro.is_some();
-        let channels = if has_gyro { 6 } else { 3 };
         let is_corrected = |name: &&str| model.channel(name).is_some_and(|c| c.is_corrected());
-        let applied = CHANNELS.into_iter().take(channels).filter(is_corrected);
-        let applied: Vec<&'static str> = applied.collect();
-        if applied.is_empty() {
+        let channels = CHANNELS.into_iter().take(if has_gyro { 6 } else { 3 });
+        let channels: Vec<&'static str> = channels.filter(is_corrected).collect();
+        if channels.is_empty() {
             return None;
         }
-        let mut temperatures = match &recording.temperature_c {
-            Some(temperature_c) => temperature_c.iter(),
-            None => {
-                let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
-                let why = if findings.iter().any(is_no_celsius) {
-                    "the recording's temperatures are not in °C"
-                } else {
-                    "the recording has no temperatures"
-                };
-                findings.push(finding!(
-                    TemperatureNotApplied,
-                    "{why}, so the calibration's temperature drift is not subtracted: {}",
-                    cost_text(model)
-                ));
-                return None;
-            }
+        let mut temperatures = recording.temperature_c.iter().flatten();
+        let Some(first_c) = temperatures.find(|t| t.is_finite()) else {
+            let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
+            let why = if findings.iter().any(is_no_celsius) {
+                "the recording's temperatures are not in °C"
+            } else {
+                "the recording has no temperatures"
+            };
+            findings.push(finding!(
+                TemperatureNotApplied,
+                "{why}, so the calibration's temperature drift is not subtracted: {}",
+                cost_text(model)
+            ));
+            return None;
         };
-        let mut drift = Drift {
-            model: model.clone(),
-            applied,
-            now_c: f64::NAN,
-            at: [0.0; 6],
-            outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
+        Some(Drift {
+            channels,
+            now_c: *first_c,
+            at: CHANNELS.map(|name| model.drift_at(name, *first_c)),
             outside: LineSpans::default(),
-            without: LineSpans::default(),
-            held: 0,
-        };
-        // Rows before the first temperature use that temperature.
-        if let Some(first) = temperatures.find(|t| t.is_finite()) {
-            drift.set_temperature(*first);
-        }
-        Some(drift)
+            outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
+            model: model.clone(),
+        })
     }
 
-    fn set_temperature(&mut self, t_c: f64) {
-        self.now_c = t_c;
-        self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
-    }
-
-    /// Converts the readings of rows to the reference temperature.
+    /// Converts the readings of rows to the reference temperature; a row without a temperature has
+    /// that of the row before.
     pub fn subtract(&mut self, readings: &mut Readings, lines: &[u32]) {
-        for (row, line) in lines
-            .iter()
-            .enumerate()
-            .filter(|(r, _)| readings.is_measured[*r])
-        {
+        let [low_c, high_c] = self.model.range_c;
+        let gyro = readings.gyro.iter_mut().flatten();
+        let mut channels: Vec<_> = readings.accel.iter_mut().chain(gyro).collect();
+        let rows = lines.iter().enumerate();
+        for (row, line) in rows.filter(|(row, _)| readings.is_measured[*row]) {
             let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
-            self.follow(t_c, u64::from(*line));
-            let channels = readings
-                .accel
-                .iter_mut()
-                .chain(readings.gyro.iter_mut().flatten());
-            for (channel, drift) in channels.zip(self.at) {
+            if t_c.is_finite() && t_c != self.now_c {
+                self.now_c = t_c;
+                self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
+            }
+            if !(low_c - NEAR_C..=high_c + NEAR_C).contains(&self.now_c) {
+                self.outside.push(u64::from(*line));
+                let [coldest, warmest] = self.outside_range_c;
+                self.outside_range_c = [coldest.min(self.now_c), warmest.max(self.now_c)];
+            }
+            for (channel, drift) in channels.iter_mut().zip(self.at) {
                 channel[row] -= drift;
             }
         }
     }
 
-    /// Sets the temperature of the row in `line`; without one the last holds.
-    fn follow(&mut self, t_c: f64, line: u64) {
-        if t_c.is_finite() {
-            if t_c != self.now_c {
-                self.set_temperature(t_c);
-            }
-        } else if self.now_c.is_nan() {
-            self.without.push(line);
-        } else {
-            self.held += 1;
-        }
-        let [low, high] = self.model.range_c;
-        if self.now_c.is_finite() && !(low - NEAR_C..=high + NEAR_C).contains(&self.now_c) {
-            self.outside.push(line);
-            self.outside_range_c = [
-                self.outside_range_c[0].min(self.now_c),
-                self.outside_range_c[1].max(self.now_c),
-            ];
-        }
-    }
-
-    /// The accelerometer at temperature `t_c` without its drift; unchanged without a temperature.
-    pub fn accel_at(&self, accel: [f64; 3], t_c: f64) -> [f64; 3] {
-        if t_c.is_finite() {
-            from_fn(|axis| self.model.at_reference(axis, t_c, accel[axis]))
-        } else {
-            accel
-        }
-    }
-
-    /// Adds the findings and returns the result; to be called after the last row.
+    /// Adds the finding and returns the result; to be called after the last row.
     pub fn finish(self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
         let [low, high] = self.model.range_c;
         if !self.outside.is_empty() {
@@ -166,21 +116,10 @@ impl Drift {
             );
             findings.push(finding.at_lines(&self.outside));
         }
-        if !self.without.is_empty() {
-            let finding = finding!(
-                TemperatureNotApplied,
-                "{} rows are before the first temperature, so the calibration's drift is not subtracted from them: {}",
-                self.without.count(),
-                cost_text(&self.model)
-            );
-            findings.push(finding.at_lines(&self.without));
-        }
         TemperatureOutcome {
-            channels: self.applied.iter().map(|c| (*c).to_owned()).collect(),
+            channels: self.channels,
             range_c: self.model.range_c,
             rows_outside: self.outside.count(),
-            rows_held: self.held,
-            rows_without: self.without.count(),
         }
     }
 }

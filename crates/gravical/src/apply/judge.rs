@@ -28,12 +28,13 @@ pub(super) fn judge_accelerometer(
     let accelerometer = calibration.accelerometer_calibration();
     let mut axes: [Vec<f64>; 3] = Default::default();
     for row in 0..recording.rows() {
-        let raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
-        let t_c = recording
-            .temperature_c
-            .as_ref()
-            .map_or(f64::NAN, |t| t[row]);
-        let calibrated = accelerometer.apply(drift.map_or(raw, |d| d.accel_at(raw, t_c)));
+        let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
+        let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
+        if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
+            let at_reference = |axis: usize| drift.model.at_reference(axis, t_c, raw[axis]);
+            raw = std::array::from_fn(at_reference);
+        }
+        let calibrated = accelerometer.apply(raw);
         for (axis, value) in axes.iter_mut().zip(calibrated) {
             axis.push(value);
         }

@@ -259,24 +259,3 @@ fn impossible_temperatures_are_empty_cells() {
     let empty = read(text("").as_bytes());
     assert!(!finding(&empty, "empty-cells").message.contains("outside"));
 }
-
-#[test]
-fn a_sparse_file_may_write_null() {
-    for word in ["", "nan", "null", "NA", "-"] {
-        let mut text = "t_ms,ax,ay,az,gx,gy,gz,temp\n".to_owned();
-        for i in 0..200 {
-            let values = ["0.1", "0.2", "9.8", "0.01", "0.02", "0.03", "25.1"];
-            let cell = |channel: usize| {
-                if i % 7 == channel {
-                    values[channel]
-                } else {
-                    word
-                }
-            };
-            let cells: Vec<&str> = (0..7).map(cell).collect();
-            writeln!(text, "{},{}", 10 * i, cells.join(",")).unwrap();
-        }
-        let recording = read(text.as_bytes());
-        assert_eq!(recording.rows(), 200, "{word}");
-    }
-}

@@ -13,11 +13,9 @@ mod judge;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use form::Writing;
 use form::cover::pairs;
-use form::session::Session;
-use form::{Decimals, Scene, Sensors, Values, Writing};
-use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
-use judge::{Judge, Subject};
+use judge::Judge;
 
 use crate::support::Noise;
 
@@ -62,72 +60,4 @@ fn drawn_at_random() {
         .map(|_| Writing::random(|n| (noise.uniform() * n as f64) as usize))
         .collect();
     report(&wrong(&drawn), drawn.len());
-}
-
-/// Recordings of real sensors, each written anew in a dozen ways.
-#[test]
-#[ignore = "slow: 84 writings of whole recordings"]
-fn recordings_of_real_sensors() {
-    let Some(data) = crate::support::data() else {
-        return;
-    };
-    let mut wrong_ones = Vec::new();
-    let mut tried = 0;
-    for (name, files, gyro) in [
-        (
-            "imu_tk-xsens",
-            "xsens_acc.txt.gz",
-            Some("xsens_gyro.txt.gz"),
-        ),
-        ("mikoff-mpu9150", "imu0.log", None),
-        ("mikoff-mpu9150", "imu1.log", None),
-        ("mikoff-mpu9150", "imu2.log", None),
-        ("tomisuarez-mpu6050", "calibration.csv", None),
-        ("imucal-ferraris", "example_ferraris_session.csv", None),
-        (
-            "airbrakes-sixmoves",
-            "xminus.csv xplus.csv yminus.csv yplus.csv zminus.csv zplus.csv",
-            None,
-        ),
-    ] {
-        let options = ReadOptions::default();
-        let recordings = files.split(' ').map(|file| {
-            let mut recording = read(&data.join(name).join(file), &options).unwrap();
-            // The name is a claim about the face, so it stays.
-            file.clone_into(&mut recording.name);
-            recording
-        });
-        let mut recordings: Vec<Recording> = recordings.collect();
-        if let Some(gyro) = gyro {
-            join_gyroscope(&mut recordings[0], &data.join(name).join(gyro), &options).unwrap();
-        }
-        let gyro = recordings
-            .iter()
-            .all(|r| r.gyro_scale.is_some_and(|g| g.nominal().is_some()));
-        let mut subject = Subject::new(Session::of_recordings(&recordings));
-        let mut noise = Noise::new(5);
-        for _ in 0..12 {
-            let mut writing = Writing::random(|n| (noise.uniform() * n as f64) as usize);
-            writing.scene = match recordings.len() {
-                1 => Scene::Poses,
-                _ => Scene::SixFiles,
-            };
-            if !gyro {
-                writing.sensors = Sensors::AccelerometerOnly;
-            }
-            // They were rounded when they were recorded: rounded again to steps of that
-            // size they are other data. Coarse digits are for the simulator.
-            if matches!(writing.decimals, Decimals::Two | Decimals::Three) {
-                writing.decimals = Decimals::Four;
-            }
-            if writing.values == Values::Counts {
-                writing.values = Values::Mps2Rad;
-            }
-            let judged = subject.judge(&writing.possible());
-            tried += 1;
-            let writing = writing.possible();
-            wrong_ones.extend(judged.wrong(&format!("{name} {files} {writing:?}")));
-        }
-    }
-    report(&wrong_ones, tried);
 }

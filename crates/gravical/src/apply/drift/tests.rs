@@ -1,49 +1,42 @@
 use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
-use crate::motion::{Calibrated, MotionOptions, MotionStepper, Readings};
-use crate::recording::{ReadOptions, read_bytes};
 use gravical_recording::bytes::from_reader;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.
-fn calibration(with_model: bool) -> CalibrationFile {
-    let mut value = serde_json::json!({
-        "format": "gravical-calibration/2", "created": "", "tool": "",
-        "sensor": {"id": null, "model": null},
-        "gravity_mps2": 9.80665, "gravity_source": "standard", "temperature_c": null,
-        "accelerometer": {
-            "method": "ferraris", "input_unit": "m/s^2", "output_unit": "m/s^2",
-            "bias": [0.1, 0.0, 0.0], "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "scale": [1.0, 1.0, 1.0], "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "covariance": null, "poses": [], "errors": null, "scale_deviation_percent": null,
-            "degrees_of_freedom": 0, "leave_one_out_rms_mps2": null,
-            "predicted_norm_error_mps2": null, "pose_tilt_deg": null},
-        "gyroscope": {"input_unit": "rad/s", "output_unit": "rad/s", "bias": [0.0, 0.0, 0.0],
-            "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "scale": [1.0, 1.0, 1.0],
-            "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "g_sensitivity": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]},
-        "inputs": [], "findings": [], "verdict": {"grade": "not-verifiable", "reasons": []}
+fn calibration() -> CalibrationFile {
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let zero = [[0.0; 3]; 3];
+    let file = serde_json::json!({
+        "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
+        "K_a": identity, "b_a": [0.1, 0, 0], "R_a": identity,
+        "K_g": identity, "b_g": [0, 0, 0], "R_g": identity, "K_ga": zero,
     });
-    if with_model {
-        let channel = |name: &str, verdict: &str, drift: &[f64]| {
-            serde_json::json!({
-                "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
-                "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
-                "coefficients": drift})
-        };
-        value["temperature_model"] = serde_json::json!({
-        "reference_c": 25.0, "range_c": [0.0, 50.0],
-        "inputs": [], "channels": [
-            channel("ax", "corrected", &[0.01]),
-            channel("ay", "not-corrected", &[]),
-            channel("az", "corrected", &[-0.002]),
-            channel("gy", "corrected", &[0.001, 0.0001]),
-        ]});
-    }
-    CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
+    let mut file = CalibrationFile::parse(file.to_string().as_bytes()).unwrap();
+    let gyroscope = serde_json::json!({
+        "input_unit": "rad/s", "output_unit": "rad/s", "bias": [0, 0, 0], "matrix": identity,
+        "scale": [1, 1, 1], "orientation": identity, "g_sensitivity": zero,
+    });
+    file.gyroscope = Some(serde_json::from_value(gyroscope).unwrap());
+    let channel = |name: &str, verdict: &str, drift: &[f64]| {
+        serde_json::json!({
+            "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
+            "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
+            "coefficients": drift})
+    };
+    let model = serde_json::json!({
+    "reference_c": 25.0, "range_c": [0.0, 50.0],
+    "inputs": [], "channels": [
+        channel("ax", "corrected", &[0.01]),
+        channel("ay", "not-corrected", &[]),
+        channel("az", "corrected", &[-0.002]),
+        channel("gy", "corrected", &[0.001, 0.0001]),
+    ]});
+    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    file
 }
 
-fn run(with_model: bool, text: &str) -> (ApplySummary, Vec<Vec<String>>) {
+fn run(text: &str) -> (ApplySummary, Vec<Vec<String>>) {
     let input = from_reader(
         Box::new(std::io::Cursor::new(text.as_bytes().to_vec())),
         false,
@@ -51,7 +44,7 @@ fn run(with_model: bool, text: &str) -> (ApplySummary, Vec<Vec<String>>) {
     .unwrap();
     let mut out = Vec::new();
     let summary = apply(
-        &calibration(with_model),
+        &calibration(),
         input,
         "ride.csv",
         &mut out,
@@ -81,7 +74,7 @@ fn kinds(summary: &ApplySummary) -> Vec<&str> {
 
 #[test]
 fn every_row_is_corrected_for_its_temperature() {
-    let (summary, rows) = run(true, &ride(&["25", "35", "15.0"]));
+    let (summary, rows) = run(&ride(&["25", "35", "15.0"]));
     // raw − drift − bias
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
     assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
@@ -92,15 +85,12 @@ fn every_row_is_corrected_for_its_temperature() {
     assert_eq!(rows[2][4], "15.0", "the temperature is kept as it is");
     let done = summary.temperature.unwrap();
     assert_eq!(done.channels, ["ax", "az", "gy"]);
-    assert_eq!(
-        (done.rows_outside, done.rows_held, done.rows_without),
-        (0, 0, 0)
-    );
+    assert_eq!(done.rows_outside, 0);
 }
 
 #[test]
 fn outside_the_range_the_edge_is_used_and_reported() {
-    let (summary, rows) = run(true, &ride(&["50", "50.4", "90", "-30"]));
+    let (summary, rows) = run(&ride(&["50", "50.4", "90", "-30"]));
     // 0.5 − 0.25 − 0.1 at 50 °C and beyond, 0.5 + 0.25 − 0.1 at 0 °C.
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(ax, ["0.150000", "0.150000", "0.150000", "0.650000"]);
@@ -118,7 +108,7 @@ fn outside_the_range_the_edge_is_used_and_reported() {
 
 #[test]
 fn an_empty_temperature_repeats_the_last_one() {
-    let (summary, rows) = run(true, &ride(&["", "35", "", "nan", "-3276.8", "15"]));
+    let (summary, rows) = run(&ride(&["", "35", "", "nan", "-3276.8", "15"]));
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(
         ax,
@@ -127,32 +117,12 @@ fn an_empty_temperature_repeats_the_last_one() {
         ]
     );
     assert!(kinds(&summary).is_empty());
-    assert_eq!(summary.temperature.unwrap().rows_held, 4);
-}
-
-#[test]
-fn a_stepper_repeats_the_first_temperature_too() {
-    let text = ride(&["", "35", "", "35"]);
-    let first = read_bytes(text.as_bytes(), "ride.csv", &ReadOptions::default()).unwrap();
-    let calibrated = Calibrated {
-        file: &calibration(true),
-        name: "cal.json",
-    };
-    let mut stepper =
-        MotionStepper::new(&first, Some(calibrated), &MotionOptions::default()).unwrap();
-    assert!(stepper.update(&Readings {
-        t_s: Some(0.0),
-        accel: [0.5, 0.2, 9.8],
-        gyro: [0.01, 0.02, 0.03],
-        temperature_c: f64::NAN,
-    }));
-    assert!((stepper.now().force_mps2[0] - 0.3).abs() < 1e-9);
 }
 
 #[test]
 fn without_temperatures_drift_is_reported_but_not_subtracted() {
     let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n";
-    let (summary, rows) = run(true, bare);
+    let (summary, rows) = run(bare);
     assert_eq!(rows[0][1], "0.400000");
     assert_eq!(kinds(&summary), ["temperature-not-applied"]);
     let reported = &summary
@@ -168,7 +138,7 @@ fn without_temperatures_drift_is_reported_but_not_subtracted() {
     assert!(summary.temperature.is_none());
 
     // Raw counts of a thermometer are not °C.
-    let (summary, rows) = run(true, &ride(&["-3400", "-3410", "-3420"]));
+    let (summary, rows) = run(&ride(&["-3400", "-3410", "-3420"]));
     assert_eq!(rows[2][1], "0.400000");
     assert_eq!(
         kinds(&summary),

@@ -83,40 +83,26 @@ impl Read for SmallReads<'_> {
     }
 }
 
-/// A recording with faults, longer than the head.
+/// A recording with faults.
 fn faulty() -> String {
     let row = |i: usize| {
         let x = i as f64;
-        let stamp = match i {
-            5000 => 10 * i - 60,
-            5001..5003 => 50010,
-            _ => 10 * i,
-        };
-        let ay = if (6000..6300).contains(&i) {
-            0.25
-        } else {
-            0.2 + 0.01 * (1.7 * x).sin()
-        };
         let az = if i % 500 < 4 && i > 4000 {
             19.6127
         } else {
             9.8 + 0.01 * x.cos()
         };
-        let zero = if i >= 9990 { 0.0 } else { 1.0 };
+        let stamp = if i == 5000 { 49_940 } else { 10 * i };
+        let ax = 0.01 * x.sin();
         let line = format!(
-            "{stamp},{:.4},{:.4},{:.4},{:.3},0.01,{:.3}",
-            zero * 0.01 * x.sin(),
-            zero * ay,
-            zero * az,
-            zero * (0.3 * x).sin(),
-            zero * 0.5
+            "{stamp},{ax:.4},0.2,{az:.4},{:.3},0.01,0.5",
+            (0.3 * x).sin()
         );
-        let zeros = "0.0000,0.0000,0.0000,0.000,0.000,0.000";
         match i {
             7000 => format!("{line}\n\nt_ms,ax,ay,az,gx,gy,gz"),
             7100 => line[..12].to_owned(),
             7200 => format!("{stamp},,0.2,9.8,1,2,3"),
-            9990.. => format!("{stamp},{zeros}"),
+            9990.. => format!("{stamp},0.0000,0.0000,0.0000,0.000,0.000,0.000"),
             _ => line,
         }
     };

@@ -27,15 +27,3 @@ fn a_wrong_full_scale_setting_is_reported() {
         assert!(message.contains(words), "{message}");
     }
 }
-
-#[test]
-fn unsigned_counts_are_relative_to_their_middle() {
-    let text: String = (0..400)
-        .map(|i| format!("{},33000,33100,{}\n", 0.01 * f64::from(i), 49000 + i % 3))
-        .collect();
-    let recording = read(text.as_bytes());
-    finding(&recording, "unsigned-counts");
-    assert_eq!(recording.zero_offset, 32768.0);
-    assert_eq!(recording.accel_scale.lsb_per_g, None, "no range is claimed");
-    close(accel_means(&recording)[0], 232.0, 1e-9);
-}
