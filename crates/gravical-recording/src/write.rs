@@ -30,6 +30,8 @@ pub struct NewColumn {
 pub enum Cell {
     /// A piece of the text of the input, byte for byte
     Copied(usize),
+    /// The same in quotes where this table needs them
+    Quoted(usize),
     /// A column of values with so many decimals; empty where it is NaN
     Fixed(usize, u32),
     /// The same without zeros at the end of the decimals
@@ -68,17 +70,16 @@ impl Table {
             decimal_comma,
             ..Table::default()
         };
-        for field in 0..format.columns.len() {
+        let fields = format.columns.len();
+        let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
+        for (field, name) in input.iter().enumerate() {
             let new = columns.iter().position(|c| c.replaces == Some(field));
             match new.filter(|_| !keep_replaced) {
                 Some(value) => {
                     table.push(columns[value].name.clone(), Cell::Fixed(value, decimals))
                 }
                 None => {
-                    let mut name = input_name(format, field);
-                    if columns.iter().any(|c| c.name == name) {
-                        name.insert_str(0, "input_");
-                    }
+                    let name = table.unused_name(name, columns, &input);
                     table.copy(field, name, delimiter);
                 }
             }
@@ -91,14 +92,19 @@ impl Table {
         table
     }
 
-    /// A table of columns of values, separated by commas.
+    /// A table of these columns, parted by commas; `copied` are the columns of the input that are
+    /// its pieces.
     #[must_use]
-    pub fn plain(columns: impl IntoIterator<Item = (String, Cell)>) -> Self {
+    pub fn plain(
+        columns: impl IntoIterator<Item = (String, Cell)>,
+        copied: impl IntoIterator<Item = usize>,
+    ) -> Self {
         let (names, cells) = columns.into_iter().unzip();
         Table {
             names,
             cells,
             delimiter: b',',
+            copied: copied.into_iter().map(|c| (c, c)).collect(),
             ..Table::default()
         }
     }
@@ -128,6 +134,17 @@ impl Table {
                 self.copied.push((field, field));
             }
         }
+    }
+
+    /// The name of a copied column, or one that no other column has if a new one is called so.
+    fn unused_name(&self, name: &str, new: &[NewColumn], input: &[String]) -> String {
+        let is_new = |name: &str| new.iter().any(|c| c.name == name);
+        let mut free = name.to_owned();
+        while is_new(&free) || free != name && (input.contains(&free) || self.names.contains(&free))
+        {
+            free.insert_str(0, "input_");
+        }
+        free
     }
 }
 
@@ -166,13 +183,7 @@ impl<W: Write> Writer<W> {
     pub fn new(out: W, table: Table) -> Self {
         let mut bytes = Vec::with_capacity(BLOCK_BYTES + BLOCK_BYTES / 4);
         for name in &table.names {
-            let is_special = |c| c == char::from(table.delimiter) || "\"\n\r".contains(c);
-            if name.contains(is_special) {
-                let quoted = format!("\"{}\"", name.replace("\"\"", "\"").replace('"', "\"\""));
-                bytes.extend_from_slice(quoted.as_bytes());
-            } else {
-                bytes.extend_from_slice(name.as_bytes());
-            }
+            write_quoted(&mut bytes, name.as_bytes(), table.delimiter);
             bytes.push(table.delimiter);
         }
         end_line(&mut bytes);
@@ -222,6 +233,9 @@ impl<W: Write> Writer<W> {
         for cell in &self.table.cells {
             match *cell {
                 Cell::Copied(piece) => out.extend_from_slice(text.piece(row, piece)),
+                Cell::Quoted(piece) => {
+                    write_quoted(out, unquoted(text.piece(row, piece)), self.table.delimiter);
+                }
                 Cell::Fixed(column, decimals) => {
                     write_fixed(out, values[column][row], decimals);
                     if self.table.decimal_comma {
@@ -243,6 +257,32 @@ fn end_line(out: &mut [u8]) {
     if let Some(end) = out.last_mut() {
         *end = b'\n';
     }
+}
+
+/// A text without blanks and quotes around it; quotes in it stay doubled.
+fn unquoted(text: &[u8]) -> &[u8] {
+    let text = text.trim_ascii();
+    let inner = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\""));
+    inner.unwrap_or(text)
+}
+
+/// Writes a text, in quotes where it needs them; quotes in it are doubled unless they are.
+fn write_quoted(out: &mut Vec<u8>, text: &[u8], delimiter: u8) {
+    let is_special = |b: &u8| *b == delimiter || matches!(b, b'"' | b'\n' | b'\r');
+    if !text.iter().any(is_special) {
+        return out.extend_from_slice(text);
+    }
+    out.push(b'"');
+    let mut at = 0;
+    while let Some(byte) = text.get(at) {
+        out.push(*byte);
+        at += 1;
+        if *byte == b'"' {
+            out.push(b'"');
+            at += usize::from(text.get(at) == Some(&b'"'));
+        }
+    }
+    out.push(b'"');
 }
 
 /// Replaces the point of the last number by a comma.

@@ -4,7 +4,8 @@
 //!
 //! [`convert_file`] judges the first 262,144 rows of a recording as [`read`](crate::recording::read)
 //! does, reads the others alike, batch by batch, and writes each batch. The table is `time_s`, the
-//! accelerometer, the gyroscope and the temperature, as far as there are any; other columns, and rows that are no measurement, are not written. Breaks are blank lines. Counts are
+//! accelerometer, the gyroscope, the temperature and the label, as far as there are any; other
+//! columns, and rows that are no measurement, are not written. Breaks are blank lines. Counts are
 //! converted by the sensitivity of the data sheet.
 //!
 //! # Example
@@ -33,7 +34,7 @@ use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 use gravical_recording::write::{Cell, Table};
-use gravical_recording::{Format, source};
+use gravical_recording::{Role, source};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
@@ -122,8 +123,11 @@ pub fn convert_file(
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
     let input = source::open(path, read)?;
-    let none = |_: &Format| Vec::new();
-    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, none)?;
+    let label = |format: &gravical_recording::Format| {
+        let column = format.columns.iter().position(|c| c.role == Role::Label);
+        column.map(|c| (c, c)).into_iter().collect()
+    };
+    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, label)?;
     let stills = find_rests(&reader.recording);
     settle(&mut reader.recording, &stills);
     let start_unix_s = reader
@@ -131,7 +135,10 @@ pub fn convert_file(
         .recorded_at()
         .and(reader.recording.start_unix_s());
     let mut conversion = Conversion::new(&reader.recording, options)?;
-    let table = Table::plain(std::mem::take(&mut conversion.cells));
+    let label = label(&reader.format).first().map(|c| c.0);
+    let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
+    let cells = std::mem::take(&mut conversion.cells);
+    let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
     let (recording, ledger, written, found) =
         write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;

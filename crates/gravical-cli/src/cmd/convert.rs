@@ -15,8 +15,8 @@ use crate::table::{TableArgs, how_it_was_read};
 
 /// Write a recording of any format as a plain table in SI units
 ///
-/// Nothing is calibrated or filtered: time_s, ax_m_s2 …, gx_rad_s …, temperature_c. Other columns
-/// are left out, breaks are blank lines. The table goes to -o or a
+/// Nothing is calibrated or filtered: time_s, ax_m_s2 …, gx_rad_s …, temperature_c, and a label if
+/// there is one. Other columns are left out, breaks are blank lines. The table goes to -o or a
 /// pipe, the summary to stderr.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\

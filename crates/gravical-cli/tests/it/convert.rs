@@ -4,9 +4,13 @@ use crate::support::*;
 
 /// A quarter of a second on the desk, and a row of the shelf behind a break.
 fn csv() -> String {
+    let labels = ["desk", "\"a \"\"b\"\", c\"", "desk"];
     let row = |i: usize| {
-        let x = i % 3 + 1;
-        format!("2024-03-01 08:00:00,{i:02};0,0{x}0;-0,25;1,0;3,3;25,5;desk\n")
+        let label = labels.get(i).unwrap_or(&"desk");
+        format!(
+            "2024-03-01 08:00:00,{i:02};0,0{}0;-0,25;1,0;3,3;25,5;{label}\n",
+            i % 3 + 1
+        )
     };
     let rows: String = (0..25).map(row).collect();
     format!(
@@ -22,16 +26,16 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_table_in_si_or_in_g_with_breaks() {
+fn a_table_in_si_or_in_g_with_breaks_and_labels() {
     let folder = folder();
     let run = ends(folder.path(), "convert in.csv -o - --quiet", 0);
-    let begin = "time_s,ax_m_s2,ay_m_s2,az_m_s2,temperature_c\n\
-        0.000000,0.0980665,-2.4516625,9.80665,25.5\n\
-        0.010000,0.196133,-2.4516625,9.80665,25.5\n\
-        0.020000,0.2941995,-2.4516625,9.80665,25.5\n";
-    let end = "0.240000,0.0980665,-2.4516625,9.80665,25.5\n\
+    let begin = "time_s,ax_m_s2,ay_m_s2,az_m_s2,temperature_c,label\n\
+        0.000000,0.0980665,-2.4516625,9.80665,25.5,desk\n\
+        0.010000,0.196133,-2.4516625,9.80665,25.5,\"a \"\"b\"\", c\"\n\
+        0.020000,0.2941995,-2.4516625,9.80665,25.5,desk\n";
+    let end = "0.240000,0.0980665,-2.4516625,9.80665,25.5,desk\n\
         \n\
-        9.000000,0.2941995,-2.4516625,9.80665,25.75\n";
+        9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
     assert!(run.out.starts_with(begin), "{}", run.out);
     assert!(run.out.ends_with(end), "{}", run.out);
     let run = ends(
@@ -41,7 +45,7 @@ fn a_table_in_si_or_in_g_with_breaks() {
     );
     let second = run.out.lines().nth(1).unwrap();
     // `date -u -d '2024-03-01 08:00' +%s`
-    assert_eq!(second, "1709280000.000000,0.01,-0.25,1,25.5");
+    assert_eq!(second, "1709280000.000000,0.01,-0.25,1,25.5,desk");
 }
 
 #[test]
@@ -52,7 +56,7 @@ fn a_packed_table_reads_as_what_it_is() {
     let bytes = std::fs::read(folder.path().join("out.csv.gz")).unwrap();
     assert_eq!(bytes[..2], [0x1f, 0x8b]);
     let read = run_in(folder.path(), words("convert out.csv.gz --quiet"));
-    let end = "9.000000,0.2941995,-2.4516625,9.80665,25.75\n";
+    let end = "9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
     assert!(read.out.ends_with(end), "{}", read.out);
 }
 

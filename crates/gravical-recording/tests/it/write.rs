@@ -93,6 +93,10 @@ fn replaced_columns_can_be_kept_under_names_of_their_own() {
         out.starts_with("t,ax,ay,az,input_new_x,new_x,new_y,new_z\n0,0.1,0.2,9.80,1,0.100,"),
         "{out}"
     );
+    let text = "t,ax,ay,az,new_x,input_new_x\n0,0.1,0.2,9.80,1,5\n1,0.1,0.2,9.81,2,5\n";
+    let (out, _) = rewritten(text, false);
+    let header = "t,new_x,new_y,new_z,input_input_new_x,input_new_x";
+    assert_eq!(out.lines().next(), Some(header));
 }
 
 #[test]
