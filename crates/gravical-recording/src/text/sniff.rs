@@ -271,9 +271,17 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let sample = self.batches(head.as_bytes()).next();
-        let sample = sample.and_then(Result::ok);
-        let sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
+        let read_sample = |format: &Format| {
+            let sample = format.batches(head.as_bytes()).next();
+            let sample = sample.and_then(Result::ok);
+            sample.ok_or_else(|| no_table(head, NO_ROWS))
+        };
+        let mut sample = read_sample(&self)?;
+        if let Some(rate_hz) = start_and_rate(&sample) {
+            self.rate_hz = Some(rate_hz);
+            self.head_lines = sample.lines[1] as usize;
+            sample = read_sample(&self)?;
+        }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
         self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
@@ -294,4 +302,15 @@ fn counts_epochs(metadata: &[String]) -> bool {
     let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
     let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
     words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
+}
+
+/// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
+fn start_and_rate(sample: &Batch) -> Option<f64> {
+    let common = |row: usize| {
+        let mut cells = sample.columns.iter().map(|c| c.get(row));
+        let first = *cells.next()??;
+        cells.all(|cell| cell == Some(&first)).then_some(first)
+    };
+    let (start_s, rate_hz) = (common(0)?, common(1)?);
+    (start_s > 1e9 && rate_hz > 0.0 && sample.rows() > 2).then_some(rate_hz)
 }
