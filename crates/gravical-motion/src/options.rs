@@ -124,19 +124,13 @@ impl Default for CalibrationUncertainty {
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
-    pub max_stance_rate_rad_s: f64,
+    /// Moments of a walking foot between its swings have no velocity.
+    pub stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,
-    /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
-    /// its end: a second into the rest that closes it, the noise of the whole move is known. Rests are looked for,
-    /// and each has no velocity.
+    /// Use the past only: no smoother. The path of a closed move, and its bands, are those after its end: a second
+    /// into the rest that closes it, the noise of the whole move is known. Rests are looked for.
     pub causal: bool,
-    /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
-    pub noise: Option<RestNoise>,
-    /// Every rest and stance has no velocity. Otherwise the first rest levels and says what noise there is,
-    /// and what follows is integrated without another measurement.
-    pub zero_velocity: bool,
     /// Ends the estimate where it is once this is true, from another thread: what there is then is of no use.
     pub stopped: Option<Arc<AtomicBool>>,
 }
@@ -149,26 +143,15 @@ impl MotionOptions {
 
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
-        if self.causal && (self.rests.is_some() || !self.zero_velocity) {
-            return false;
-        }
         let known = &self.calibration;
-        let noise = self.noise.iter();
-        let noise = noise.flat_map(|n| [n.force_mps2_sqrt_s, n.rate_rad_sqrt_s]);
-        let sizes = [
-            self.max_stance_rate_rad_s,
-            known.force_bias_sd_mps2,
-            known.gravity_sd_mps2,
-        ];
-        let mut sizes = sizes.into_iter().chain(noise.flatten());
+        let sizes = [known.force_bias_sd_mps2, known.gravity_sd_mps2];
         let force = known.force.iter();
         let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
-        let mut rate = known
-            .rate
-            .iter()
-            .flat_map(|m| m.as_flattened())
-            .chain(force);
-        sizes.all(|v| v.is_finite() && v >= 0.0) && rate.all(|v| v.is_finite())
+        let rate = known.rate.iter().flat_map(|m| m.as_flattened());
+        let is_size = |v: &f64| v.is_finite() && *v >= 0.0;
+        !(self.causal && self.rests.is_some())
+            && sizes.iter().all(is_size)
+            && force.chain(rate).all(|v| v.is_finite())
     }
 }
 
@@ -176,21 +159,10 @@ impl Default for MotionOptions {
     fn default() -> Self {
         MotionOptions {
             calibration: CalibrationUncertainty::default(),
-            max_stance_rate_rad_s: 1.0,
+            stances: true,
             rests: None,
             causal: false,
-            noise: None,
-            zero_velocity: true,
             stopped: None,
         }
     }
-}
-
-/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestNoise {
-    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
-    pub force_mps2_sqrt_s: [f64; 3],
-    /// Of the angular rate, rad/√s; zero without a gyroscope.
-    pub rate_rad_sqrt_s: [f64; 3],
 }

@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::options::RestNoise;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
@@ -105,7 +104,7 @@ pub struct Move {
     pub displacement_m: [f64; 3],
     /// Its covariance, m².
     pub covariance_m2: [[f64; 3]; 3],
-    /// What contributes to it; zero in a causal run.
+    /// What contributes to it.
     pub budget: Budget,
     /// What lies at its ends.
     pub ends: Ends,
@@ -191,7 +190,7 @@ pub struct Motion {
     pub rests: Vec<Range<usize>>,
     /// Stances of a foot, in samples.
     pub stances: Vec<usize>,
-    /// Noise of the rests, whatever noise the filter was given; none without rests.
+    /// Noise of the rests; none without rests.
     pub noise: Option<RestNoise>,
     /// The moves, in order.
     pub moves: Vec<Move>,
@@ -199,18 +198,16 @@ pub struct Motion {
     pub path: Vec<PathNode>,
 }
 
-impl Motion {
-    /// Adds what is known up to a rest, which ends before sample `end`.
-    pub(crate) fn append(&mut self, next: &mut Motion, end: usize) {
-        if let Some(rest) = next.rests.last_mut() {
-            rest.end = end.max(rest.start + 1);
-        }
-        self.rests.append(&mut next.rests);
-        self.stances.append(&mut next.stances);
-        self.moves.append(&mut next.moves);
-        self.path.append(&mut next.path);
-    }
+/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestNoise {
+    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
+    pub force_mps2_sqrt_s: [f64; 3],
+    /// Of the angular rate, rad/√s; zero without a gyroscope.
+    pub rate_rad_sqrt_s: [f64; 3],
+}
 
+impl Motion {
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
     /// were given, nor in a causal run.

@@ -204,7 +204,7 @@ impl Model<'_> {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
                 + Matrix3::from_diagonal(&(excess * seconds))
         };
-        let noise = &self.noise.white;
+        let noise = &self.noise.rest;
         let force = white(&noise.force, &unmeasured.force, &excess.force);
         let tilts = excess.rate + self.tilt();
         let rate =

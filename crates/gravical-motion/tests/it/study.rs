@@ -1,7 +1,7 @@
 //! Errors against bands over many recordings.
 
 use gravical_motion::{
-    CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
+    Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
     bridge_odd, estimate_motion, resolutions,
 };
 
@@ -34,9 +34,21 @@ pub fn causal() -> MotionOptions {
     options_with(|o| o.causal = true)
 }
 
+pub fn with_bridges(
+    time_s: &[f64],
+    force: &[[f64; 3]],
+    rate: &[[f64; 3]],
+    bridged: Vec<Bridged>,
+    resolution: [f64; 6],
+) -> Samples {
+    let rows = time_s.iter().zip(force).enumerate();
+    let rows = rows.map(|(i, (t, force))| (*t, *force, rate.get(i).copied()));
+    Samples::new(rows, bridged, resolution)
+}
+
 /// Samples of which nothing was bridged.
 pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
-    Samples::new(time_s, force, rate, Vec::new(), resolutions(force, rate))
+    with_bridges(time_s, force, rate, Vec::new(), resolutions(force, rate))
 }
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
@@ -64,7 +76,7 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
         &[ranges[1]],
         2.0,
     ));
-    Samples::new(
+    with_bridges(
         &recording.time_s,
         &force,
         &rate,

@@ -174,8 +174,8 @@ fn bands_hold_inside_a_move() {
 fn options_must_be_possible() {
     let scene = Scene::new(3, Trouble::None);
     let samples = samples(&scene.record(), scene.ranges);
-    for max_stance_rate_rad_s in [f64::NAN, -1.0] {
-        let options = options_with(|o| o.max_stance_rate_rad_s = max_stance_rate_rad_s);
+    for sd in [f64::NAN, -1.0] {
+        let options = options_with(|o| o.calibration.gravity_sd_mps2 = sd);
         assert_eq!(estimate_motion(&samples, &options).moves, []);
     }
 }

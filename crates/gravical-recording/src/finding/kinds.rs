@@ -168,7 +168,6 @@ kinds! {
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
     NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved, and explains most of the slow changes of a channel";
     NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
-    NoiseUsed "noise-used" Note "`motion --noise`: N of the Allan deviation is used in place of the noise at rest";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
     GravityDiffers "gravity-differs" Warning "two values of gravity";
     FramesMirrored "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other";

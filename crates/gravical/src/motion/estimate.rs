@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_motion::{
     Budget, CalibrationUncertainty, Ends, Motion, MotionOptions as EngineOptions, Move, PathNode,
-    RestNoise, SampleState, Samples, estimate_motion,
+    Samples, estimate_motion,
 };
 use gravical_signal::detect_rests;
 
@@ -21,9 +21,6 @@ const MISSED_S: f64 = 0.1;
 pub(super) struct Estimate {
     pub samples: Samples,
     pub motion: Motion,
-    /// Velocity and position that are added.
-    pub v0_mps: [f64; 3],
-    p0_m: [f64; 3],
 }
 
 impl Estimate {
@@ -32,21 +29,19 @@ impl Estimate {
         samples: Samples,
         options: &MotionOptions,
         calibration: CalibrationUncertainty,
-        noise: Option<RestNoise>,
         rests: Option<Vec<Range<usize>>>,
     ) -> Self {
         let engine = EngineOptions {
+            calibration,
+            stances: !options.no_stances,
             // Given rests imply that the whole recording is known.
             causal: options.causal && rests.is_none(),
             rests,
-            noise,
-            ..engine_options(options, calibration)
+            stopped: options.meter.as_ref().map(Meter::flag),
         };
         Estimate {
             motion: estimate_motion(&samples, &engine),
             samples,
-            v0_mps: options.v0_mps.unwrap_or_default(),
-            p0_m: options.p0_m,
         }
     }
 
@@ -62,41 +57,11 @@ impl Estimate {
     }
 
     /// By the procedure of the student report.
-    pub fn by_report(samples: Samples, options: &MotionOptions) -> Self {
+    pub fn by_report(samples: Samples) -> Self {
         Estimate {
             motion: report_motion(&samples),
             samples,
-            v0_mps: [0.0; 3],
-            p0_m: options.p0_m,
         }
-    }
-
-    /// One state for each sample.
-    pub fn states(&self) -> impl Iterator<Item = SampleState> {
-        let time_s = self.samples.time_s();
-        let states = self.motion.states(&self.samples).zip(time_s);
-        states.map(move |(mut state, t)| {
-            for c in 0..3 {
-                state.velocity_mps[c] += self.v0_mps[c];
-                state.position_m[c] += self.p0_m[c] + self.v0_mps[c] * (t - time_s[0]);
-            }
-            state
-        })
-    }
-}
-
-/// What the engine is asked for.
-pub(super) fn engine_options(
-    options: &MotionOptions,
-    calibration: CalibrationUncertainty,
-) -> EngineOptions {
-    EngineOptions {
-        calibration,
-        max_stance_rate_rad_s: options.stance_rate.0.unwrap_or(0.0),
-        causal: options.causal,
-        zero_velocity: options.updates_at_rests(),
-        stopped: options.meter.as_ref().map(Meter::flag),
-        ..EngineOptions::default()
     }
 }
 

@@ -32,7 +32,6 @@ mod moves;
 mod options;
 mod prepare;
 mod result;
-mod stepper;
 mod track;
 pub mod truth;
 mod uncertainty;
@@ -42,11 +41,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, RestNoise, Samples};
+use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
-use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
@@ -60,9 +58,8 @@ use uncertainty::{
 };
 
 pub use gravical_motion::SampleState;
-pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
+pub use options::{Intervals, MotionOptions, Procedure};
 pub use result::*;
-pub use stepper::{MotionStepper, Readings};
 pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
@@ -123,8 +120,7 @@ pub fn motion(
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Motion> {
-    let options = &options.resolved();
-    options.check()?;
+    options.validate()?;
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
@@ -140,23 +136,20 @@ pub fn motion(
         scales: &scales,
         rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
-    // Rests are found without the filters.
-    let mut smoothed = None;
-    if !options.smooth.is_empty() {
+    let by_report = options.procedure == Procedure::Report;
+    if by_report {
         let smoothing;
-        (rows, smoothing) = rows.smoothed(&options.smooth)?;
+        (rows, smoothing) = rows.smoothed()?;
         findings.extend(smoothing);
-        smoothed = Some(rows.samples(&scales.calibrated)?);
     }
     let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
-    drop(rows);
-    let by_report = options.gravity_removal == GravityRemoval::InitialMean;
     let (own, misfit) = if by_report {
-        let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
+        let own = Estimate::by_report(rows.samples(&scales.calibrated)?);
         findings.extend(moves_in_mean_at_s(&own.samples).map(words::averaged_rows_move));
         (own, None)
     } else {
-        work.estimate(samples, smoothed, plain.as_ref(), &mut findings)?
+        drop(rows);
+        work.estimate(samples, plain.as_ref(), &mut findings)?
     };
     let uncalibrated = plain
         .map(|samples| work.uncalibrated(samples, &own))
@@ -184,13 +177,7 @@ pub fn motion(
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
-        verdict: MotionVerdict::of(
-            &moves,
-            &visible_moves,
-            no_rest,
-            options.updates_at_rests(),
-            misfit,
-        ),
+        verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
         procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
             nominal: recording.timing.nominal_rate_hz,
@@ -239,45 +226,34 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The estimate by the filter, and how far gravity at its rests is off the calibration.
+    /// The estimate by the filter, and how far gravity at its rests is off the calibration. Where that, or the
+    /// recording, contradicts the calibration, it is computed again with an error of that size.
     fn estimate(
         &self,
         samples: Samples,
-        smoothed: Option<Samples>,
         plain: Option<&Samples>,
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
-        let directions = self.directions(&samples);
-        let own = self.run(samples, directions.clone(), None, self.rests.clone())?;
+        let mut directions = self.directions(&samples);
+        let own = self.run(samples, directions.clone(), self.rests.clone())?;
         let misfit = self.misfit(&own, &own.samples, &directions);
         let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
         let doubts = self.doubts(misfit, raw_misfit, findings);
-        let rest_noise = own.motion.noise;
-        let noise = rest_noise.and_then(|rests| self.noise(rests, &own.samples, findings));
-        if doubts.is_empty() && noise.is_none() && smoothed.is_none() {
+        if doubts.is_empty() {
             return Ok((own, misfit));
         }
-        let directions = in_twelve(directions.into_iter().chain(doubts).collect());
-        let (samples, noise, rests) = match smoothed {
-            // Filters hide the noise, and do not make it less.
-            Some(samples) => {
-                let rests = own.rests_in(&samples);
-                (samples, noise.or(rest_noise), Some(rests))
-            }
-            None => (own.samples, noise, self.rests.clone()),
-        };
-        let mut own = self.run(samples, directions, noise, rests)?;
-        own.motion.noise = rest_noise;
+        directions.extend(doubts);
+        let own = self.run(own.samples, in_twelve(directions), self.rests.clone())?;
         Ok((own, misfit))
     }
 
     /// The estimate by the nominal scales alone, with the rests of the calibrated one.
     fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
-        if self.options.gravity_removal == GravityRemoval::InitialMean {
-            return Ok(Estimate::by_report(samples, self.options));
+        if self.options.procedure == Procedure::Report {
+            return Ok(Estimate::by_report(samples));
         }
         let rests = own.rests_in(&samples);
-        self.run(samples, DATA_SHEET.directions(), None, Some(rests))
+        self.run(samples, DATA_SHEET.directions(), Some(rests))
     }
 
     /// An estimate, unless it was stopped.
@@ -285,11 +261,10 @@ impl Work<'_> {
         &self,
         samples: Samples,
         directions: Vec<ForceDirection>,
-        noise: Option<RestNoise>,
         rests: Option<Vec<Range<usize>>>,
     ) -> Result<Estimate> {
         let calibration = self.calibration(&samples, directions);
-        let estimate = Estimate::new(samples, self.options, calibration, noise, rests);
+        let estimate = Estimate::new(samples, self.options, calibration, rests);
         if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
             let stopped = std::io::Error::other("its motion was stopped");
             return Err(Error::io(Path::new(&self.recording.name), stopped));
@@ -382,28 +357,6 @@ impl Work<'_> {
             findings.push(words::already_calibrated(by_board));
         }
         doubts
-    }
-
-    /// N of the noise file where it knows it, else that of the rests; none without a file.
-    fn noise(
-        &self,
-        rests: RestNoise,
-        samples: &Samples,
-        findings: &mut Vec<Finding>,
-    ) -> Option<RestNoise> {
-        let noise = self.options.noise.as_ref()?;
-        let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
-        let has_gyro = !samples.rate_rad_s().is_empty();
-        let mut lacking = Vec::new();
-        lacking.extend(accel.is_none().then_some("accelerometer"));
-        lacking.extend((has_gyro && gyro.is_none()).then_some("gyroscope"));
-        findings.push(words::noise_used(&lacking));
-        let axes = self.options.axes;
-        let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
-        Some(RestNoise {
-            force_mps2_sqrt_s: accel.map_or(rests.force_mps2_sqrt_s, |n| in_case(n, axes)),
-            rate_rad_sqrt_s: gyro.map_or(rests.rate_rad_sqrt_s, |n| in_case(n, axes.of_rates())),
-        })
     }
 
     /// Local gravity.

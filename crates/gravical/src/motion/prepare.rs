@@ -8,7 +8,7 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
-use super::options::{GravityRemoval, MotionOptions};
+use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
 use crate::denoise::{FilterSpec, smooth};
 use crate::poses::face::AxisMap;
@@ -94,19 +94,24 @@ impl<'a> SensorRows<'a> {
         })
     }
 
-    /// The same with the accelerometer filtered, after what is no measurement was bridged; and what the
-    /// filters say.
+    /// The same with the accelerometer smoothed by Savitzky–Golay of window 5 and order 2, after what is no
+    /// measurement was bridged; and what the filter says.
     ///
     /// # Errors
     ///
-    /// Those of the filters.
-    pub fn smoothed(mut self, filters: &[FilterSpec]) -> Result<(Self, Vec<Finding>)> {
+    /// Those of the filter.
+    pub fn smoothed(mut self) -> Result<(Self, Vec<Finding>)> {
         let mut recording = self.recording.clone();
         for (c, column) in recording.accel.iter_mut().enumerate() {
             let rows = column.iter_mut().zip(&self.force);
             rows.for_each(|(v, force)| *v = force[c]);
         }
-        let (filtered, findings) = smooth(recording, filters)?;
+        let savgol = FilterSpec::SavitzkyGolay {
+            window: 5,
+            order: 2,
+            derivative: 0,
+        };
+        let (filtered, findings) = smooth(recording, &[savgol])?;
         for (row, force) in self.force.iter_mut().enumerate() {
             *force = filtered.accel_at(row);
         }
@@ -126,7 +131,7 @@ impl<'a> SensorRows<'a> {
             let (force, rate) = conversion.apply(*force, rate, t_c);
             (*t_s, force, rate)
         });
-        let samples = Samples::from_rows(rows, self.bridged.clone(), self.steps())
+        let samples = Samples::new(rows, self.bridged.clone(), self.steps())
             .with_breaks(&self.recording.breaks);
         if samples.len() < 2 {
             return Err(Error::input(
@@ -278,7 +283,7 @@ pub(super) fn scales(
     // The gyroscope.
     let scale = match &recording.gyro {
         // Nothing is turned: it has no part in the result.
-        _ if options.gravity_removal != GravityRemoval::Strapdown => None,
+        _ if options.procedure != Procedure::Strapdown => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
             findings.push(Finding::new(

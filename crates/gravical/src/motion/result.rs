@@ -150,7 +150,7 @@ pub struct Move {
     pub displacement_m: Option<[f64; 3]>,
     /// Standard uncertainty of it, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
-    /// What the standard uncertainty consists of; null without bands and in a causal run.
+    /// What the standard uncertainty consists of; null without bands.
     pub budget_m: Option<Budget>,
     /// The displacement computed without the calibration, m; null without one.
     pub uncalibrated_m: Option<[f64; 3]>,

@@ -105,7 +105,8 @@ pub(super) fn states<'a>(
     let unusable = moves.iter().filter(|m| m.unusable.is_some());
     let unusable: Vec<[f64; 2]> = unusable.map(inside).collect();
     let mut next = 0;
-    estimate.states().zip(time_s).map(move |(mut state, t_s)| {
+    let states = estimate.motion.states(&estimate.samples);
+    states.zip(time_s).map(move |(mut state, t_s)| {
         next += usize::from(unusable.get(next).is_some_and(|[_, to_s]| to_s <= t_s));
         if unusable.get(next).is_some_and(|[from_s, _]| from_s < t_s) {
             state = SampleState::UNKNOWN;
