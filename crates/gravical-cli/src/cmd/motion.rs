@@ -70,22 +70,6 @@ impl Args {
         let calibrations = self.calibration.iter().flat_map(|path| files_of(path));
         files.cloned().chain(calibrations).collect()
     }
-
-    /// The reference; none without --truth.
-    ///
-    /// # Errors
-    ///
-    /// `truth-stdin` (usage) for standard input.
-    fn truth(&self) -> Result<Option<&Path>> {
-        let path = self.truth.as_deref();
-        if path == Some(Path::new("-")) {
-            return Err(
-                Error::usage("truth-stdin", "--truth reads a file, not standard input")
-                    .with_hint("write the reference to a file first"),
-            );
-        }
-        Ok(path)
-    }
 }
 
 /// Runs the command.
@@ -107,7 +91,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         ..args.method.clone()
     };
     options.validate()?;
-    let truth = args.truth()?;
     // A report lists the checksum of its input.
     let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
@@ -131,7 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|found| found.input.clone()));
-    if let Some(path) = truth {
+    if let Some(path) = &args.truth {
         let reference = read_reference(path, &recording, &args.input)?;
         add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());

@@ -13,7 +13,6 @@ fn wrong_calls() {
         ("--gravity 5", "option-range", "gravity"),
         ("--causal --rests 0-4", "option-range", "causal"),
         ("--figures cal.json", "no-folder", ""),
-        ("--truth -", "truth-stdin", ""),
         ("--gyro line/line.csv", "gyro-twice", ""),
         ("--truth line/line.csv", "truth-columns-missing", ""),
     ] {

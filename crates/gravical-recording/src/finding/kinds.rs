@@ -155,7 +155,6 @@ kinds! {
     CovarianceUnknown "covariance-unknown" Note "the calibration has no covariance";
     GravityOff "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity";
     ValuesReplaced "values-replaced" Warning "values in a move stand at the end of the range, or far from all around them";
-    AveragedRowsMove "averaged-rows-move" Warning "the sensor moves within the rows whose mean is subtracted";
     ClosureContradicts "closure-contradicts" Warning "at the end of a move the closure of velocity or tilt exceeds its uncertainty";
     RowsLeftOut "rows-left-out" Note "incomplete rows, or rows whose time stamp is not after that of the row before";
     TruthGaps "truth-gaps" Note "rows of the reference without a position";

@@ -61,7 +61,7 @@ use serde::Deserialize;
 use crate::calibration_file::InputFile;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, ReadOptions, Recording};
+use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
 use gravical_recording::BatchReader;
@@ -274,22 +274,6 @@ fn design(recording: &Recording, filters: &[FilterSpec]) -> Result<Vec<Filter>> 
     let rate_hz = recording.timing.rate_hz();
     let filters = filters.iter();
     filters.map(|spec| Filter::design(spec, rate_hz)).collect()
-}
-
-/// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
-/// the findings. Noise is not measured.
-///
-/// # Errors
-///
-/// As [`denoise`].
-pub(crate) fn smooth(
-    mut recording: Recording,
-    filters: &[FilterSpec],
-) -> Result<(Recording, Vec<Finding>)> {
-    let filters = design(&recording, filters)?;
-    let done = rows::run(&mut recording, &filters, Channels::Accel, &[])?;
-    let findings = summary::findings(&filters, &done, recording.timing.duration_s);
-    Ok((recording, findings))
 }
 
 /// The intervals without `reach` rows at both ends, if at least ten rows remain.

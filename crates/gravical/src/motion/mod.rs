@@ -48,7 +48,7 @@ use crate::gravity::Gravity;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
-use estimate::{Estimate, moves_in_mean_at_s};
+use estimate::Estimate;
 use moves::{end, moves, visible_moves};
 use prepare::{Scales, SensorRows, scales};
 use truth::Reference;
@@ -125,7 +125,7 @@ pub fn motion(
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let mut rows = SensorRows::new(recording, &scales, &mut findings)?;
+    let rows = SensorRows::new(recording, &scales, &mut findings)?;
     let samples = rows.samples(&scales.calibrated)?;
     findings.extend(words::rows_left_out(recording, &samples));
     let given = options.rests.as_ref();
@@ -137,18 +137,11 @@ pub fn motion(
         rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
-    if by_report {
-        let smoothing;
-        (rows, smoothing) = rows.smoothed()?;
-        findings.extend(smoothing);
-    }
     let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
+    drop(rows);
     let (own, misfit) = if by_report {
-        let own = Estimate::by_report(rows.samples(&scales.calibrated)?);
-        findings.extend(moves_in_mean_at_s(&own.samples).map(words::averaged_rows_move));
-        (own, None)
+        (Estimate::by_report(samples)?, None)
     } else {
-        drop(rows);
         work.estimate(samples, plain.as_ref(), &mut findings)?
     };
     let uncalibrated = plain
@@ -250,7 +243,7 @@ impl Work<'_> {
     /// The estimate by the nominal scales alone, with the rests of the calibrated one.
     fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
         if self.options.procedure == Procedure::Report {
-            return Ok(Estimate::by_report(samples));
+            return Estimate::by_report(samples);
         }
         let rests = own.rests_in(&samples);
         self.run(samples, DATA_SHEET.directions(), Some(rests))

@@ -10,7 +10,6 @@ use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
 use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
-use crate::denoise::{FilterSpec, smooth};
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{Claims, Evidence, decide, mismatch};
 use crate::poses::rests::find_rests;
@@ -92,30 +91,6 @@ impl<'a> SensorRows<'a> {
             recording,
             scales,
         })
-    }
-
-    /// The same with the accelerometer smoothed by Savitzky–Golay of window 5 and order 2, after what is no
-    /// measurement was bridged; and what the filter says.
-    ///
-    /// # Errors
-    ///
-    /// Those of the filter.
-    pub fn smoothed(mut self) -> Result<(Self, Vec<Finding>)> {
-        let mut recording = self.recording.clone();
-        for (c, column) in recording.accel.iter_mut().enumerate() {
-            let rows = column.iter_mut().zip(&self.force);
-            rows.for_each(|(v, force)| *v = force[c]);
-        }
-        let savgol = FilterSpec::SavitzkyGolay {
-            window: 5,
-            order: 2,
-            derivative: 0,
-        };
-        let (filtered, findings) = smooth(recording, &[savgol])?;
-        for (row, force) in self.force.iter_mut().enumerate() {
-            *force = filtered.accel_at(row);
-        }
-        Ok((self, findings))
     }
 
     /// Samples by the calibration, or by the nominal scales.

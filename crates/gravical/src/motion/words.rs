@@ -189,14 +189,6 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
     )
 }
 
-/// Rows of the mean in which the sensor moves, from a time on, s.
-pub(super) fn averaged_rows_move(t: f64) -> Finding {
-    let text = format!(
-        "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
-    );
-    Finding::new(FindingKind::AveragedRowsMove, text)
-}
-
 /// Columns that may have been calibrated before.
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
     let why = why_calibrated(by_board);

@@ -1,7 +1,7 @@
 //! Motion of recordings whose story is known: what is missing, replaced, given or asked for. How
 //! accurate it is, and what is a rest, is tested in `gravical-motion`.
 
-use gravical::motion::{MotionJudgement, MotionOptions, MotionResult, motion, write_table};
+use gravical::motion::{MotionJudgement, MotionOptions, motion, write_table};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
 /// Noise without a generator: the same every time, about ±1.7.
@@ -50,10 +50,6 @@ fn ride(cruise: f64) -> impl Fn(f64) -> f64 {
     }
 }
 
-fn kinds(result: &MotionResult) -> Vec<&str> {
-    result.findings.iter().map(|f| f.kind.name()).collect()
-}
-
 #[test]
 fn without_a_rest_nothing_is_computed_and_that_is_said() {
     for with_gyro in [true, false] {
@@ -65,18 +61,6 @@ fn without_a_rest_nothing_is_computed_and_that_is_said() {
         assert!(whole.samples().all(|s| s.state.position_m[0].is_nan()));
         assert_eq!(whole.samples().count(), shaken.rows());
     }
-}
-
-#[test]
-fn a_mean_of_rows_that_move_is_told() {
-    // From 3 s on it moves: the 500 rows hold no rest.
-    let early = record(12.0, |t| ride(1.0)(t + 2.0), true, |_| true);
-    let report = motion(&early, None, &MotionOptions::report())
-        .unwrap()
-        .result;
-    assert!(report.moves[0].sigma_m.is_none() && report.rests.is_empty());
-    assert_eq!(report.verdict.judgement, MotionJudgement::Open);
-    assert!(kinds(&report).contains(&"averaged-rows-move"));
 }
 
 #[test]
