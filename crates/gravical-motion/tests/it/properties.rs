@@ -45,24 +45,6 @@ fn the_epoch_does_not_matter() {
 }
 
 #[test]
-fn parts_of_a_recording_agree_with_it() {
-    let scene = Scene::new(10, Trouble::None).with(|s| s.moves = 2);
-    let recording = scene.record();
-    let cut = recording.time_s.partition_point(|t| *t < 9.5);
-    let mut part = recording.clone();
-    part.force.truncate(cut);
-    part.rate.truncate(cut);
-    part.time_s.truncate(cut);
-    let (whole, first) = (motion_of(&recording), motion_of(&part));
-    assert_eq!(whole.moves.len(), 2);
-    assert_near(
-        whole.moves[0].displacement_m,
-        first.moves[0].displacement_m,
-        2e-3,
-    );
-}
-
-#[test]
 fn the_smoother_ends_where_the_filter_does() {
     // With the same rests and noise the whole run and the causal one know the same at the end.
     let scene = Scene::new(12, Trouble::None).with(|s| (s.moves, s.rests_s) = (3, [3.0, 3.0]));

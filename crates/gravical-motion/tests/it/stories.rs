@@ -114,14 +114,6 @@ fn a_recording_may_begin_in_motion() {
 }
 
 #[test]
-fn a_recording_may_end_in_motion() {
-    let scene = Scene::new(5, Trouble::None).with(|s| s.rests_s = [5.0, -0.5]);
-    let (_, motion) = estimate(&scene, &options());
-    assert_eq!(motion.moves.last().unwrap().ends, Ends::FromRest);
-    assert_eq!(motion.moves.len(), 1);
-}
-
-#[test]
 fn what_rests_is_at_rest_and_says_what_could_hide() {
     let motion = estimate_motion(&vertical(3, 20.0, |_| 0.0), &options());
     assert!(motion.moves.is_empty());
@@ -253,32 +245,5 @@ fn a_walk_is_held_by_its_stances() {
             "{last:?}"
         );
         assert!(last.at_rest && last.position_sd_m[0] < 0.2, "{last:?}");
-    }
-}
-
-#[test]
-fn a_causal_run_finds_the_moves_in_all_kinds_of_recordings() {
-    let plain = Scene::new(1, Trouble::Wobble(0.1)).with(|s| s.moves = 3);
-    for (name, scene, moves) in [
-        ("plain", plain.clone(), 3),
-        // Longer than what is kept of a rest.
-        ("long", plain.clone().with(|s| s.rests_s = [70.0, 5.0]), 3),
-        (
-            "no gyroscope",
-            Scene::new(2, Trouble::None).with(|s| (s.gyro, s.moves) = (false, 2)),
-            2,
-        ),
-        ("from motion", plain.clone().with(|s| s.cut_s = 6.2), 3),
-        ("into motion", plain.with(|s| s.rests_s = [5.0, -0.5]), 3),
-        (
-            "long move",
-            Scene::new(6, Trouble::Cart(0.5, 0.05))
-                .with(|s| (s.moves, s.move_s, s.distance_m) = (1, 200.0, 50.0)),
-            1,
-        ),
-    ] {
-        let (_, motion) = estimate(&scene, &options_with(|o| o.causal = true));
-        assert_eq!(motion.moves.len(), moves, "{name} {:?}", motion.rests);
-        assert!(motion.stances.is_empty(), "{name}");
     }
 }
