@@ -9,7 +9,7 @@ use crate::chain::{RestSelector, contradicts};
 use crate::filter::{Filter, Recorder};
 use crate::moves::{Leg, close, closing, leave};
 use crate::noise::{Density, Noise};
-use crate::options::MotionOptions;
+use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
@@ -59,9 +59,11 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         &found
     };
     let noise = Noise::new(samples, learned_from, &found);
+    let directions = Directions::new(&options.calibration);
     let model = Model {
         samples,
         options,
+        directions: &directions,
         noise: &noise,
     };
     let rests = if options.rests.is_some() || options.causal {

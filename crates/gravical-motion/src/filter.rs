@@ -264,7 +264,7 @@ impl Filter {
         if !model.samples.has_gyro() || span.is_empty() {
             return 0.0;
         }
-        let correction = self.nominal.correction(&model.options.calibration);
+        let correction = self.nominal.correction(model.directions);
         let squares = span
             .clone()
             .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
@@ -326,11 +326,7 @@ impl Filter {
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
-        let force = attitude
-            * self
-                .nominal
-                .correction(&model.options.calibration)
-                .force(&reading);
+        let force = attitude * self.nominal.correction(model.directions).force(&reading);
         let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
@@ -339,7 +335,7 @@ impl Filter {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.options.calibration.force_directions().enumerate() {
+        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
             let column = attitude * (matrix * reading + offset);
             m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
                 .copy_from(&column);

@@ -46,7 +46,9 @@ mod transition;
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
-pub use options::{CalibrationUncertainty, ElementErrors, ForceDirection, MotionOptions};
+pub use options::{
+    CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
+};
 pub use result::{Budget, Ends, Motion, Move, PathNode, RestNoise};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;

@@ -93,7 +93,7 @@ impl Leg<'_> {
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let node = node.max((end - from) / MAX_NODES);
-        let rectified_sd = model.options.calibration.rate_sd() * RECTIFIED;
+        let rectified_sd = model.directions.rate_sd * RECTIFIED;
         let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
         filter.start_move(recorder);
         filter.inflate_rate_bias(inflation);

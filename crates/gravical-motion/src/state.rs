@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-use crate::options::CalibrationUncertainty;
+use crate::options::Directions;
 
 pub(crate) const STATES: usize = 37;
 pub(crate) const POSITION: usize = 0;
@@ -59,14 +59,14 @@ impl Nominal {
     }
 
     /// The correction of the readings that the nominal parameters are.
-    pub fn correction(&self, calibration: &CalibrationUncertainty) -> Correction {
+    pub fn correction(&self, directions: &Directions) -> Correction {
         let mut force = (Matrix3::identity(), -self.force_bias);
-        for ((matrix, offset), k) in calibration.force_directions().zip(self.force_parameters) {
+        for ((matrix, offset), k) in directions.force.iter().zip(self.force_parameters) {
             force.0 += matrix * k;
             force.1 += offset * k;
         }
         let mut rate = Matrix3::identity();
-        for (matrix, k) in calibration.rate_directions().zip(self.rate_parameters) {
+        for (matrix, k) in directions.rate.iter().zip(self.rate_parameters) {
             rate += matrix * k;
         }
         Correction {

@@ -15,8 +15,8 @@ pub fn options() -> MotionOptions {
     };
     MotionOptions {
         calibration: CalibrationUncertainty {
-            force: errors(FORCE_SD, FORCE_SD).directions(),
-            rate: errors(RATE_SD[0], RATE_SD[1]).matrices(),
+            force: errors(FORCE_SD, FORCE_SD).force(),
+            rate: errors(RATE_SD[0], RATE_SD[1]).rate(),
             ..CalibrationUncertainty::default()
         },
         ..MotionOptions::default()

@@ -41,7 +41,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, Samples};
+use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceCovariance, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -53,8 +53,7 @@ use moves::{end, moves, visible_moves};
 use prepare::{Scales, SensorRows, scales};
 use truth::Reference;
 use uncertainty::{
-    DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
-    variance_of_magnitude,
+    DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
 };
 
 pub use gravical_motion::SampleState;
@@ -227,16 +226,15 @@ impl Work<'_> {
         plain: Option<&Samples>,
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
-        let mut directions = self.directions(&samples);
-        let own = self.run(samples, directions.clone(), self.rests.clone())?;
-        let misfit = self.misfit(&own, &own.samples, &directions);
-        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
+        let covariance = self.covariance(&samples);
+        let own = self.run(samples, covariance, self.rests.clone())?;
+        let misfit = self.misfit(&own, &own.samples, &covariance);
+        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &covariance));
         let doubts = self.doubts(misfit, raw_misfit, findings);
-        if doubts.is_empty() {
+        if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));
         }
-        directions.extend(doubts);
-        let own = self.run(own.samples, in_twelve(directions), self.rests.clone())?;
+        let own = self.run(own.samples, covariance + doubts, self.rests.clone())?;
         Ok((own, misfit))
     }
 
@@ -246,17 +244,17 @@ impl Work<'_> {
             return Estimate::by_report(samples);
         }
         let rests = own.rests_in(&samples);
-        self.run(samples, DATA_SHEET.directions(), Some(rests))
+        self.run(samples, DATA_SHEET.force(), Some(rests))
     }
 
     /// An estimate, unless it was stopped.
     fn run(
         &self,
         samples: Samples,
-        directions: Vec<ForceDirection>,
+        covariance: ForceCovariance,
         rests: Option<Vec<Range<usize>>>,
     ) -> Result<Estimate> {
-        let calibration = self.calibration(&samples, directions);
+        let calibration = self.calibration(&samples, covariance);
         let estimate = Estimate::new(samples, self.options, calibration, rests);
         if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
             let stopped = std::io::Error::other("its motion was stopped");
@@ -268,12 +266,12 @@ impl Work<'_> {
     fn calibration(
         &self,
         samples: &Samples,
-        directions: Vec<ForceDirection>,
+        covariance: ForceCovariance,
     ) -> CalibrationUncertainty {
-        let by_calibration = variance_of_magnitude(&directions, &typical(samples));
+        let by_calibration = variance_of_magnitude(&covariance, &typical(samples));
         let own = self.file.filter(|_| self.scales.gyro_calibrated);
         CalibrationUncertainty {
-            force: directions,
+            force: covariance,
             rate: of_gyroscope(own, &self.options.axes),
             force_bias_sd_mps2: BIAS_DRIFT_MPS2,
             gravity_sd_mps2: by_calibration
@@ -282,8 +280,8 @@ impl Work<'_> {
         }
     }
 
-    /// Which parameters may be off, and by how much, before the rests are asked.
-    fn directions(&self, samples: &Samples) -> Vec<ForceDirection> {
+    /// How far the parameters may be off, before the rests are asked.
+    fn covariance(&self, samples: &Samples) -> ForceCovariance {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
             let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
@@ -291,12 +289,12 @@ impl Work<'_> {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
             }
-            .directions();
+            .force();
         };
         let section = &file.accelerometer;
         match section.covariance_of_parameters() {
             Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
-            None => UNSTATED.directions(),
+            None => UNSTATED.force(),
         }
     }
 
@@ -304,19 +302,19 @@ impl Work<'_> {
         &self,
         estimate: &Estimate,
         samples: &Samples,
-        directions: &[ForceDirection],
+        covariance: &ForceCovariance,
     ) -> Option<GravityMisfit> {
         let file = self.file?;
         // Where gravity is that of the calibration, its error is the same in both.
         let known = file.sensor().filter(|_| self.options.gravity.is_none());
         let own =
             known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
-        let directions = own.as_deref().unwrap_or(directions);
+        let covariance = own.as_ref().unwrap_or(covariance);
         let gravity_mps2 = self.gravity().value_mps2;
         GravityMisfit::worst(
             estimate,
             samples,
-            directions,
+            covariance,
             gravity_mps2,
             self.options.causal,
         )
@@ -329,24 +327,24 @@ impl Work<'_> {
         misfit: Option<GravityMisfit>,
         raw_misfit: Option<GravityMisfit>,
         findings: &mut Vec<Finding>,
-    ) -> Vec<ForceDirection> {
+    ) -> ForceCovariance {
         let Some(file) = self.file else {
-            return Vec::new();
+            return ForceCovariance::zeros();
         };
         let section = &file.accelerometer;
         if section.covariance_of_parameters().is_none() {
             findings.push(words::no_covariance());
         }
-        let mut doubts = Vec::new();
+        let mut doubts = ForceCovariance::zeros();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
-            doubts.extend(misfit.directions());
+            doubts += misfit.covariance();
         }
         // Raw columns of the same name show other gravity than calibrated ones.
         let by_board = self.recording.is_calibrated_by_board;
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             let nominal = 1.0 / self.scales.nominal.units()[0];
-            doubts.push(applied_twice(section, nominal, &self.options.axes));
+            doubts += applied_twice(section, nominal, &self.options.axes);
             findings.push(words::already_calibrated(by_board));
         }
         doubts
