@@ -50,7 +50,7 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use moves::{end, moves, visible_moves};
-use prepare::{Scales, SensorRows, scales};
+use prepare::{Scales, scales};
 use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
@@ -124,8 +124,7 @@ pub fn motion(
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let rows = SensorRows::new(recording, &scales, &mut findings)?;
-    let samples = rows.samples(&scales.calibrated)?;
+    let (samples, plain) = prepare::samples(recording, &scales, &mut findings)?;
     findings.extend(words::rows_left_out(recording, &samples));
     let given = options.rests.as_ref();
     let work = Work {
@@ -136,8 +135,6 @@ pub fn motion(
         rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
-    let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
-    drop(rows);
     let (own, misfit) = if by_report {
         (Estimate::by_report(samples)?, None)
     } else {
