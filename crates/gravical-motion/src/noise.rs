@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 
 use crate::result::RestNoise;
 use crate::samples::Samples;
@@ -198,65 +198,51 @@ fn windows(samples: &Samples, quiet: &[Range<usize>]) -> Vec<(usize, [f64; 2])> 
 }
 
 /// Periodogram of a Hann window by its definition: too short for an FFT to pay.
-#[derive(Debug, Clone)]
 struct Spectrum {
-    window: Vec<f64>,
-    /// Sine and cosine of 2πi/n.
-    circle: Vec<(f64, f64)>,
-    /// Lowest frequency that is rough, and that of the top third.
-    first: usize,
+    /// Window times cosine and sine, two rows for each frequency from the lowest that is rough on.
+    basis: DMatrix<f64>,
+    /// The first of the top third of all frequencies, counted from there.
     top: usize,
-    /// From squares to a density.
-    scale: f64,
     period_s: f64,
 }
 
 impl Spectrum {
     fn new(n: usize, period_s: f64) -> Spectrum {
-        let window: Vec<f64> = (0..n)
-            .map(|i| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2))
-            .collect();
         let first = ((MIN_ROUGH_HZ * period_s * n as f64).ceil() as usize).clamp(2, n / 4);
+        let window = |i: usize| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2);
+        let squares: f64 = (0..n).map(|i| window(i).powi(2)).sum();
+        // From squares of three axes to a density.
+        let scale = (period_s / squares / 3.0).sqrt();
+        let wave = |row: usize, i: usize| {
+            let angle = 2.0 * PI * ((first + row / 2) * i % n) as f64 / n as f64;
+            let wave = if row % 2 == 0 {
+                angle.cos()
+            } else {
+                angle.sin()
+            };
+            scale * window(i) * wave
+        };
         Spectrum {
-            circle: (0..n)
-                .map(|i| (2.0 * PI * i as f64 / n as f64).sin_cos())
-                .collect(),
-            first,
-            top: first.max(n / 3),
-            scale: period_s / window.iter().map(|w| w * w).sum::<f64>() / 3.0,
+            basis: DMatrix::from_fn(2 * (n / 2 - first), n, wave),
+            top: (n / 3).saturating_sub(first),
             period_s,
-            window,
         }
     }
 
     /// Mean density of three axes above the lowest rough frequency.
     fn density(&self, rows: &[[f64; 3]]) -> f64 {
-        let n = self.window.len();
-        let mut power = vec![0.0; n / 2];
-        for axis in 0..3 {
-            let mean = rows.iter().map(|x| x[axis]).sum::<f64>() / n as f64;
-            let tapered: Vec<f64> = rows
-                .iter()
-                .zip(&self.window)
-                .map(|(x, w)| (x[axis] - mean) * w)
-                .collect();
-            for (k, power) in power.iter_mut().enumerate().skip(self.first) {
-                let (mut re, mut im, mut place) = (0.0, 0.0, 0);
-                for v in &tapered {
-                    let (sin, cos) = self.circle[place];
-                    re += v * cos;
-                    im += v * sin;
-                    place += k;
-                    if place >= n {
-                        place -= n;
-                    }
-                }
-                *power += (re * re + im * im) * self.scale;
-            }
+        let mut tapered = DMatrix::from_fn(rows.len(), 3, |i, axis| rows[i][axis]);
+        for mut column in tapered.column_iter_mut() {
+            let mean = column.mean();
+            column.add_scalar_mut(-mean);
         }
-        let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
+        let amplitudes = &self.basis * tapered;
+        let mean = |from: usize| {
+            let all = amplitudes.rows_range(2 * from..);
+            all.norm_squared() / (all.nrows() / 2) as f64
+        };
         let limit = mean(self.top).min(typical_variance(rows) * self.period_s);
-        mean(self.first).min(MAX_SLOPE * limit)
+        mean(0).min(MAX_SLOPE * limit)
     }
 }
 
