@@ -218,21 +218,6 @@ pub fn kinds() -> Vec<Kind> {
         ("three spiked, 60 s", |s| {
             Scene::new(s, T::Spikes(3)).with(|s| s.rests_s = [5.0, 60.0])
         }),
-        ("50 Hz", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (50.0, [0.023, 7e-4]))
-        }),
-        ("400 Hz", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (400.0, [0.066, 2e-3]))
-        }),
-        ("coarse steps", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| s.steps = [0.15, 0.02])
-        }),
-        ("quiet sensor", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| s.noise = [0.005, 2e-4])
-        }),
-        ("cart, rests of 1 s", |s| {
-            Scene::new(s, T::Cart(0.7, 0.1)).with(|s| s.rests_s = [1.0, 1.2])
-        }),
         ("plain, rests of 1 s", |s| {
             Scene::new(s, T::None).with(|s| (s.rests_s, s.moves) = ([1.0, 1.2], 3))
         }),
@@ -240,8 +225,5 @@ pub fn kinds() -> Vec<Kind> {
             Scene::new(s, T::Wobble(0.05)).with(|s| s.miscalibrated = 0.2)
         }),
         ("16 s", |s| Scene::new(s, T::None).with(|s| s.move_s = 16.0)),
-        ("ten moves", |s| {
-            Scene::new(s, T::Wobble(0.1)).with(|s| s.moves = 10)
-        }),
     ]
 }
