@@ -125,11 +125,8 @@ struct Course<'a> {
 /// How a move and the rest after it were gone through, for the way back.
 struct Passed {
     before: Filter,
-    is_first: bool,
+    leg: Option<(Leg, Density)>,
     rest: Option<Range<usize>>,
-    stances: Vec<usize>,
-    /// None without a move.
-    excess: Option<Density>,
 }
 
 impl Course<'_> {
@@ -151,63 +148,66 @@ impl Course<'_> {
             } else {
                 rests.next()
             };
-            let end = rest.as_ref().map_or(usize::MAX, |rest| rest.start);
-            let steps = steps(&self.stances, model.samples, (from, end), last_step);
-            last_step = steps.last().map(|s| s.swing).or(last_step);
-            let mut one = Passed {
-                before: filter.clone(),
-                is_first,
-                rest,
-                stances: steps.iter().map(|s| s.sample).collect(),
-                excess: None,
-            };
+            let before = filter.clone();
             let mut recorder = Recorder::new(causal);
-            if let Some(leg) = self.leg(&one) {
-                let (excess, found) = leg.run(model, &mut filter, &mut recorder);
+            let last = model.samples.len() - 1;
+            let mut leg = None;
+            if rest.as_ref().map_or(last, |rest| rest.start) > filter.at {
+                let end = rest.as_ref().map_or(usize::MAX, |rest| rest.start);
+                let steps = steps(&self.stances, model.samples, (from, end), last_step);
+                last_step = steps.last().map(|s| s.swing).or(last_step);
+                let this = Leg {
+                    end: end.min(last),
+                    ends: ends(!is_first, rest.is_some()),
+                    rest: rest
+                        .as_ref()
+                        .filter(|_| !is_first)
+                        .map(|rest| self.known(rest)),
+                    stances: steps.iter().map(|s| s.sample).collect(),
+                };
+                let (excess, found) = this.run(model, &mut filter, &mut recorder);
                 motion.moves.push(found);
-                one.excess = Some(excess);
+                motion.stances.extend(&this.stances);
+                leg = Some((this, excess));
             }
-            let closed = one.rest.as_ref().map(|rest| {
-                motion.rests.push(rest.clone());
-                close(model, &mut filter, rest, &mut recorder)
-            });
-            if causal && one.excess.is_some() {
+            let closed = rest
+                .as_ref()
+                .map(|rest| close(model, &mut filter, rest, &mut recorder));
+            if causal && leg.is_some() {
                 let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
                 smoother.back(&recorder.records, &mut Vec::new(), motion.moves.last_mut());
             }
-            if let (Some(rest), Some(closed)) = (&one.rest, closed) {
+            if let (Some(rest), Some(closed)) = (&rest, closed) {
                 leave(model, &mut filter, rest, closed, &mut recorder);
             }
-            motion.stances.extend(&one.stances);
+            motion.rests.extend(rest.clone());
             motion.path.extend(recorder.nodes());
-            let is_last = one.rest.is_none();
-            passed.push(one);
+            let is_last = rest.is_none();
+            passed.push(Passed { before, leg, rest });
             if is_last {
                 break;
             }
         }
-        let last = PathNode::forward(&filter.node());
-        if causal {
-            motion.path.push(last);
-        } else {
-            self.smooth(passed, last, &mut motion);
+        motion.path.push(PathNode::forward(&filter.node()));
+        if !causal {
+            self.smooth(passed, &mut motion);
         }
         motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
         motion
     }
 
-    fn smooth(&self, passed: Vec<Passed>, last: PathNode, motion: &mut Motion) {
+    /// Smooths the moves, and puts the nodes before that at the end.
+    fn smooth(&self, passed: Vec<Passed>, motion: &mut Motion) {
         let model = &self.model;
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
-        let mut path = vec![last];
         let mut moves = motion.moves.iter_mut().rev();
         for one in passed.into_iter().rev() {
             if model.options.is_stopped() {
                 break;
             }
-            let (mut filter, mut recorder) = (one.before.clone(), Recorder::new(true));
+            let (mut filter, mut recorder) = (one.before, Recorder::new(true));
             let mut smoothed = None;
-            if let (Some(leg), Some(excess)) = (self.leg(&one), &one.excess) {
+            if let Some((leg, excess)) = &one.leg {
                 leg.propagate(model, &mut filter, excess, &mut recorder);
                 smoothed = moves.next();
             }
@@ -215,22 +215,9 @@ impl Course<'_> {
                 let closed = close(model, &mut filter, rest, &mut recorder);
                 leave(model, &mut filter, rest, closed, &mut recorder);
             }
-            smoother.back(&recorder.records, &mut path, smoothed);
+            smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
-        path.reverse();
-        motion.path = path;
-    }
-
-    /// The move before a rest, or to the end; none where there is none.
-    fn leg<'a>(&self, one: &'a Passed) -> Option<Leg<'a>> {
-        let rest = one.rest.as_ref();
-        let end = rest.map_or(self.model.samples.len() - 1, |rest| rest.start);
-        (end > one.before.at).then(|| Leg {
-            end,
-            ends: ends(!one.is_first, rest.is_some()),
-            rest: rest.filter(|_| !one.is_first).map(|rest| self.known(rest)),
-            stances: &one.stances,
-        })
+        motion.path.reverse();
     }
 
     /// What is known of a rest when it is held against the move before it.
@@ -255,16 +242,12 @@ impl Course<'_> {
             if rest.start > trail.at {
                 let span = (filter.at + 1, rest.start);
                 let steps = steps(&self.stances, model.samples, span, last_step);
-                let stances: Vec<usize> = steps
-                    .iter()
-                    .map(|s| s.sample)
-                    .filter(|i| *i > trail.at)
-                    .collect();
+                let samples = steps.iter().map(|s| s.sample);
                 let leg = Leg {
                     end: rest.start,
                     ends: ends(true, false),
                     rest: None,
-                    stances: &stances,
+                    stances: samples.filter(|i| *i > trail.at).collect(),
                 };
                 let excess = model.noise.excess(trail.at, rest.start);
                 leg.propagate(model, &mut trail, &excess, &mut Recorder::default());

@@ -35,16 +35,16 @@ pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
 }
 
 /// A move and what is known of it.
-pub(crate) struct Leg<'a> {
+pub(crate) struct Leg {
     /// Its last sample.
     pub end: usize,
     pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
-    pub stances: &'a [usize],
+    pub stances: Vec<usize>,
 }
 
-impl Leg<'_> {
+impl Leg {
     /// Goes through the move, with more noise where it does not close; returns how much it had beyond that of
     /// the rests, and the move but for its displacement.
     pub fn run(
@@ -97,7 +97,7 @@ impl Leg<'_> {
         let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
         filter.start_move(recorder);
         filter.inflate_rate_bias(inflation);
-        for &stance in self.stances {
+        for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(model, stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
