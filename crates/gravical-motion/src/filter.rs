@@ -46,18 +46,13 @@ pub(crate) struct Node {
     pub rows: NineRows,
 }
 
-/// Position at a sample with the covariance of the whole state.
-pub(crate) struct FullNode {
-    pub position: Vector3<f64>,
-    pub covariance: Covariance,
-}
-
 /// What the forward pass did, for the smoother.
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    StartMove(Box<FullNode>),
-    EndMove(Box<FullNode>),
+    /// The filter where a move starts, and where it ends.
+    StartMove(Box<Filter>),
+    EndMove(Box<Filter>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
@@ -96,7 +91,7 @@ impl Recorder {
         })
     }
 
-    fn push(&mut self, record: impl FnOnce() -> Record) {
+    pub fn push(&mut self, record: impl FnOnce() -> Record) {
         if self.is_on {
             self.records.push(record());
         }
@@ -158,16 +153,6 @@ impl Filter {
             rest_s: samples.time_s[at],
             turned_rad: 0.0,
         }
-    }
-
-    /// A move starts here.
-    pub fn start_move(&self, recorder: &mut Recorder) {
-        recorder.push(|| Record::StartMove(Box::new(self.full_node())));
-    }
-
-    /// The move ends here.
-    pub fn end_move(&self, recorder: &mut Recorder) {
-        recorder.push(|| Record::EndMove(Box::new(self.full_node())));
     }
 
     /// From here on the bias of the gyroscope may be another one by this variance.
@@ -249,13 +234,6 @@ impl Filter {
             sample: self.at,
             nominal: self.nominal.clone(),
             rows: self.covariance.fixed_rows::<MOVING>(0).into_owned(),
-        }
-    }
-
-    fn full_node(&self) -> FullNode {
-        FullNode {
-            position: self.nominal.position,
-            covariance: self.covariance,
         }
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
-use crate::filter::{Filter, Innovation, Recorder};
+use crate::filter::{Filter, Innovation, Record, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::{Budget, Ends, Move};
 use crate::transition::Model;
@@ -95,7 +95,7 @@ impl Leg {
         let node = node.max((end - from) / MAX_NODES);
         let rectified_sd = model.directions.rate_sd * RECTIFIED;
         let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
-        filter.start_move(recorder);
+        recorder.push(|| Record::StartMove(Box::new(filter.clone())));
         filter.inflate_rate_bias(inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
@@ -111,7 +111,7 @@ impl Leg {
         }
         filter.propagate(model, end, node, excess, recorder);
         filter.inflate_rate_bias(inflation);
-        filter.end_move(recorder);
+        recorder.push(|| Record::EndMove(Box::new(filter.clone())));
     }
 
     /// What is known of the move without its displacement.
