@@ -215,7 +215,7 @@ impl Spectrum {
         let scale = (period_s / squares / 3.0).sqrt();
         let wave = |row: usize, i: usize| {
             let angle = 2.0 * PI * ((first + row / 2) * i % n) as f64 / n as f64;
-            let wave = if row % 2 == 0 {
+            let wave = if row.is_multiple_of(2) {
                 angle.cos()
             } else {
                 angle.sin()
