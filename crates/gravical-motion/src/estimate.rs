@@ -89,7 +89,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         levelled,
     };
     Motion {
-        noise: Some(noise.of_rests()),
+        noise: Some(noise.of_rests(samples.has_gyro())),
         ..course.run(rests.into_iter())
     }
 }

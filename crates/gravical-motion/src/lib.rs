@@ -49,6 +49,6 @@ pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };
-pub use result::{Budget, Ends, Motion, Move, PathNode, RestNoise};
+pub use result::{Budget, Ends, Motion, Move, NoiseAtRest, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;

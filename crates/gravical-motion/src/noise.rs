@@ -9,7 +9,7 @@ use std::ops::Range;
 use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile};
 use nalgebra::{DMatrix, Vector3};
 
-use crate::result::RestNoise;
+use crate::result::NoiseAtRest;
 use crate::samples::Samples;
 
 /// Samples that a variance takes.
@@ -71,10 +71,10 @@ impl Noise {
     }
 
     /// As a caller reads it.
-    pub fn of_rests(&self) -> RestNoise {
-        RestNoise {
-            force_mps2_sqrt_s: self.rest.force.map(f64::sqrt).into(),
-            rate_rad_sqrt_s: self.rest.rate.map(f64::sqrt).into(),
+    pub fn of_rests(&self, has_gyro: bool) -> NoiseAtRest {
+        NoiseAtRest {
+            accel_n: self.rest.force.map(f64::sqrt).into(),
+            gyro_n: has_gyro.then(|| self.rest.rate.map(f64::sqrt).into()),
         }
     }
 

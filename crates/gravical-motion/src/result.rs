@@ -191,20 +191,20 @@ pub struct Motion {
     /// Stances of a foot, in samples.
     pub stances: Vec<usize>,
     /// Noise of the rests; none without rests.
-    pub noise: Option<RestNoise>,
+    pub noise: Option<NoiseAtRest>,
     /// The moves, in order.
     pub moves: Vec<Move>,
     /// Nodes in order of time, at most 0.1 s apart in moves.
     pub path: Vec<PathNode>,
 }
 
-/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestNoise {
-    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
-    pub force_mps2_sqrt_s: [f64; 3],
-    /// Of the angular rate, rad/√s; zero without a gyroscope.
-    pub rate_rad_sqrt_s: [f64; 3],
+/// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseAtRest {
+    /// Accelerometer, each axis, m/s²/√Hz: 1/√2 of a one-sided density.
+    pub accel_n: [f64; 3],
+    /// Gyroscope, each axis, rad/s/√Hz; null without one.
+    pub gyro_n: Option<[f64; 3]>,
 }
 
 impl Motion {
@@ -213,7 +213,7 @@ impl Motion {
     /// were given, nor in a causal run.
     #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
-        let noise = self.noise?.force_mps2_sqrt_s;
+        let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);
         Some(VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt())
     }

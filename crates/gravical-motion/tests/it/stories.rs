@@ -135,12 +135,12 @@ fn rests_that_are_given_are_taken() {
 fn noise_needs_no_long_rest() {
     let scene = Scene::new(6, Trouble::None);
     let (recording, usual) = estimate(&scene, &options());
-    let truth = usual.noise.unwrap().force_mps2_sqrt_s[0];
+    let truth = usual.noise.unwrap().accel_n[0];
     // 10 samples, less than a block, and 3, which are no variance.
     for count in [10, 3] {
         let given = options_with(|o| o.rests = Some(vec![490..490 + count, 720..720 + count]));
         let motion = estimate_motion(&samples(&recording, scene.ranges), &given);
-        let noise = motion.noise.unwrap().force_mps2_sqrt_s;
+        let noise = motion.noise.unwrap().accel_n;
         assert!(
             noise.iter().all(|n| (0.5..1.6).contains(&(n / truth))),
             "{noise:?} {truth}"

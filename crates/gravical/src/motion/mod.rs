@@ -180,10 +180,7 @@ pub fn motion(
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
         frame: words::frame(options),
         rests: Span::of(t, rests),
-        noise: own.motion.noise.map(|noise| NoiseAtRest {
-            accel_n: noise.force_mps2_sqrt_s,
-            gyro_n: has_gyro.then_some(noise.rate_rad_sqrt_s),
-        }),
+        noise: own.motion.noise,
         visible_moves,
         gravity_misfit: misfit,
         r#final: end,

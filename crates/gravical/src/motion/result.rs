@@ -1,7 +1,7 @@
 //! What motion says: the object of `gravical motion --json`, and the columns of
 //! its table.
 
-pub use gravical_motion::{Budget, Closure, Ends};
+pub use gravical_motion::{Budget, Closure, Ends, NoiseAtRest};
 use std::ops::Range;
 
 use serde::Serialize;
@@ -117,15 +117,6 @@ impl Span {
         };
         rests.iter().map(span).collect()
     }
-}
-
-/// White noise at rest: N of the Allan deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NoiseAtRest {
-    /// Accelerometer, each axis, m/s²/√Hz.
-    pub accel_n: [f64; 3],
-    /// Gyroscope, each axis, rad/s/√Hz; null without one.
-    pub gyro_n: Option<[f64; 3]>,
 }
 
 /// How far a move has to go to be distinguished from rest.

@@ -181,7 +181,7 @@ impl GravityMisfit {
         let mut rests = estimate.rests_in(samples);
         rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
-        let noise = noise.force_mps2_sqrt_s.into_iter().fold(0.0, f64::max);
+        let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
