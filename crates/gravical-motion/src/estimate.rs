@@ -183,7 +183,9 @@ impl Course<'_> {
             motion.rests.extend(rest.clone());
             motion.path.extend(recorder.nodes());
             let is_last = rest.is_none();
-            passed.push(Passed { before, leg, rest });
+            if !causal {
+                passed.push(Passed { before, leg, rest });
+            }
             if is_last {
                 break;
             }
