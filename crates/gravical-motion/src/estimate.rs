@@ -6,7 +6,7 @@ use std::vec::IntoIter;
 use gravical_signal::{RestDetector, RestEvent, detect_rests};
 
 use crate::chain::{RestSelector, contradicts};
-use crate::filter::{Filter, Recorder};
+use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, close, closing, leave};
 use crate::noise::{Density, Noise};
 use crate::options::{Directions, MotionOptions};
@@ -181,7 +181,11 @@ impl Course<'_> {
                 leave(model, &mut filter, rest, closed, &mut recorder);
             }
             motion.rests.extend(rest.clone());
-            motion.path.extend(recorder.nodes());
+            let nodes = recorder.records.iter().filter_map(|record| match record {
+                Record::Node(node) => Some(PathNode::forward(node)),
+                _ => None,
+            });
+            motion.path.extend(nodes);
             let is_last = rest.is_none();
             if !causal {
                 passed.push(Passed { before, leg, rest });

@@ -5,7 +5,6 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 use crate::noise::Density;
-use crate::result::PathNode;
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
     Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
@@ -81,14 +80,6 @@ impl Recorder {
             is_on,
             records: Vec::new(),
         }
-    }
-
-    /// The nodes as the filter knew them.
-    pub fn nodes(&self) -> impl Iterator<Item = PathNode> {
-        self.records.iter().filter_map(|record| match record {
-            Record::Node(node) => Some(PathNode::forward(node)),
-            _ => None,
-        })
     }
 
     pub fn push(&mut self, record: impl FnOnce() -> Record) {

@@ -45,10 +45,11 @@ mod transition;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
+pub use noise::NoiseAtRest;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };
-pub use result::{Budget, Ends, Motion, Move, NoiseAtRest, PathNode};
+pub use result::{Budget, Ends, Motion, Move, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;

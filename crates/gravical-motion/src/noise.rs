@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile};
 use nalgebra::{DMatrix, Vector3};
+use serde::Serialize;
 
-use crate::result::NoiseAtRest;
 use crate::samples::Samples;
 
 /// Samples that a variance takes.
@@ -46,6 +46,15 @@ impl Density {
         force: Vector3::new(0.0, 0.0, 0.0),
         rate: Vector3::new(0.0, 0.0, 0.0),
     };
+}
+
+/// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseAtRest {
+    /// Accelerometer, each axis, m/s²/√Hz: 1/√2 of a one-sided density.
+    pub accel_n: [f64; 3],
+    /// Gyroscope, each axis, rad/s/√Hz; null without one.
+    pub gyro_n: Option<[f64; 3]>,
 }
 
 /// Noise of a recording.

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
+use crate::noise::NoiseAtRest;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
@@ -196,15 +197,6 @@ pub struct Motion {
     pub moves: Vec<Move>,
     /// Nodes in order of time, at most 0.1 s apart in moves.
     pub path: Vec<PathNode>,
-}
-
-/// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NoiseAtRest {
-    /// Accelerometer, each axis, m/s²/√Hz: 1/√2 of a one-sided density.
-    pub accel_n: [f64; 3],
-    /// Gyroscope, each axis, rad/s/√Hz; null without one.
-    pub gyro_n: Option<[f64; 3]>,
 }
 
 impl Motion {
