@@ -44,20 +44,13 @@ pub(crate) fn push() -> &'static Recording {
     })
 }
 
-/// Its motion, without bands.
+/// Its motion.
 pub(crate) fn pushed() -> &'static Motion {
     static PUSHED: OnceLock<Motion> = OnceLock::new();
-    PUSHED.get_or_init(|| match motion(push(), None, &plain()) {
+    PUSHED.get_or_init(|| match motion(push(), None, &MotionOptions::default()) {
         Ok(motion) => motion,
         Err(e) => unreachable!("{e}"),
     })
-}
-
-fn plain() -> MotionOptions {
-    MotionOptions {
-        no_bands: true,
-        ..MotionOptions::default()
-    }
 }
 
 fn text(data: &[u8]) -> Option<&str> {
@@ -125,7 +118,7 @@ pub fn intervals(data: &[u8]) {
     }
     let options = MotionOptions {
         rests: Some(intervals.clone()),
-        ..plain()
+        ..MotionOptions::default()
     };
     let Ok(motion) = motion(push(), None, &options) else {
         return;

@@ -37,11 +37,8 @@ pub fn reference(data: &[u8]) {
         return;
     };
     let own = |r: &Recording| read_reference(file.path(), r, file.path());
-    let without = MotionOptions {
-        no_bands: true,
-        ..MotionOptions::default()
-    };
-    if let (Ok(reference), Ok(motion)) = (own(&recording), motion(&recording, None, &without)) {
+    let usual = MotionOptions::default();
+    if let (Ok(reference), Ok(motion)) = (own(&recording), motion(&recording, None, &usual)) {
         assert!(reference.same_file);
         compared(motion, &reference);
     }

@@ -68,7 +68,7 @@ impl RestSelector<'_> {
     /// A filter at the end of a rest.
     fn filter_after(&self, rest: &Range<usize>) -> Filter {
         let mut filter = Filter::new(&self.0, rest.start, rest);
-        let off = &mut Recorder::off();
+        let off = &mut Recorder::default();
         filter.rest(&self.0, rest, REST_SPEED_MPS, off);
         filter.halt(&self.0, rest.end - 1, off);
         filter
@@ -84,7 +84,7 @@ impl RestSelector<'_> {
             let to = to.min(next.end - 1);
             if to > filter.at {
                 let excess = self.0.noise.excess(filter.at, to);
-                filter.propagate(&self.0, to, node, &excess, &mut Recorder::off());
+                filter.propagate(&self.0, to, node, &excess, &mut Recorder::default());
             }
             let innovation = innovation(&self.0, filter, next);
             if into_s == 0.0 {

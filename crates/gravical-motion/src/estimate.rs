@@ -1,20 +1,26 @@
 //! Motion of samples: the whole way, in order. Read this first.
 
 use std::ops::Range;
+use std::vec::IntoIter;
 
-use gravical_signal::detect_rests;
+use gravical_signal::{RestDetector, RestEvent, detect_rests};
 
-use crate::chain::RestSelector;
-use crate::filter::{Filter, Recorder};
-use crate::moves::{Leg, close, closing, level_before_move};
-use crate::noise::{Density, Noise, Roughness};
-use crate::options::MotionOptions;
+use crate::chain::{RestSelector, contradicts};
+use crate::filter::{Filter, Record, Recorder};
+use crate::moves::{Leg, close, closing, leave};
+use crate::noise::{Density, Noise};
+use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
-use crate::stance::{Stance, StanceDetector, steps};
-use crate::stepper::Stepper;
+use crate::stance::{Stance, detect_stances, steps};
 use crate::transition::Model;
+
+/// A causal run has the noise of the first seconds of the first rest, s.
+const LEARNED_S: f64 = 3.0;
+/// … and believes a rest that the velocity contradicts once it has lasted so long, s: what is wrong then is the
+/// velocity.
+const BELIEVED_S: f64 = 4.0;
 
 /// Velocity and position of calibrated samples.
 ///
@@ -25,7 +31,8 @@ use crate::transition::Model;
 ///    axes.
 /// 4. Backwards: the smoother, from rest to rest.
 ///
-/// A causal run is that of a [`Stepper`] instead.
+/// A causal run ends with the third. Its rests are those of a [`RestDetector`], and each is decided where it
+/// begins.
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
 /// or rests that are given are not spans of samples in order.
@@ -34,27 +41,32 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if !options.are_possible() {
         return Motion::default();
     }
-    if options.causal {
-        return Stepper::drive(samples, options);
-    }
-    let given = options.rests.clone();
-    let found = given.unwrap_or_else(|| detect_rests(&samples.channels()));
+    let found = match &options.rests {
+        Some(given) => given.clone(),
+        None if options.causal => rests_as_they_come(samples),
+        None => detect_rests(&samples.channels()),
+    };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
     let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
-    if options.rests.is_some() && !in_order {
+    let are_possible = options.rests.is_none() || in_order;
+    let Some(first) = found.first().filter(|_| are_possible) else {
         return Motion::default();
-    }
-    let mut rough = Roughness::default();
-    rough.extend(samples, &found);
-    let noise =
-        |rests: &[Range<usize>]| Noise::new(samples, rests, options.noise.as_ref(), rough.clone());
-    let found_noise = noise(&found);
-    let mut model = Model {
+    };
+    let learned = first.start..first.end.min(samples.after_s(first.start, LEARNED_S));
+    let learned_from = if options.causal {
+        std::slice::from_ref(&learned)
+    } else {
+        &found
+    };
+    let noise = Noise::new(samples, learned_from, &found);
+    let directions = Directions::new(&options.calibration);
+    let model = Model {
         samples,
         options,
-        noise: &found_noise,
+        directions: &directions,
+        noise: &noise,
     };
-    let rests = if options.rests.is_some() {
+    let rests = if options.rests.is_some() || options.causal {
         found
     } else {
         RestSelector(model).chain(&found)
@@ -62,126 +74,192 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
-    let measured = if options.zero_velocity {
-        &rests[..]
+    let levelled = if options.causal {
+        learned
     } else {
-        std::slice::from_ref(first)
+        first.clone()
     };
-    let first_noise = (!options.zero_velocity).then(|| noise(measured));
-    model.noise = first_noise.as_ref().unwrap_or(&found_noise);
-    let mut detector = StanceDetector::new(samples, first, options.max_stance_rate_rad_s);
-    let mut stances = detector.update(samples);
-    stances.extend(detector.quietest);
-    stances.retain(|_| options.zero_velocity);
     let course = Course {
         model,
-        rests: measured,
-        stances,
-        size: detector.size,
+        stances: if options.stances {
+            detect_stances(samples, &levelled)
+        } else {
+            Vec::new()
+        },
+        levelled,
     };
-    let motion = course.run();
     Motion {
-        noise: Some(model.noise.of_rests()),
-        rests,
-        ..motion
+        noise: Some(noise.of_rests(samples.has_gyro())),
+        ..course.run(rests.into_iter())
     }
+}
+
+/// Those that the detector finds by what is past.
+fn rests_as_they_come(samples: &Samples) -> Vec<Range<usize>> {
+    let channels = samples.channels();
+    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
+    let mut rests: Vec<Range<usize>> = Vec::new();
+    while let Some(event) = detector
+        .update(&channels)
+        .or_else(|| detector.finish(&channels))
+    {
+        match (event, rests.last_mut()) {
+            (RestEvent::Begin(start), _) => rests.push(start..samples.len()),
+            (RestEvent::Withdraw, _) => drop(rests.pop()),
+            (RestEvent::End(end), Some(rest)) => rest.end = end,
+            (RestEvent::End(_), None) => {}
+        }
+    }
+    rests.retain(|rest| rest.start < rest.end);
+    rests
 }
 
 /// All rests, each with the move before it; the last move has none.
 struct Course<'a> {
     model: Model<'a>,
-    rests: &'a [Range<usize>],
     stances: Vec<Stance>,
-    /// Samples that stances are away from rests.
-    size: usize,
+    /// The rest that says what the attitude is.
+    levelled: Range<usize>,
 }
 
 /// How a move and the rest after it were gone through, for the way back.
 struct Passed {
     before: Filter,
-    stances: Vec<usize>,
-    /// None without a move.
-    excess: Option<Density>,
+    leg: Option<(Leg, Density)>,
+    rest: Option<Range<usize>>,
 }
 
 impl Course<'_> {
     /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
     /// kept only until the smoother has gone back through them.
-    fn run(&self) -> Motion {
+    fn run(&self, mut rests: IntoIter<Range<usize>>) -> Motion {
         let model = &self.model;
-        let mut filter = Filter::new(model, 0, &self.rests[0]);
-        let (mut passed, mut moves, mut last_step) = (Vec::new(), Vec::new(), None);
-        for k in 0..=self.rests.len() {
+        let causal = model.options.causal;
+        let mut filter = Filter::new(model, 0, &self.levelled);
+        let (mut motion, mut passed, mut last_step) = (Motion::default(), Vec::new(), None);
+        loop {
             if model.options.is_stopped() {
-                break;
+                return Motion::default();
             }
-            let from = if k == 0 { 0 } else { filter.at + 1 };
-            let end = self.rests.get(k).map_or(usize::MAX, |rest| rest.start);
-            let steps = steps(&self.stances, self.size, (from, end), last_step);
-            last_step = steps.last().map(|s| s.swing).or(last_step);
-            let stances: Vec<usize> = steps.iter().map(|s| s.sample).collect();
+            let is_first = motion.rests.is_empty();
+            let from = if is_first { 0 } else { filter.at + 1 };
+            let rest = if causal && !is_first {
+                self.next_rest(&filter, &mut rests, last_step)
+            } else {
+                rests.next()
+            };
             let before = filter.clone();
-            let excess = self.leg(k, filter.at, &stances).map(|leg| {
-                let (excess, one) = leg.run(model, &mut filter, &mut Recorder::off());
-                moves.push(one);
-                excess
+            let mut recorder = Recorder::new(causal);
+            let last = model.samples.len() - 1;
+            let mut leg = None;
+            if rest.as_ref().map_or(last, |rest| rest.start) > filter.at {
+                let end = rest.as_ref().map_or(usize::MAX, |rest| rest.start);
+                let steps = steps(&self.stances, model.samples, (from, end), last_step);
+                last_step = steps.last().map(|s| s.swing).or(last_step);
+                let this = Leg {
+                    end: end.min(last),
+                    ends: ends(!is_first, rest.is_some()),
+                    rest: rest
+                        .as_ref()
+                        .filter(|_| !is_first)
+                        .map(|rest| self.known(rest)),
+                    stances: steps.iter().map(|s| s.sample).collect(),
+                };
+                let (excess, found) = this.run(model, &mut filter, &mut recorder);
+                motion.moves.push(found);
+                motion.stances.extend(&this.stances);
+                leg = Some((this, excess));
+            }
+            let closed = rest
+                .as_ref()
+                .map(|rest| close(model, &mut filter, rest, &mut recorder));
+            if causal && leg.is_some() {
+                let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
+                smoother.back(&recorder.records, &mut Vec::new(), motion.moves.last_mut());
+            }
+            if let (Some(rest), Some(closed)) = (&rest, closed) {
+                leave(model, &mut filter, rest, closed, &mut recorder);
+            }
+            motion.rests.extend(rest.clone());
+            let nodes = recorder.records.iter().filter_map(|record| match record {
+                Record::Node(node) => Some(PathNode::forward(node)),
+                _ => None,
             });
-            self.rest(k, &mut filter, &mut Recorder::off());
-            passed.push(Passed {
-                before,
-                stances,
-                excess,
-            });
+            motion.path.extend(nodes);
+            let is_last = rest.is_none();
+            if !causal {
+                passed.push(Passed { before, leg, rest });
+            }
+            if is_last {
+                break;
+            }
         }
-        let stances = passed.iter().flat_map(|p| &p.stances).copied().collect();
+        motion.path.push(PathNode::forward(&filter.node()));
+        if !causal {
+            self.smooth(passed, &mut motion);
+        }
+        motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
+        motion
+    }
+
+    /// Smooths the moves, and puts the nodes before that at the end.
+    fn smooth(&self, passed: Vec<Passed>, motion: &mut Motion) {
+        let model = &self.model;
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
-        let mut path = vec![PathNode::forward(&filter.node())];
-        let mut unsmoothed = moves.iter_mut().rev();
-        for (k, one) in passed.into_iter().enumerate().rev() {
+        let mut moves = motion.moves.iter_mut().rev();
+        for one in passed.into_iter().rev() {
             if model.options.is_stopped() {
                 break;
             }
-            let (mut filter, mut recorder) = (one.before, Recorder::on());
+            let (mut filter, mut recorder) = (one.before, Recorder::new(true));
             let mut smoothed = None;
-            let leg = self.leg(k, filter.at, &one.stances);
-            if let (Some(leg), Some(excess)) = (leg, one.excess) {
-                leg.propagate(model, &mut filter, &excess, &mut recorder);
-                smoothed = unsmoothed.next();
+            if let Some((leg, excess)) = &one.leg {
+                leg.propagate(model, &mut filter, excess, &mut recorder);
+                smoothed = moves.next();
             }
-            self.rest(k, &mut filter, &mut recorder);
-            smoother.back(&recorder.records, &mut path, smoothed);
+            if let Some(rest) = &one.rest {
+                let closed = close(model, &mut filter, rest, &mut recorder);
+                leave(model, &mut filter, rest, closed, &mut recorder);
+            }
+            smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
-        path.reverse();
-        Motion {
-            moves,
-            stances,
-            path: path.into_iter().map(PathNode::with_clock).collect(),
-            ..Motion::default()
+        motion.path.reverse();
+    }
+
+    /// What is known of a rest when it is held against the move before it.
+    fn known(&self, rest: &Range<usize>) -> Range<usize> {
+        if self.model.options.causal {
+            closing(&self.model, rest)
+        } else {
+            rest.clone()
         }
     }
 
-    /// The move from sample `from` to rest `k`, or to the end; none where there is none.
-    fn leg<'a>(&self, k: usize, from: usize, stances: &'a [usize]) -> Option<Leg<'a>> {
-        let rest = self.rests.get(k);
-        let end = rest.map_or(self.model.samples.len() - 1, |rest| rest.start);
-        (end > from).then(|| Leg {
-            end,
-            ends: ends(k > 0, rest.is_some()),
-            rest: rest.filter(|_| k > 0).cloned(),
-            stances,
+    /// The first candidate after the rest that the filter left whose velocity and tilt are those of a rest when it
+    /// begins, or that lasts.
+    fn next_rest(
+        &self,
+        filter: &Filter,
+        candidates: &mut IntoIter<Range<usize>>,
+        last_step: Option<usize>,
+    ) -> Option<Range<usize>> {
+        let (model, mut trail) = (&self.model, filter.clone());
+        candidates.find(|rest| {
+            if rest.start > trail.at {
+                let span = (filter.at + 1, rest.start);
+                let steps = steps(&self.stances, model.samples, span, last_step);
+                let samples = steps.iter().map(|s| s.sample);
+                let leg = Leg {
+                    end: rest.start,
+                    ends: ends(true, false),
+                    rest: None,
+                    stances: samples.filter(|i| *i > trail.at).collect(),
+                };
+                let excess = model.noise.excess(trail.at, rest.start);
+                leg.propagate(model, &mut trail, &excess, &mut Recorder::default());
+            }
+            model.samples.duration_s(rest) >= BELIEVED_S
+                || !contradicts(model, &trail, &closing(model, rest))
         })
-    }
-
-    /// Goes through rest `k`; nothing after the last one.
-    fn rest(&self, k: usize, filter: &mut Filter, recorder: &mut Recorder) {
-        let (model, Some(rest)) = (&self.model, self.rests.get(k)) else {
-            return;
-        };
-        let from = rest.start.max(filter.at);
-        let closed = closing(model, rest).end.max(from + 1);
-        close(model, filter, &(from..closed), recorder);
-        let last = rest.end.max(filter.at + 1) - 1;
-        filter.halt(model, last, recorder);
-        level_before_move(model, filter, closed, recorder);
     }
 }

@@ -45,18 +45,13 @@ pub(crate) struct Node {
     pub rows: NineRows,
 }
 
-/// Position at a sample with the covariance of the whole state.
-pub(crate) struct FullNode {
-    pub position: Vector3<f64>,
-    pub covariance: Covariance,
-}
-
 /// What the forward pass did, for the smoother.
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    StartMove(Box<FullNode>),
-    EndMove(Box<FullNode>),
+    /// The filter where a move starts, and where it ends.
+    StartMove(Box<Filter>),
+    EndMove(Box<Filter>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
@@ -75,36 +70,23 @@ pub(crate) struct Update {
 /// Keeps the records of a forward pass, if they are wanted.
 #[derive(Default)]
 pub(crate) struct Recorder {
-    pub is_on: bool,
+    is_on: bool,
     pub records: Vec<Record>,
 }
 
 impl Recorder {
-    /// One that keeps nothing.
-    pub fn off() -> Recorder {
-        Recorder::default()
-    }
-
-    pub fn on() -> Recorder {
+    pub fn new(is_on: bool) -> Recorder {
         Recorder {
-            is_on: true,
+            is_on,
             records: Vec::new(),
         }
     }
 
-    fn push(&mut self, record: impl FnOnce() -> Record) {
+    pub fn push(&mut self, record: impl FnOnce() -> Record) {
         if self.is_on {
             self.records.push(record());
         }
     }
-}
-
-/// Position at the start of the move, its covariance, and that of it to the state.
-#[derive(Debug, Clone)]
-struct MoveStart {
-    position: Vector3<f64>,
-    covariance: Matrix3<f64>,
-    cross: SMatrix<f64, STATES, 3>,
 }
 
 /// The filter.
@@ -114,7 +96,6 @@ pub(crate) struct Filter {
     pub at: usize,
     pub nominal: Nominal,
     pub covariance: Covariance,
-    start: Option<MoveStart>,
     /// Since the last rest: its time, s, and the angle turned, rad.
     rest_s: f64,
     pub turned_rad: f64,
@@ -160,28 +141,9 @@ impl Filter {
                 ..Nominal::default()
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
-            start: None,
             rest_s: samples.time_s[at],
             turned_rad: 0.0,
         }
-    }
-
-    /// A move starts here.
-    pub fn start_move(&mut self, recorder: &mut Recorder) {
-        self.start = Some(MoveStart {
-            position: self.nominal.position,
-            covariance: self
-                .covariance
-                .fixed_view::<3, 3>(POSITION, POSITION)
-                .into_owned(),
-            cross: self.covariance.fixed_columns::<3>(POSITION).into_owned(),
-        });
-        recorder.push(|| Record::StartMove(Box::new(self.full_node())));
-    }
-
-    /// The move ends here.
-    pub fn end_move(&self, recorder: &mut Recorder) {
-        recorder.push(|| Record::EndMove(Box::new(self.full_node())));
     }
 
     /// From here on the bias of the gyroscope may be another one by this variance.
@@ -226,10 +188,6 @@ impl Filter {
         p.fixed_columns_mut::<MOVING>(0)
             .copy_from(&rows.transpose());
         p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
-        if let Some(start) = &mut self.start {
-            let rows = step.f * start.cross;
-            start.cross.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        }
         self.walk(model, step.seconds);
         recorder.push(|| Record::Propagate(Box::new(step)));
     }
@@ -255,9 +213,6 @@ impl Filter {
         recorder.push(|| Record::Halt);
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
-        if let Some(start) = &mut self.start {
-            start.cross.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
-        }
         self.nominal.velocity = Vector3::zeros();
         self.walk(model, seconds);
         self.at = to;
@@ -273,32 +228,12 @@ impl Filter {
         }
     }
 
-    fn full_node(&self) -> FullNode {
-        FullNode {
-            position: self.nominal.position,
-            covariance: self.covariance,
-        }
-    }
-
-    /// Displacement since the start of the move and its covariance, by what is past.
-    pub fn displacement(&self) -> (Vector3<f64>, Matrix3<f64>) {
-        let Some(start) = &self.start else {
-            return (Vector3::zeros(), Matrix3::zeros());
-        };
-        let cross = start.cross.fixed_rows::<3>(POSITION);
-        let covariance = self.covariance.fixed_view::<3, 3>(POSITION, POSITION) + start.covariance;
-        (
-            self.nominal.position - start.position,
-            covariance - cross - cross.transpose(),
-        )
-    }
-
     /// Mean square of the rate of a span, (rad/s)².
     pub fn mean_square_rate(&self, model: &Model<'_>, span: Range<usize>) -> f64 {
         if !model.samples.has_gyro() || span.is_empty() {
             return 0.0;
         }
-        let correction = self.nominal.correction(&model.options.calibration);
+        let correction = self.nominal.correction(model.directions);
         let squares = span
             .clone()
             .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
@@ -360,11 +295,7 @@ impl Filter {
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
-        let force = attitude
-            * self
-                .nominal
-                .correction(&model.options.calibration)
-                .force(&reading);
+        let force = attitude * self.nominal.correction(model.directions).force(&reading);
         let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
@@ -373,7 +304,7 @@ impl Filter {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.options.calibration.force_directions().enumerate() {
+        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
             let column = attitude * (matrix * reading + offset);
             m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
                 .copy_from(&column);
@@ -381,7 +312,7 @@ impl Filter {
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
-        let white = Matrix3::from_diagonal(&(model.noise.white.force / seconds));
+        let white = Matrix3::from_diagonal(&(model.noise.rest.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
         m.s.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
 
@@ -394,7 +325,7 @@ impl Filter {
         for c in 0..3 {
             m.s[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
                 + model.noise.rounding[c]
-                + model.noise.white.rate[c] / seconds
+                + model.noise.rest.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {
                 m.h[(6 + c, RATE_BIAS + c)] = 1.0;
@@ -432,9 +363,6 @@ impl Filter {
         let one = gain * p_ht.transpose();
         let covariance = self.covariance - one - one.transpose() + gain * m.s * gain.transpose();
         self.covariance = (covariance + covariance.transpose()) * 0.5;
-        if let Some(start) = &mut self.start {
-            start.cross -= gain * (m.h * start.cross);
-        }
         self.nominal.correct(&(gain * m.y));
         recorder.push(|| {
             Record::Update(Box::new(Update {

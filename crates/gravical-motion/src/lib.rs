@@ -11,8 +11,6 @@
 //!    levelling, its smoother.
 //! 4. [`Motion`]: rests, moves with their covariance, path; [`Motion::states`]: every sample.
 //!
-//! [`Stepper`] does the same as samples come, by what is past.
-//!
 //! # Example
 //!
 //! ```
@@ -22,7 +20,8 @@
 //! let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
 //! let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
 //! let force: Vec<[f64; 3]> = (0..500).map(|i| [dither(i), dither(i + 3), 9.81 + dither(i + 1)]).collect();
-//! let samples = Samples::new(&time_s, &force, &[], Vec::new(), resolutions(&force, &[]));
+//! let rows = time_s.iter().zip(&force).map(|(t, force)| (*t, *force, None));
+//! let samples = Samples::new(rows, Vec::new(), resolutions(&force, &[]));
 //! let motion = estimate_motion(&samples, &MotionOptions::default());
 //! assert_eq!((motion.rests, motion.moves.len()), (vec![0..500], 0));
 //! ```
@@ -42,16 +41,15 @@ mod smooth;
 mod stance;
 mod state;
 mod states;
-mod stepper;
 mod transition;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
+pub use noise::NoiseAtRest;
 pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
 pub use options::{
-    CalibrationUncertainty, ElementErrors, ForceDirection, MotionOptions, RestNoise,
+    CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };
 pub use result::{Budget, Ends, Motion, Move, PathNode};
 pub use samples::{Samples, Unusable, resolutions};
 pub use states::SampleState;
-pub use stepper::Stepper;

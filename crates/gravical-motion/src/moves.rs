@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
-use crate::filter::{Filter, Innovation, Recorder};
+use crate::filter::{Filter, Innovation, Record, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Budget, CLOCK_SD, Ends, Move, array, rows};
+use crate::result::{Budget, Ends, Move};
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
@@ -34,24 +34,19 @@ pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
     rest.start..rest.start.saturating_add(count).min(rest.end)
 }
 
-/// Variance that the turns of a span leave of the bias of the gyroscope, (rad/s)².
-pub(crate) fn rectified(mean_square: f64, rate_sd: f64) -> f64 {
-    mean_square * (rate_sd * RECTIFIED).powi(2)
-}
-
 /// A move and what is known of it.
-pub(crate) struct Leg<'a> {
+pub(crate) struct Leg {
     /// Its last sample.
     pub end: usize,
     pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
-    pub stances: &'a [usize],
+    pub stances: Vec<usize>,
 }
 
-impl Leg<'_> {
+impl Leg {
     /// Goes through the move, with more noise where it does not close; returns how much it had beyond that of
-    /// the rests.
+    /// the rests, and the move but for its displacement.
     pub fn run(
         &self,
         model: &Model<'_>,
@@ -98,11 +93,11 @@ impl Leg<'_> {
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let node = node.max((end - from) / MAX_NODES);
-        let mean_square = filter.mean_square_rate(model, from..end);
-        let inflation = rectified(mean_square, model.options.calibration.rate_sd());
-        filter.start_move(recorder);
+        let rectified_sd = model.directions.rate_sd * RECTIFIED;
+        let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
+        recorder.push(|| Record::StartMove(Box::new(filter.clone())));
         filter.inflate_rate_bias(inflation);
-        for &stance in self.stances {
+        for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(model, stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
@@ -116,7 +111,7 @@ impl Leg<'_> {
         }
         filter.propagate(model, end, node, excess, recorder);
         filter.inflate_rate_bias(inflation);
-        filter.end_move(recorder);
+        recorder.push(|| Record::EndMove(Box::new(filter.clone())));
     }
 
     /// What is known of the move without its displacement.
@@ -139,37 +134,33 @@ impl Leg<'_> {
     }
 }
 
-/// The displacement of a move as the filter knows it, which is at its end or in the rest after it.
-pub(crate) fn take_displacement(filter: &Filter, one: &mut Move) {
-    let (displacement, mut covariance) = filter.displacement();
-    for c in 0..3 {
-        covariance[(c, c)] += (2.0 * CLOCK_SD * displacement[c]).powi(2);
-    }
-    one.displacement_m = array(&displacement);
-    one.covariance_m2 = rows(&covariance);
-}
-
-/// Closes a move with what `span`, the first second of a rest, says.
+/// Closes the move before a rest with what its first second says; returns the sample after that.
 pub(crate) fn close(
     model: &Model<'_>,
     filter: &mut Filter,
-    span: &Range<usize>,
+    rest: &Range<usize>,
     recorder: &mut Recorder,
-) {
+) -> usize {
+    let from = rest.start.max(filter.at);
+    let span = from..closing(model, rest).end.max(from + 1);
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
-    let shaken = tremor(model.samples, span).unwrap_or(usual) / usual;
+    let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    filter.rest(model, span, speed_sd_mps, recorder);
+    filter.rest(model, &span, speed_sd_mps, recorder);
+    span.end
 }
 
-/// What the last seconds of a rest before the next move say, from sample `closed` to that of the filter.
-pub(crate) fn level_before_move(
+/// Goes to the end of a rest, and levels before the next move with what its last seconds say from sample `closed`
+/// on.
+pub(crate) fn leave(
     model: &Model<'_>,
     filter: &mut Filter,
+    rest: &Range<usize>,
     closed: usize,
     recorder: &mut Recorder,
 ) {
+    filter.halt(model, rest.end.max(filter.at + 1) - 1, recorder);
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
     let span = closed.max(since)..last + 1;

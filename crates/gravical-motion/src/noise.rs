@@ -7,9 +7,9 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
+use serde::Serialize;
 
-use crate::options::RestNoise;
 use crate::samples::Samples;
 
 /// Samples that a variance takes.
@@ -48,102 +48,118 @@ impl Density {
     };
 }
 
+/// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NoiseAtRest {
+    /// Accelerometer, each axis, m/s²/√Hz: 1/√2 of a one-sided density.
+    pub accel_n: [f64; 3],
+    /// Gyroscope, each axis, rad/s/√Hz; null without one.
+    pub gyro_n: Option<[f64; 3]>,
+}
+
 /// Noise of a recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Noise {
     /// In the rests, sensor axes.
     pub rest: Density,
-    /// What the filter takes it for: the same unless it is given.
-    pub white: Density,
     /// Variance of the mean rate of a rest that no averaging takes away, (rad/s)².
     pub rounding: Vector3<f64>,
-    /// Of the moves.
-    pub rough: Roughness,
+    /// Middle sample of each window with its densities, (m/s²)² s and (rad/s)² s, mean of the axes.
+    windows: Vec<(usize, [f64; 2])>,
 }
 
 impl Noise {
-    /// Densities by the blocks of `rests`: the variance within blocks, and where there are enough of them
-    /// that between neighbours, which counts noise that is slower than a block. Rests that are all shorter
-    /// than a block are blocks themselves. The filter takes those that are `given`, at least what no data sheet
-    /// undercuts.
-    pub fn new(
-        samples: &Samples,
-        rests: &[Range<usize>],
-        given: Option<&RestNoise>,
-        rough: Roughness,
-    ) -> Noise {
-        let channels = samples.channels();
-        let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
-        let (mut count, mut pairs) = (0.0, 0.0);
-        for blocks in quiet_blocks(samples, rests) {
-            for block in &blocks {
-                count += 1.0;
-                for c in 0..6 {
-                    within[c] += block.variance[c];
-                    range[c] += block.range[c];
-                }
-            }
-            for pair in blocks.windows(2) {
-                pairs += 1.0;
-                let size = pair[0].span.len();
-                for c in 0..6 {
-                    between[c] += (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size as f64;
-                }
-            }
-        }
-        let density = |first: usize| {
-            Vector3::from_fn(|axis, _| {
-                let c = first + axis;
-                let white = within[c] / f64::max(count, 1.0);
-                let slow = between[c] / f64::max(pairs, 1.0);
-                let variance = if pairs > 3.0 {
-                    white.max(0.5 * (white + slow))
-                } else {
-                    white
-                };
-                variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
-            })
-        };
-        let has_gyro = if samples.has_gyro() { 1.0 } else { 0.0 };
-        let rest = Density {
-            force: density(0),
-            rate: density(3) * has_gyro,
-        };
-        let at_least = |n: [f64; 3], sensor: usize| {
-            Vector3::from(n).map(|n| (n * n).max(MIN_VARIANCE[sensor] * samples.period_s))
-        };
-        let white = given.map(|given| Density {
-            force: at_least(given.force_mps2_sqrt_s, 0),
-            rate: at_least(given.rate_rad_sqrt_s, 1) * has_gyro,
-        });
-        let resolution = channels.resolution;
+    /// That of `rests`; windows in `quiet` spans are no rougher.
+    pub fn new(samples: &Samples, rests: &[Range<usize>], quiet: &[Range<usize>]) -> Noise {
+        let (rest, rounding) = at_rest(samples, rests);
         Noise {
             rest,
-            white: white.unwrap_or(rest),
-            rounding: Vector3::from_fn(|c, _| {
-                rounding(resolution[3 + c], range[3 + c] / f64::max(count, 1.0))
-            }),
-            rough,
+            rounding,
+            windows: windows(samples, quiet),
         }
     }
 
     /// As a caller reads it.
-    pub fn of_rests(&self) -> RestNoise {
-        RestNoise {
-            force_mps2_sqrt_s: self.rest.force.map(f64::sqrt).into(),
-            rate_rad_sqrt_s: self.rest.rate.map(f64::sqrt).into(),
+    pub fn of_rests(&self, has_gyro: bool) -> NoiseAtRest {
+        NoiseAtRest {
+            accel_n: self.rest.force.map(f64::sqrt).into(),
+            gyro_n: has_gyro.then(|| self.rest.rate.map(f64::sqrt).into()),
         }
     }
 
-    /// What a move has beyond the noise of the rests, the same along all axes.
+    /// What a move has beyond the noise of the rests, the same along all axes: the density of its median window,
+    /// since a knock is no noise; 0 where it is not rougher.
     pub fn excess(&self, from: usize, to: usize) -> Density {
-        let level = [self.white.force.mean(), self.white.rate.mean()];
-        let [force, rate] = self.rough.excess(from..to, level);
+        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
+        let windows = &self.windows[at(from)..at(to)];
+        let level = [self.rest.force.mean(), self.rest.rate.mean()];
+        let [force, rate] = [0, 1].map(|sensor| {
+            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), 0.5);
+            if density > MIN_EXCESS * level[sensor] {
+                density - level[sensor]
+            } else {
+                0.0
+            }
+        });
         Density {
             force: Vector3::repeat(force),
             rate: Vector3::repeat(rate) + self.rounding * HIDDEN_RATE_S,
         }
     }
+}
+
+/// Densities by the blocks of `rests`: the variance within blocks, and where there are enough of them that between
+/// neighbours, which counts noise that is slower than a block; with the variance of the mean rate by rounding.
+/// Rests that are all shorter than a block are blocks themselves.
+fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>) {
+    let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
+    let (mut count, mut pairs) = (0.0, 0.0);
+    for blocks in quiet_blocks(samples, rests) {
+        for block in &blocks {
+            count += 1.0;
+            for c in 0..6 {
+                within[c] += block.variance[c];
+                range[c] += block.range[c];
+            }
+        }
+        for pair in blocks.windows(2) {
+            pairs += 1.0;
+            let size = pair[0].span.len();
+            for c in 0..6 {
+                between[c] += (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size as f64;
+            }
+        }
+    }
+    let count = f64::max(count, 1.0);
+    let density = |c: usize| {
+        let white = within[c] / count;
+        let slow = between[c] / f64::max(pairs, 1.0);
+        let variance = if pairs > 3.0 {
+            white.max(0.5 * (white + slow))
+        } else {
+            white
+        };
+        variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
+    };
+    let rate = Vector3::from_fn(|axis, _| density(3 + axis));
+    let rest = Density {
+        force: Vector3::from_fn(|axis, _| density(axis)),
+        rate: if samples.has_gyro() {
+            rate
+        } else {
+            Vector3::zeros()
+        },
+    };
+    // Noise that stays within a step dithers nothing.
+    let rounding = Vector3::from_fn(|axis, _| {
+        let resolution = samples.channels().resolution[3 + axis];
+        if range[3 + axis] / count < 1.5 * resolution {
+            resolution.powi(2) / 12.0
+        } else {
+            0.0
+        }
+    });
+    (rest, rounding)
 }
 
 /// Blocks of each rest; of the quietest parts of the recording if no rest is long enough for a variance.
@@ -161,149 +177,81 @@ fn quiet_blocks(samples: &Samples, rests: &[Range<usize>]) -> Vec<Vec<Block>> {
     all.into_iter().map(|block| vec![block]).collect()
 }
 
-/// Variance of a mean that no averaging takes away: noise that stays within a step dithers nothing.
-fn rounding(resolution: f64, range: f64) -> f64 {
-    if range < 1.5 * resolution {
-        resolution.powi(2) / 12.0
-    } else {
-        0.0
-    }
-}
-
 /// Density of the force in one rest, the axes together, (m/s²)² s; none where it has too few samples to tell.
 pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
     if rest.len() < MIN_BLOCK_LEN {
         return None;
     }
-    let rough = Roughness::default();
-    let noise = Noise::new(samples, std::slice::from_ref(rest), None, rough);
-    Some(noise.rest.force.sum())
+    Some(at_rest(samples, std::slice::from_ref(rest)).0.force.sum())
 }
 
-/// Densities of windows, (m/s²)² s and (rad/s)² s, mean of the axes.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Roughness {
-    /// Middle sample of each window with its densities.
-    windows: Vec<(usize, [f64; 2])>,
-    /// Where the next window begins.
-    next: usize,
-    spectrum: Option<Spectrum>,
-}
-
-impl Roughness {
-    /// Adds the windows that the samples so far hold; those in `quiet` spans are no rougher than the rests.
-    pub fn extend(&mut self, samples: &Samples, quiet: &[Range<usize>]) {
-        let sensors = if samples.has_gyro() { 2 } else { 1 };
-        let spectrum = self.spectrum.get_or_insert_with(|| {
-            let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
-            Spectrum::new(rows, samples.period_s)
+/// Densities of all windows, a quarter of one apart; none of those in `quiet` spans.
+fn windows(samples: &Samples, quiet: &[Range<usize>]) -> Vec<(usize, [f64; 2])> {
+    let rows = samples.count_in(WINDOW_S).clamp(MIN_ROWS, MAX_ROWS) / 4 * 4;
+    let spectrum = Spectrum::new(rows, samples.period_s);
+    let of_piece = |piece: &Range<usize>| {
+        (piece.start + rows / 2..(piece.end + 1).saturating_sub(rows / 2)).step_by(rows / 4)
+    };
+    let middles = samples.pieces.iter().flat_map(of_piece);
+    let window = |middle: usize| {
+        let after = quiet.partition_point(|q| q.end <= middle);
+        let is_quiet = quiet.get(after).is_some_and(|q| q.contains(&middle));
+        let density = [&samples.force, &samples.rate].map(|column| {
+            let rows = column.get(middle - rows / 2..middle + rows / 2);
+            rows.filter(|_| !is_quiet)
+                .map_or(0.0, |rows| spectrum.density(rows))
         });
-        let rows = spectrum.window.len();
-        while self.next < samples.len() {
-            let (from, end) = (self.next, samples.channels().piece(self.next).end);
-            if from + rows > end {
-                if end == samples.len() {
-                    break;
-                }
-                self.next = end;
-                continue;
-            }
-            let middle = from + rows / 2;
-            let after = quiet.partition_point(|q| q.end <= middle);
-            let mut density = [0.0; 2];
-            if !quiet.get(after).is_some_and(|q| q.contains(&middle)) {
-                for sensor in 0..sensors {
-                    let column = [&samples.force, &samples.rate][sensor];
-                    density[sensor] = spectrum.density(&column[from..from + rows]);
-                }
-            }
-            self.windows.push((middle, density));
-            self.next += rows / 4;
-        }
-    }
-
-    /// Starts again at a sample.
-    pub fn restart(&mut self, at: usize) {
-        self.windows.clear();
-        self.next = at;
-    }
-
-    /// Densities of a span beyond `level`, those of its median window, since a knock is no noise; 0 where it
-    /// is not rougher.
-    pub fn excess(&self, span: Range<usize>, level: [f64; 2]) -> [f64; 2] {
-        let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
-        let windows = &self.windows[at(span.start)..at(span.end)];
-        [0, 1].map(|sensor| {
-            let density = quantile(windows.iter().map(|w| w.1[sensor]).collect(), 0.5);
-            if density > MIN_EXCESS * level[sensor] {
-                density - level[sensor]
-            } else {
-                0.0
-            }
-        })
-    }
+        (middle, density)
+    };
+    middles.map(window).collect()
 }
 
 /// Periodogram of a Hann window by its definition: too short for an FFT to pay.
-#[derive(Debug, Clone)]
 struct Spectrum {
-    window: Vec<f64>,
-    /// Sine and cosine of 2πi/n.
-    circle: Vec<(f64, f64)>,
-    /// Lowest frequency that is rough, and that of the top third.
-    first: usize,
+    /// Window times cosine and sine, two rows for each frequency from the lowest that is rough on.
+    basis: DMatrix<f64>,
+    /// The first of the top third of all frequencies, counted from there.
     top: usize,
-    /// From squares to a density.
-    scale: f64,
     period_s: f64,
 }
 
 impl Spectrum {
     fn new(n: usize, period_s: f64) -> Spectrum {
-        let window: Vec<f64> = (0..n)
-            .map(|i| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2))
-            .collect();
         let first = ((MIN_ROUGH_HZ * period_s * n as f64).ceil() as usize).clamp(2, n / 4);
+        let window = |i: usize| (PI * (i as f64 + 0.5) / n as f64).sin().powi(2);
+        let squares: f64 = (0..n).map(|i| window(i).powi(2)).sum();
+        // From squares of three axes to a density.
+        let scale = (period_s / squares / 3.0).sqrt();
+        let wave = |row: usize, i: usize| {
+            let angle = 2.0 * PI * ((first + row / 2) * i % n) as f64 / n as f64;
+            let wave = if row.is_multiple_of(2) {
+                angle.cos()
+            } else {
+                angle.sin()
+            };
+            scale * window(i) * wave
+        };
         Spectrum {
-            circle: (0..n)
-                .map(|i| (2.0 * PI * i as f64 / n as f64).sin_cos())
-                .collect(),
-            first,
-            top: first.max(n / 3),
-            scale: period_s / window.iter().map(|w| w * w).sum::<f64>() / 3.0,
+            basis: DMatrix::from_fn(2 * (n / 2 - first), n, wave),
+            top: (n / 3).saturating_sub(first),
             period_s,
-            window,
         }
     }
 
     /// Mean density of three axes above the lowest rough frequency.
     fn density(&self, rows: &[[f64; 3]]) -> f64 {
-        let n = self.window.len();
-        let mut power = vec![0.0; n / 2];
-        for axis in 0..3 {
-            let mean = rows.iter().map(|x| x[axis]).sum::<f64>() / n as f64;
-            let tapered: Vec<f64> = rows
-                .iter()
-                .zip(&self.window)
-                .map(|(x, w)| (x[axis] - mean) * w)
-                .collect();
-            for (k, power) in power.iter_mut().enumerate().skip(self.first) {
-                let (mut re, mut im, mut place) = (0.0, 0.0, 0);
-                for v in &tapered {
-                    let (sin, cos) = self.circle[place];
-                    re += v * cos;
-                    im += v * sin;
-                    place += k;
-                    if place >= n {
-                        place -= n;
-                    }
-                }
-                *power += (re * re + im * im) * self.scale;
-            }
+        let mut tapered = DMatrix::from_fn(rows.len(), 3, |i, axis| rows[i][axis]);
+        for mut column in tapered.column_iter_mut() {
+            let mean = column.mean();
+            column.add_scalar_mut(-mean);
         }
-        let mean = |k: usize| power[k..].iter().sum::<f64>() / (n / 2 - k) as f64;
+        let amplitudes = &self.basis * tapered;
+        let mean = |from: usize| {
+            let all = amplitudes.rows_range(2 * from..);
+            all.norm_squared() / (all.nrows() / 2) as f64
+        };
         let limit = mean(self.top).min(typical_variance(rows) * self.period_s);
-        mean(self.first).min(MAX_SLOPE * limit)
+        mean(0).min(MAX_SLOPE * limit)
     }
 }
 

@@ -4,58 +4,26 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 
-/// One independent direction of the accelerometer's uncertainty, one standard deviation long:
-/// δf = matrix · f + offset.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ForceDirection {
-    /// Scale and cross-axis sensitivity, row-major.
-    pub matrix: [[f64; 3]; 3],
-    /// Bias, m/s².
-    pub offset: [f64; 3],
-}
+/// Covariance of the error δf = M f + o of a specific force: the nine elements of M (scale and cross-axis
+/// sensitivity, row by row) and the bias o, m/s².
+pub type ForceCovariance = SMatrix<f64, 12, 12>;
+/// Covariance of the error δω = M ω of an angular rate: the nine elements of M, row by row.
+pub type RateCovariance = SMatrix<f64, 9, 9>;
 
 /// How far the calibration may be off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationUncertainty {
-    /// Of the accelerometer; the first twelve count.
-    pub force: Vec<ForceDirection>,
-    /// Of the gyroscope likewise, δω = matrix · ω; the first nine count.
-    pub rate: Vec<[[f64; 3]; 3]>,
+    /// Of the accelerometer.
+    pub force: ForceCovariance,
+    /// Of the gyroscope.
+    pub rate: RateCovariance,
     /// Standard deviation of a bias of the accelerometer beyond `force`, m/s².
     pub force_bias_sd_mps2: f64,
     /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
     /// the calibration leaves of the magnitude.
     pub gravity_sd_mps2: f64,
-}
-
-/// Parameters of the accelerometer and of the gyroscope.
-const FORCE_DIRECTIONS: usize = 12;
-const RATE_DIRECTIONS: usize = 9;
-
-fn matrix(rows: &[[f64; 3]; 3]) -> Matrix3<f64> {
-    Matrix3::from(*rows).transpose()
-}
-
-impl CalibrationUncertainty {
-    /// δf = matrix · f + offset for one standard deviation.
-    pub(crate) fn force_directions(&self) -> impl Iterator<Item = (Matrix3<f64>, Vector3<f64>)> {
-        let force = self.force.iter().take(FORCE_DIRECTIONS);
-        force.map(|d| (matrix(&d.matrix), Vector3::from(d.offset)))
-    }
-
-    /// δω = matrix · ω.
-    pub(crate) fn rate_directions(&self) -> impl Iterator<Item = Matrix3<f64>> {
-        self.rate.iter().take(RATE_DIRECTIONS).map(matrix)
-    }
-
-    /// Relative error of a rate, for each axis of the error.
-    pub(crate) fn rate_sd(&self) -> f64 {
-        let squares: f64 = self.rate_directions().map(|m| m.norm_squared()).sum();
-        // A rate along one axis meets three of nine elements, one for each axis of its error.
-        squares.sqrt() / 3.0
-    }
 }
 
 /// Independent errors of the elements of a calibration: their standard deviations.
@@ -70,35 +38,21 @@ pub struct ElementErrors {
 }
 
 impl ElementErrors {
-    /// Directions of a gyroscope's uncertainty: nine, one for each element of the matrix, row by row.
+    /// As a covariance of an accelerometer.
     #[must_use]
-    pub fn matrices(&self) -> Vec<[[f64; 3]; 3]> {
-        let matrix = |k: usize| {
-            let mut matrix = [[0.0; 3]; 3];
-            // Every fourth one is on the diagonal.
-            matrix[k / 3][k % 3] = if k.is_multiple_of(4) {
-                self.scale
-            } else {
-                self.cross
-            };
-            matrix
+    pub fn force(&self) -> ForceCovariance {
+        let sd = |k: usize| match k {
+            0 | 4 | 8 => self.scale,
+            1..9 => self.cross,
+            _ => self.bias_mps2,
         };
-        (0..9).map(matrix).collect()
+        ForceCovariance::from_diagonal(&SVector::from_fn(|k, _| sd(k).powi(2)))
     }
 
-    /// Directions of an accelerometer's: the same, and three biases.
+    /// As one of a gyroscope.
     #[must_use]
-    pub fn directions(&self) -> Vec<ForceDirection> {
-        let matrices = self.matrices().into_iter().map(|matrix| ForceDirection {
-            matrix,
-            ..ForceDirection::default()
-        });
-        let biases = (0..3).map(|axis| {
-            let mut bias = ForceDirection::default();
-            bias.offset[axis] = self.bias_mps2;
-            bias
-        });
-        matrices.chain(biases).collect()
+    pub fn rate(&self) -> RateCovariance {
+        self.force().fixed_view::<9, 9>(0, 0).into_owned()
     }
 }
 
@@ -111,12 +65,54 @@ impl Default for CalibrationUncertainty {
             bias_mps2,
         };
         CalibrationUncertainty {
-            force: errors(2e-4, 2e-3).directions(),
-            rate: errors(0.02, 0.0).matrices(),
+            force: errors(2e-4, 2e-3).force(),
+            rate: errors(0.02, 0.0).rate(),
             force_bias_sd_mps2: 1e-3,
             gravity_sd_mps2: 0.05,
         }
     }
+}
+
+/// Independent directions of that uncertainty, one standard deviation long.
+#[derive(Debug, Clone)]
+pub(crate) struct Directions {
+    /// δf = matrix · f + offset.
+    pub force: Vec<(Matrix3<f64>, Vector3<f64>)>,
+    /// δω = matrix · ω.
+    pub rate: Vec<Matrix3<f64>>,
+    /// Relative error of a rate, for each axis of the error.
+    pub rate_sd: f64,
+}
+
+impl Directions {
+    pub fn new(calibration: &CalibrationUncertainty) -> Directions {
+        let matrix = |step: &DVector<f64>| Matrix3::from_row_slice(&step.as_slice()[..9]);
+        let force = factor(&calibration.force).into_iter();
+        let rate = factor(&calibration.rate);
+        Directions {
+            force: force
+                .map(|step| (matrix(&step), Vector3::new(step[9], step[10], step[11])))
+                .collect(),
+            rate: rate.iter().map(matrix).collect(),
+            // A rate along one axis meets three of nine elements, one for each axis of its error.
+            rate_sd: calibration.rate.trace().max(0.0).sqrt() / 3.0,
+        }
+    }
+}
+
+/// Columns of L with C = L Lᵀ, by the eigenvectors of the correlations: a covariance may be singular.
+fn factor<const N: usize>(c: &SMatrix<f64, N, N>) -> Vec<DVector<f64>> {
+    let sd = DVector::from_fn(N, |i, _| c[(i, i)].max(0.0).sqrt());
+    let unit = sd.map(|s| if s > 0.0 { s } else { 1.0 });
+    let correlation = DMatrix::from_fn(N, N, |i, j| {
+        0.5 * (c[(i, j)] + c[(j, i)]) / unit[i] / unit[j]
+    });
+    let eigen = correlation.symmetric_eigen();
+    let column = |k: usize| {
+        let column = eigen.eigenvectors.column(k).component_mul(&sd);
+        column * eigen.eigenvalues[k].max(0.0).sqrt()
+    };
+    (0..N).map(column).collect()
 }
 
 /// How motion is estimated.
@@ -124,19 +120,13 @@ impl Default for CalibrationUncertainty {
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Highest angular rate of a foot in stance, rad/s; 0: no stances.
-    pub max_stance_rate_rad_s: f64,
+    /// Moments of a walking foot between its swings have no velocity.
+    pub stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,
-    /// Use the past only, as [`crate::Stepper`] does. The path of a closed move, and its bands, are those after
-    /// its end: a second into the rest that closes it, the noise of the whole move is known. Rests are looked for,
-    /// and each has no velocity.
+    /// Use the past only: no smoother. The path of a closed move, and its bands, are those after its end: a second
+    /// into the rest that closes it, the noise of the whole move is known. Rests are looked for.
     pub causal: bool,
-    /// White noise of the sensor, if it is known; none: that of the rests. Rests are found by their own.
-    pub noise: Option<RestNoise>,
-    /// Every rest and stance has no velocity. Otherwise the first rest levels and says what noise there is,
-    /// and what follows is integrated without another measurement.
-    pub zero_velocity: bool,
     /// Ends the estimate where it is once this is true, from another thread: what there is then is of no use.
     pub stopped: Option<Arc<AtomicBool>>,
 }
@@ -149,26 +139,12 @@ impl MotionOptions {
 
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
-        if self.causal && (self.rests.is_some() || !self.zero_velocity) {
-            return false;
-        }
         let known = &self.calibration;
-        let noise = self.noise.iter();
-        let noise = noise.flat_map(|n| [n.force_mps2_sqrt_s, n.rate_rad_sqrt_s]);
-        let sizes = [
-            self.max_stance_rate_rad_s,
-            known.force_bias_sd_mps2,
-            known.gravity_sd_mps2,
-        ];
-        let mut sizes = sizes.into_iter().chain(noise.flatten());
-        let force = known.force.iter();
-        let force = force.flat_map(|d| d.matrix.as_flattened().iter().chain(&d.offset));
-        let mut rate = known
-            .rate
-            .iter()
-            .flat_map(|m| m.as_flattened())
-            .chain(force);
-        sizes.all(|v| v.is_finite() && v >= 0.0) && rate.all(|v| v.is_finite())
+        let sizes = [known.force_bias_sd_mps2, known.gravity_sd_mps2];
+        let is_size = |v: &f64| v.is_finite() && *v >= 0.0;
+        !(self.causal && self.rests.is_some())
+            && sizes.iter().all(is_size)
+            && known.force.iter().chain(&known.rate).all(|v| v.is_finite())
     }
 }
 
@@ -176,21 +152,10 @@ impl Default for MotionOptions {
     fn default() -> Self {
         MotionOptions {
             calibration: CalibrationUncertainty::default(),
-            max_stance_rate_rad_s: 1.0,
+            stances: true,
             rests: None,
             causal: false,
-            noise: None,
-            zero_velocity: true,
             stopped: None,
         }
     }
-}
-
-/// White noise of a sensor, by its axes: Allan's N, the standard deviation of a mean over 1 s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RestNoise {
-    /// Of the specific force, (m/s²)·√s; 1/√2 of a one-sided density in m/s²/√Hz.
-    pub force_mps2_sqrt_s: [f64; 3],
-    /// Of the angular rate, rad/√s; zero without a gyroscope.
-    pub rate_rad_sqrt_s: [f64; 3],
 }

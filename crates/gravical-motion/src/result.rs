@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::closure::Closure;
 use crate::filter::Node;
-use crate::options::RestNoise;
+use crate::noise::NoiseAtRest;
 use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
 
@@ -105,7 +105,7 @@ pub struct Move {
     pub displacement_m: [f64; 3],
     /// Its covariance, m².
     pub covariance_m2: [[f64; 3]; 3],
-    /// What contributes to it; zero in a causal run.
+    /// What contributes to it.
     pub budget: Budget,
     /// What lies at its ends.
     pub ends: Ends,
@@ -191,8 +191,8 @@ pub struct Motion {
     pub rests: Vec<Range<usize>>,
     /// Stances of a foot, in samples.
     pub stances: Vec<usize>,
-    /// Noise of the rests, whatever noise the filter was given; none without rests.
-    pub noise: Option<RestNoise>,
+    /// Noise of the rests; none without rests.
+    pub noise: Option<NoiseAtRest>,
     /// The moves, in order.
     pub moves: Vec<Move>,
     /// Nodes in order of time, at most 0.1 s apart in moves.
@@ -200,23 +200,12 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Adds what is known up to a rest, which ends before sample `end`.
-    pub(crate) fn append(&mut self, next: &mut Motion, end: usize) {
-        if let Some(rest) = next.rests.last_mut() {
-            rest.end = end.max(rest.start + 1);
-        }
-        self.rests.append(&mut next.rests);
-        self.stances.append(&mut next.stances);
-        self.moves.append(&mut next.moves);
-        self.path.append(&mut next.path);
-    }
-
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
     /// were given, nor in a causal run.
     #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
-        let noise = self.noise?.force_mps2_sqrt_s;
+        let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);
         Some(VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt())
     }

@@ -79,51 +79,45 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Takes rows of times (s), specific force (m/s²) and angular rate (rad/s; empty without a
-    /// gyroscope); the shortest of them counts. `bridged` holds rows whose values were replaced
-    /// ([`crate::bridge_odd`]), `resolution` the steps of the channels, m/s² and rad/s, 0 where they are
-    /// unknown ([`resolutions`]).
+    /// Takes rows of time (s), specific force (m/s²) and angular rate (rad/s; none without a gyroscope: what
+    /// the first row has, all have). `bridged` holds rows whose values were replaced ([`crate::bridge_odd`]),
+    /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown ([`resolutions`]).
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
     /// that do not increase. Where that leaves a hole there is a gap.
     #[must_use]
     pub fn new(
-        time_s: &[f64],
-        force_mps2: &[[f64; 3]],
-        rate_rad_s: &[[f64; 3]],
-        bridged: Vec<Bridged>,
-        resolution: [f64; 6],
-    ) -> Samples {
-        let rows = time_s.iter().zip(force_mps2).enumerate();
-        let rows = rows.map(|(i, (t, force))| (*t, *force, rate_rad_s.get(i).copied()));
-        let has_gyro = !rate_rad_s.is_empty();
-        let count = if has_gyro {
-            rate_rad_s.len()
-        } else {
-            usize::MAX
-        };
-        Samples::from_rows(rows.take(count), bridged, resolution)
-    }
-
-    /// The same of rows one by one: time, specific force, and angular rate if there is a gyroscope.
-    #[must_use]
-    pub fn from_rows(
         rows: impl Iterator<Item = (f64, [f64; 3], Option<[f64; 3]>)>,
         bridged: Vec<Bridged>,
         resolution: [f64; 6],
     ) -> Samples {
-        // Without a gap, until the period is known.
-        let mut samples = Samples::empty(f64::INFINITY, resolution);
         let count = rows.size_hint().0;
-        samples.time_s.reserve_exact(count);
-        samples.force.reserve_exact(count);
-        samples.rows.reserve_exact(count);
-        for (i, (time_s, force, rate)) in rows.enumerate() {
-            if i == 0 && rate.is_some() {
+        let mut samples = Samples {
+            time_s: Vec::with_capacity(count),
+            force: Vec::with_capacity(count),
+            rate: Vec::new(),
+            period_s: 0.0,
+            pieces: Vec::new(),
+            resolution,
+            bridged: Vec::new(),
+            rows: Vec::with_capacity(count),
+            breaks: Vec::new(),
+        };
+        for (row, (time_s, force, rate)) in rows.enumerate() {
+            let is_first = samples.is_empty();
+            if is_first && rate.is_some() {
                 samples.rate.reserve_exact(count);
             }
-            if samples.push(time_s, force, rate, false) {
-                samples.rows.push(i);
+            let is_like_the_others = is_first || rate.is_some() == samples.has_gyro();
+            let is_later = samples.time_s.last().is_none_or(|last| time_s > *last);
+            if is_like_the_others
+                && is_later
+                && is_possible(time_s, &force, &rate.unwrap_or_default())
+            {
+                samples.time_s.push(time_s);
+                samples.force.push(force);
+                samples.rate.extend(rate);
+                samples.rows.push(row);
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
@@ -134,54 +128,6 @@ impl Samples {
             .collect();
         samples.bridged.sort_by_key(|b| b.rows.end);
         samples
-    }
-
-    /// Samples that come later ([`Samples::push`]).
-    pub(crate) fn empty(period_s: f64, resolution: [f64; 6]) -> Samples {
-        Samples {
-            time_s: Vec::new(),
-            force: Vec::new(),
-            rate: Vec::new(),
-            period_s,
-            pieces: Vec::new(),
-            resolution,
-            bridged: Vec::new(),
-            rows: Vec::new(),
-            breaks: Vec::new(),
-        }
-    }
-
-    /// Adds a sample, with a gap before it if something is missing there; false if it is no measurement.
-    pub(crate) fn push(
-        &mut self,
-        time_s: f64,
-        force: [f64; 3],
-        rate: Option<[f64; 3]>,
-        interrupted: bool,
-    ) -> bool {
-        let count = self.len();
-        let like_the_others = count == 0 || rate.is_some() == self.has_gyro();
-        let step_s = self
-            .time_s
-            .last()
-            .map_or(f64::INFINITY, |last| time_s - last);
-        if !like_the_others
-            || !is_possible(time_s, &force, &rate.unwrap_or_default())
-            || step_s <= 0.0
-        {
-            return false;
-        }
-        self.time_s.push(time_s);
-        self.force.push(force);
-        self.rate.extend(rate);
-        if interrupted && count > 0 {
-            self.breaks.push(count);
-        }
-        match self.pieces.last_mut() {
-            Some(last) if !interrupted && !is_gap(step_s, self.period_s) => last.end = count + 1,
-            _ => self.pieces.push(count..count + 1),
-        }
-        true
     }
 
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.

@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::filter::{FullNode, Node, Record, Update};
+use crate::filter::{Filter, Node, Record, Update};
 use crate::result::{Budget, CLOCK_SD, Move, PathNode, array, rows};
 use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
@@ -114,7 +114,7 @@ impl Smoother {
         self.information = (next + next.transpose()) * 0.5;
     }
 
-    fn end_move(&mut self, end: &FullNode) {
+    fn end_move(&mut self, end: &Filter) {
         let p: Position = end.covariance.fixed_rows::<3>(POSITION).into_owned();
         let mut sensitivity = -(self.information * p.transpose());
         let mut position = sensitivity.fixed_view_mut::<3, 3>(POSITION, 0);
@@ -126,7 +126,7 @@ impl Smoother {
         });
     }
 
-    fn start_move(&mut self, node: &FullNode, one: &mut Move) {
+    fn start_move(&mut self, node: &Filter, one: &mut Move) {
         let Some(open) = self.open.take() else { return };
         let ((start, at_start), (end, at_end)) = (self.position(node), open.end);
         let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
@@ -150,10 +150,10 @@ impl Smoother {
     }
 
     /// Smoothed position and its covariance to the whole smoothed state.
-    fn position(&self, node: &FullNode) -> (Vector3<f64>, Position) {
+    fn position(&self, node: &Filter) -> (Vector3<f64>, Position) {
         let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
         (
-            node.position + p * self.adjoint,
+            node.nominal.position + p * self.adjoint,
             p - p * self.information * node.covariance,
         )
     }

@@ -9,6 +9,8 @@ use crate::samples::Samples;
 const WINDOW_S: f64 = 0.1;
 /// A swing turns faster than this, rad/s: a foot reaches 5 to 10.
 const MIN_SWING_RAD_S: f64 = 2.5;
+/// A foot in stance turns slower, rad/s.
+const MAX_STANCE_RAD_S: f64 = 1.0;
 /// What the specific force of a stance differs from gravity at most, m/s².
 const MAX_FORCE_MISFIT_MPS2: f64 = 2.0;
 /// Swings of a walk between two rests: a hand that turns to and fro looks like one.
@@ -17,25 +19,28 @@ const MIN_SWINGS: usize = 3;
 const STANDING_S: f64 = 0.5;
 const MAX_STANDING_RAD_S: f64 = 0.06;
 
-/// The quietest sample since `first`.
+/// A stance.
 #[derive(Debug, Clone)]
 pub(crate) struct Stance {
+    /// The first sample that may be its quietest.
     first: usize,
+    /// The quietest.
     pub sample: usize,
     rate: f64,
     /// Number of the swing before it.
     pub swing: usize,
 }
 
-/// The stances of the move from sample `from` to `end`: at least `size` samples away from the rests there,
-/// which say the same, and none if they are not those of a foot: it swings often enough, or stands after
-/// the last step of the walk before.
-pub(crate) fn steps(
-    stances: &[Stance],
-    size: usize,
+/// The stances of the move from sample `from` to `end`: a window away from the rests there, which say the same,
+/// and none if they are not those of a foot: it swings often enough, or stands after the last step of the walk
+/// before.
+pub(crate) fn steps<'a>(
+    stances: &'a [Stance],
+    samples: &Samples,
     (from, end): (usize, usize),
     last_step: Option<usize>,
-) -> &[Stance] {
+) -> &'a [Stance] {
+    let size = window_len(samples);
     let first = stances.partition_point(|s| s.sample < from + size);
     let after = stances.partition_point(|s| s.sample.saturating_add(size) < end);
     let stances = stances.get(first..after).unwrap_or_default();
@@ -44,85 +49,45 @@ pub(crate) fn steps(
     if is_walk { stances } else { &[] }
 }
 
-/// Finds where the rate is least after each swing.
-#[derive(Debug, Clone)]
-pub(crate) struct StanceDetector {
-    /// Samples of a window.
-    pub size: usize,
-    standing_len: usize,
-    gravity: f64,
-    max_rate_rad_s: f64,
-    swing: usize,
-    pub quietest: Option<Stance>,
-    /// Σ ω² over the window, and the sample after it.
-    sum: f64,
-    at: usize,
+fn window_len(samples: &Samples) -> usize {
+    samples.count_in(WINDOW_S).max(3)
 }
 
-impl StanceDetector {
-    /// From the first sample on; `rest` says what gravity is.
-    pub fn new(samples: &Samples, rest: &Range<usize>, max_rate_rad_s: f64) -> StanceDetector {
-        let size = samples.count_in(WINDOW_S).max(3);
-        let mean = samples.channels().mean(rest);
-        StanceDetector {
-            size,
-            standing_len: samples.count_in(STANDING_S).max(size),
-            gravity: norm(&[mean[0], mean[1], mean[2]]),
-            max_rate_rad_s,
-            swing: 0,
-            quietest: None,
-            sum: 0.0,
-            at: 0,
-        }
-    }
-
-    /// Those in the samples so far that were not returned before, but the last, which may get quieter.
-    pub fn update(&mut self, samples: &Samples) -> Vec<Stance> {
-        std::iter::from_fn(|| self.next(samples)).collect()
-    }
-
-    fn next(&mut self, samples: &Samples) -> Option<Stance> {
-        if !samples.has_gyro() || self.max_rate_rad_s <= 0.0 {
-            return None;
-        }
-        let square = |i: usize| samples.rate[i].iter().map(|w| w * w).sum::<f64>();
-        let mut found = None;
-        while found.is_none() && self.at < samples.len() {
-            let i = self.at;
-            self.at += 1;
-            if i >= self.size {
-                found = self.take(samples, i - self.size / 2);
-                self.sum -= square(i - self.size);
+/// Where the rate is least after each swing; `rest` says what gravity is.
+pub(crate) fn detect_stances(samples: &Samples, rest: &Range<usize>) -> Vec<Stance> {
+    let mut found = Vec::new();
+    let size = window_len(samples);
+    let standing_len = samples.count_in(STANDING_S).max(size);
+    let [x, y, z, ..] = samples.channels().mean(rest);
+    let gravity = norm(&[x, y, z]);
+    let (mut swing, mut sum) = (0, 0.0);
+    let mut quietest: Option<Stance> = None;
+    for (i, rate) in samples.rate.iter().enumerate() {
+        if let Some(before) = i.checked_sub(size) {
+            // Σ ω² over the window around `sample`.
+            let (sample, rms) = (i - size / 2, (sum / size as f64).max(0.0).sqrt());
+            let misfit = (norm(&samples.force[sample]) - gravity).abs();
+            if norm(&samples.rate[sample]) > MIN_SWING_RAD_S {
+                swing += usize::from(swing == 0 || quietest.is_some());
+                found.extend(quietest.take());
+            } else if swing > 0 && rms < MAX_STANCE_RAD_S && misfit < MAX_FORCE_MISFIT_MPS2 {
+                let stands = rms < MAX_STANDING_RAD_S;
+                found.extend(quietest.take_if(|q| stands && sample - q.first > standing_len));
+                if quietest.as_ref().is_none_or(|q| rms < q.rate) {
+                    quietest = Some(Stance {
+                        first: quietest.as_ref().map_or(sample, |q| q.first),
+                        sample,
+                        rate: rms,
+                        swing,
+                    });
+                }
             }
-            self.sum += square(i);
+            sum -= norm(&samples.rate[before]).powi(2);
         }
-        found
+        sum += norm(rate).powi(2);
     }
-
-    fn take(&mut self, samples: &Samples, sample: usize) -> Option<Stance> {
-        let rate = (self.sum / self.size as f64).max(0.0).sqrt();
-        let force = (norm(&samples.force[sample]) - self.gravity).abs();
-        if norm(&samples.rate[sample]) > MIN_SWING_RAD_S {
-            self.swing += usize::from(self.swing == 0 || self.quietest.is_some());
-            return self.quietest.take();
-        }
-        if self.swing == 0 || rate >= self.max_rate_rad_s || force >= MAX_FORCE_MISFIT_MPS2 {
-            return None;
-        }
-        let stands = rate < MAX_STANDING_RAD_S;
-        let standing_len = self.standing_len;
-        let long = |q: &mut Stance| stands && sample - q.first > standing_len;
-        let found = self.quietest.take_if(long);
-        if self.quietest.as_ref().is_none_or(|q| rate < q.rate) {
-            self.quietest = Some(Stance {
-                first: self.quietest.as_ref().map_or(sample, |q| q.first),
-                sample,
-                rate,
-                swing: self.swing,
-            });
-        }
-        found
-    }
+    found.extend(quietest);
+    found
 }
 
 fn norm(v: &[f64; 3]) -> f64 {

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-use crate::options::CalibrationUncertainty;
+use crate::options::Directions;
 
 pub(crate) const STATES: usize = 37;
 pub(crate) const POSITION: usize = 0;
@@ -19,6 +19,7 @@ pub(crate) const RATE_BIAS: usize = 12;
 pub(crate) const GRAVITY: usize = 15;
 pub(crate) const RATE_PARAMETERS: usize = 16;
 pub(crate) const FORCE_PARAMETERS: usize = 25;
+const PARAMETERS: usize = STATES - RATE_PARAMETERS;
 
 pub(crate) type Covariance = SMatrix<f64, STATES, STATES>;
 pub(crate) type ErrorState = SVector<f64, STATES>;
@@ -35,9 +36,8 @@ pub(crate) struct Nominal {
     pub force_bias: Vector3<f64>,
     pub rate_bias: Vector3<f64>,
     pub gravity: f64,
-    /// Parameters of the calibration in standard deviations.
-    pub rate_parameters: [f64; 9],
-    pub force_parameters: [f64; 12],
+    /// Parameters of the calibration, of the gyroscope first, in standard deviations.
+    pub parameters: SVector<f64, PARAMETERS>,
 }
 
 impl Nominal {
@@ -50,24 +50,20 @@ impl Nominal {
         self.rate_bias += part(RATE_BIAS);
         self.gravity += x[GRAVITY];
         self.attitude = Rotation3::new(part(ATTITUDE)).into_inner() * self.attitude;
-        for (k, p) in self.rate_parameters.iter_mut().enumerate() {
-            *p += x[RATE_PARAMETERS + k];
-        }
-        for (k, p) in self.force_parameters.iter_mut().enumerate() {
-            *p += x[FORCE_PARAMETERS + k];
-        }
+        self.parameters += x.fixed_rows::<PARAMETERS>(RATE_PARAMETERS);
     }
 
     /// The correction of the readings that the nominal parameters are.
-    pub fn correction(&self, calibration: &CalibrationUncertainty) -> Correction {
-        let mut force = (Matrix3::identity(), -self.force_bias);
-        for ((matrix, offset), k) in calibration.force_directions().zip(self.force_parameters) {
-            force.0 += matrix * k;
-            force.1 += offset * k;
-        }
+    pub fn correction(&self, directions: &Directions) -> Correction {
+        let mut parameters = self.parameters.iter();
         let mut rate = Matrix3::identity();
-        for (matrix, k) in calibration.rate_directions().zip(self.rate_parameters) {
-            rate += matrix * k;
+        for (matrix, k) in directions.rate.iter().zip(parameters.by_ref()) {
+            rate += matrix * *k;
+        }
+        let mut force = (Matrix3::identity(), -self.force_bias);
+        for ((matrix, offset), k) in directions.force.iter().zip(parameters) {
+            force.0 += matrix * *k;
+            force.1 += offset * *k;
         }
         Correction {
             force,

@@ -6,7 +6,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::result::{Motion, Move, PathNode, array};
+use crate::result::{Motion, PathNode, array};
 use crate::samples::Samples;
 use crate::transition::turn;
 
@@ -56,18 +56,12 @@ impl Motion {
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
         let path = if covered { &self.path[..] } else { &[][..] };
-        let mut follower = Follower {
-            motion: self,
-            samples,
-            correction: Vector3::zeros(),
-            last_acceleration: None,
-            single: false,
-        };
-        let mut next = 0;
+        let (mut next, mut before) = (0, Before::default());
         let pairs = path.windows(2).filter(|p| p[0].sample < p[1].sample);
         let known = pairs.flat_map(move |pair| {
             let first = std::mem::replace(&mut next, pair[1].sample + 1);
-            follower.states(Interval::new(samples, &pair[0], &pair[1]), first)
+            let interval = Interval::new(self, samples, &pair[0], &pair[1], &mut before);
+            (first..=pair[1].sample).map(move |i| interval.state(i))
         });
         let unknown = std::iter::repeat(SampleState::UNKNOWN);
         let mut rests = self.rests.iter().peekable();
@@ -80,152 +74,83 @@ impl Motion {
     }
 }
 
-/// Goes from interval to interval.
-struct Follower<'a> {
-    motion: &'a Motion,
-    samples: &'a Samples,
-    /// What the samples before lack, and the acceleration of the last of them with it, m/s².
+/// What an interval takes over from that before it.
+#[derive(Default)]
+struct Before {
+    /// What its samples lack, and the acceleration of the last of them with it, m/s².
     correction: Vector3<f64>,
     last_acceleration: Option<Vector3<f64>>,
-    /// True if the interval before had one step.
-    single: bool,
-}
-
-impl<'a> Follower<'a> {
-    /// From sample `first` to the end of the interval.
-    fn states(
-        &mut self,
-        interval: Interval<'a>,
-        first: usize,
-    ) -> Box<dyn Iterator<Item = SampleState> + 'a> {
-        let span = interval.from.sample..interval.to.sample;
-        let moves = &self.motion.moves;
-        let next = moves.partition_point(|m| m.samples.end <= span.start);
-        let is_begun = |m: &Move| m.samples.start <= span.start;
-        let moving = moves.get(next).is_some_and(is_begun);
-        if self.samples.gaps(&span).next().is_some() {
-            let last = interval.acceleration(span.end, &interval.attitude(span.end));
-            self.last_acceleration = Some(last + self.correction);
-        } else if moving {
-            let states = self.integrate(&interval).into_iter();
-            return Box::new(states.skip(first - span.start));
-        } else {
-            self.correct(&interval, |i| interval.attitude(i));
-        }
-        let correction = self.correction;
-        let state = move |i| interval.state(i, &interval.attitude(i), &correction);
-        Box::new((first..=span.end).map(state))
-    }
-
-    /// Takes the correction of an interval by which the trapezoid of the accelerations, the first as it
-    /// was with the correction before, is the velocity.
-    fn correct(
-        &mut self,
-        interval: &Interval<'_>,
-        attitude: impl Fn(usize) -> UnitQuaternion<f64>,
-    ) {
-        let time_s = &self.samples.time_s;
-        let (from, to) = (interval.from.sample, interval.to.sample);
-        let raw = |i: usize| interval.acceleration(i, &attitude(i));
-        let mut sum = Vector3::zeros();
-        for i in from + 1..=to {
-            let after = time_s[(i + 1).min(to)];
-            sum += raw(i) * (0.5 * (after - time_s[i - 1]));
-        }
-        let velocity =
-            Vector3::from(interval.to.velocity_mps) - Vector3::from(interval.from.velocity_mps);
-        let half_s = 0.5 * (time_s[from + 1] - time_s[from]);
-        let seconds = time_s[to] - time_s[from];
-        let single = to == from + 1;
-        self.correction = match self.last_acceleration {
-            Some(last) if !(single && self.single) => {
-                (velocity - sum - last * half_s) / (seconds - half_s)
-            }
-            // With one step after the other a correction that starts from the last one would swing.
-            _ => (velocity - sum - raw(from) * half_s) / seconds,
-        };
-        self.single = single;
-        self.last_acceleration = Some(raw(to) + self.correction);
-    }
-
-    /// All samples of the interval, both ends included.
-    fn integrate(&mut self, interval: &Interval<'_>) -> Vec<SampleState> {
-        let samples = self.samples;
-        let time_s = &samples.time_s;
-        let (from, to) = (interval.from.sample, interval.to.sample);
-        let mut attitudes = vec![quaternion(&interval.from.attitude)];
-        for i in from..to {
-            let turn = samples
-                .rate
-                .get(i..i + 2)
-                .map_or(UnitQuaternion::identity(), |rate| {
-                    let rate = [Vector3::from(rate[0]), Vector3::from(rate[1])];
-                    UnitQuaternion::from_scaled_axis(turn(&rate, time_s[i + 1] - time_s[i]))
-                });
-            attitudes.push(attitudes[i - from] * turn);
-        }
-        let missing = quaternion(&interval.to.attitude) * attitudes[to - from].inverse();
-        let missing = missing.scaled_axis();
-        for (i, attitude) in (from..).zip(&mut attitudes) {
-            *attitude =
-                UnitQuaternion::from_scaled_axis(missing * interval.fraction(i)) * *attitude;
-        }
-        let first = self.last_acceleration;
-        self.correct(interval, |i| attitudes[i - from]);
-        let raw = |i: usize| interval.acceleration(i, &attitudes[i - from]);
-        let mut acceleration = first.unwrap_or_else(|| raw(from) + self.correction);
-        let mut velocity = Vector3::from(interval.from.velocity_mps);
-        let mut position = Vector3::from(interval.from.position_m);
-        let mut states = Vec::with_capacity(attitudes.len());
-        for i in from..=to {
-            if i > from {
-                let h = time_s[i] - time_s[i - 1];
-                let next = raw(i) + self.correction;
-                let change = (acceleration + next) * (0.5 * h);
-                position += (velocity + change * 0.5) * h;
-                velocity += change;
-                acceleration = next;
-            }
-            states.push(SampleState {
-                acceleration_mps2: array(&acceleration),
-                velocity_mps: array(&velocity),
-                position_m: array(&position),
-                ..interval.state(i, &attitudes[i - from], &self.correction)
-            });
-        }
-        let missing = Vector3::from(interval.to.position_m) - position;
-        for (i, state) in (from..).zip(&mut states) {
-            let u = interval.fraction(i);
-            let part = missing * (u * u * (3.0 - 2.0 * u));
-            state.position_m = array(&(Vector3::from(state.position_m) + part));
-        }
-        if let Some(last) = states.last_mut() {
-            last.velocity_mps = interval.to.velocity_mps;
-            last.position_m = interval.to.position_m;
-        }
-        states
-    }
+    /// True if it had one step.
+    is_single: bool,
 }
 
 /// Samples from a node to the next.
-#[derive(Clone, Copy)]
 struct Interval<'a> {
     samples: &'a Samples,
     from: &'a PathNode,
     to: &'a PathNode,
-    /// Rotation vector from the attitude of the one to that of the other, world axes.
-    turn: Vector3<f64>,
+    /// Attitudes by the gyroscope; empty where it is not integrated.
+    turned: Vec<UnitQuaternion<f64>>,
+    /// Rotation vector that is missing at the end, world axes.
+    missing: Vector3<f64>,
+    /// What the samples lack of acceleration, m/s².
+    correction: Vector3<f64>,
+    /// Velocity and position; empty where they are not integrated.
+    integrated: Vec<[Vector3<f64>; 2]>,
 }
 
 impl<'a> Interval<'a> {
-    fn new(samples: &'a Samples, from: &'a PathNode, to: &'a PathNode) -> Interval<'a> {
-        let turn = quaternion(&to.attitude) * quaternion(&from.attitude).inverse();
-        Interval {
+    fn new(
+        motion: &Motion,
+        samples: &'a Samples,
+        from: &'a PathNode,
+        to: &'a PathNode,
+        before: &mut Before,
+    ) -> Interval<'a> {
+        let span = from.sample..to.sample;
+        let next = motion
+            .moves
+            .partition_point(|m| m.samples.end <= span.start);
+        let has_gap = samples.gaps(&span).next().is_some();
+        let is_moving = motion
+            .moves
+            .get(next)
+            .is_some_and(|m| m.samples.start <= span.start);
+        let mut interval = Interval {
             samples,
             from,
             to,
-            turn: turn.scaled_axis(),
+            turned: Vec::new(),
+            missing: Vector3::zeros(),
+            correction: before.correction,
+            integrated: Vec::new(),
+        };
+        if is_moving && !has_gap {
+            interval.turn();
         }
+        let start = interval.turned.last().copied();
+        let start = start.unwrap_or_else(|| quaternion(&from.attitude));
+        interval.missing = (quaternion(&to.attitude) * start.inverse()).scaled_axis();
+        if !has_gap {
+            interval.correct(before);
+        }
+        if is_moving && !has_gap {
+            interval.integrate(before.last_acceleration);
+        }
+        *before = Before {
+            correction: interval.correction,
+            last_acceleration: Some(interval.acceleration(to.sample)),
+            is_single: if has_gap {
+                before.is_single
+            } else {
+                span.len() == 1
+            },
+        };
+        interval
+    }
+
+    fn step_s(&self, i: usize) -> f64 {
+        self.samples.time_s[i] - self.samples.time_s[i - 1]
     }
 
     /// Fraction of its time that is past at a sample.
@@ -239,33 +164,100 @@ impl<'a> Interval<'a> {
         }
     }
 
+    /// Follows the gyroscope.
+    fn turn(&mut self) {
+        let mut attitude = quaternion(&self.from.attitude);
+        self.turned.push(attitude);
+        for i in self.from.sample + 1..=self.to.sample {
+            if let Some(rate) = self.samples.rate.get(i - 1..=i) {
+                let rate = [Vector3::from(rate[0]), Vector3::from(rate[1])];
+                attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, self.step_s(i)));
+            }
+            self.turned.push(attitude);
+        }
+    }
+
     fn attitude(&self, i: usize) -> UnitQuaternion<f64> {
-        let turn = UnitQuaternion::from_scaled_axis(self.turn * self.fraction(i));
-        turn * quaternion(&self.from.attitude)
+        let turned = self.turned.get(i - self.from.sample).copied();
+        let turned = turned.unwrap_or_else(|| quaternion(&self.from.attitude));
+        UnitQuaternion::from_scaled_axis(self.missing * self.fraction(i)) * turned
     }
 
     /// Acceleration that a sample measures, m/s².
-    fn acceleration(&self, i: usize, attitude: &UnitQuaternion<f64>) -> Vector3<f64> {
-        attitude * Vector3::from(self.samples.force[i]) - Vector3::new(0.0, 0.0, GRAVITY_MPS2)
+    fn measured(&self, i: usize) -> Vector3<f64> {
+        let force = self.attitude(i) * Vector3::from(self.samples.force[i]);
+        force - Vector3::new(0.0, 0.0, GRAVITY_MPS2)
     }
 
-    /// Between the nodes, with this attitude and what samples lack of acceleration.
-    fn state(
-        &self,
-        i: usize,
-        attitude: &UnitQuaternion<f64>,
-        correction: &Vector3<f64>,
-    ) -> SampleState {
+    fn acceleration(&self, i: usize) -> Vector3<f64> {
+        self.measured(i) + self.correction
+    }
+
+    /// Takes the correction by which the trapezoid of the accelerations, the first as it was with the correction
+    /// before, is the velocity.
+    fn correct(&mut self, before: &Before) {
+        let time_s = &self.samples.time_s;
+        let (from, to) = (self.from.sample, self.to.sample);
+        let mut sum = Vector3::zeros();
+        for i in from + 1..=to {
+            let after = time_s[(i + 1).min(to)];
+            sum += self.measured(i) * (0.5 * (after - time_s[i - 1]));
+        }
+        let velocity = Vector3::from(self.to.velocity_mps) - Vector3::from(self.from.velocity_mps);
+        let half_s = 0.5 * self.step_s(from + 1);
+        let seconds = time_s[to] - time_s[from];
+        self.correction = match before.last_acceleration {
+            Some(last) if !(to == from + 1 && before.is_single) => {
+                (velocity - sum - last * half_s) / (seconds - half_s)
+            }
+            // With one step after the other a correction that starts from the last one would swing.
+            _ => (velocity - sum - self.measured(from) * half_s) / seconds,
+        };
+    }
+
+    /// Trapezoids of the accelerations, the first one given; what is missing of the position at the end is spread.
+    fn integrate(&mut self, first: Option<Vector3<f64>>) {
+        let (from, to) = (self.from.sample, self.to.sample);
+        let mut acceleration = first.unwrap_or_else(|| self.acceleration(from));
+        let mut velocity = Vector3::from(self.from.velocity_mps);
+        let mut position = Vector3::from(self.from.position_m);
+        self.integrated.push([velocity, position]);
+        for i in from + 1..=to {
+            let (h, next) = (self.step_s(i), self.acceleration(i));
+            let change = (acceleration + next) * (0.5 * h);
+            position += (velocity + change * 0.5) * h;
+            velocity += change;
+            acceleration = next;
+            self.integrated.push([velocity, position]);
+        }
+        let missing = Vector3::from(self.to.position_m) - position;
+        for i in from..to {
+            let u = self.fraction(i);
+            self.integrated[i - from][1] += missing * (u * u * (3.0 - 2.0 * u));
+        }
+        let ends = [self.to.velocity_mps, self.to.position_m];
+        self.integrated[to - from] = ends.map(Vector3::from);
+    }
+
+    fn state(&self, i: usize) -> SampleState {
         let (u, from, to) = (self.fraction(i), self.from, self.to);
         let linear =
             |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
+        let [velocity_mps, position_m] = match self.integrated.get(i - from.sample) {
+            Some(integrated) => integrated.each_ref().map(array),
+            None => [
+                linear(&from.velocity_mps, &to.velocity_mps),
+                linear(&from.position_m, &to.position_m),
+            ],
+        };
+        let attitude = self.attitude(i);
         SampleState {
             at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
-            acceleration_mps2: array(&(self.acceleration(i, attitude) + correction)),
-            velocity_mps: linear(&from.velocity_mps, &to.velocity_mps),
+            acceleration_mps2: array(&self.acceleration(i)),
+            velocity_mps,
             velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),
-            position_m: linear(&from.position_m, &to.position_m),
+            position_m,
             position_sd_m: linear(&from.position_sd_m, &to.position_sd_m),
         }
     }

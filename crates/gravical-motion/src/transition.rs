@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use crate::noise::{Density, Noise};
 use crate::odd::Sensor;
-use crate::options::MotionOptions;
+use crate::options::{Directions, MotionOptions};
 use crate::samples::Samples;
 use crate::state::{
     ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
@@ -68,6 +68,7 @@ struct Sums {
 pub(crate) struct Model<'a> {
     pub samples: &'a Samples,
     pub options: &'a MotionOptions,
+    pub directions: &'a Directions,
     pub noise: &'a Noise,
 }
 
@@ -85,8 +86,8 @@ impl Model<'_> {
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
     pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
         let samples = self.samples;
-        let correction = nominal.correction(&self.options.calibration);
-        let rate_sd = self.options.calibration.rate_sd();
+        let correction = nominal.correction(self.directions);
+        let rate_sd = self.directions.rate_sd;
         let start = nominal.attitude;
         let mut sums = Sums::default();
         let mut turned_rad = 0.0;
@@ -174,15 +175,15 @@ impl Model<'_> {
             f.fixed_view_mut::<3, 1>(row, column)
                 .copy_from(by_parameter);
         };
-        for (k, matrix) in self.options.calibration.rate_directions().enumerate() {
-            let attitude = contract(&sums.rate_by_axis, &matrix);
+        for (k, matrix) in self.directions.rate.iter().enumerate() {
+            let attitude = contract(&sums.rate_by_axis, matrix);
             let velocity = sums.force * attitude * -0.5;
             set(POSITION, RATE_PARAMETERS + k, &(velocity * (seconds / 3.0)));
             set(VELOCITY, RATE_PARAMETERS + k, &velocity);
             set(ATTITUDE, RATE_PARAMETERS + k, &attitude);
         }
-        for (k, (matrix, offset)) in self.options.calibration.force_directions().enumerate() {
-            let velocity = contract(&sums.force_by_axis, &matrix) + sums.attitude * offset;
+        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
+            let velocity = contract(&sums.force_by_axis, matrix) + sums.attitude * offset;
             set(POSITION, FORCE_PARAMETERS + k, &(velocity * half));
             set(VELOCITY, FORCE_PARAMETERS + k, &velocity);
         }
@@ -204,7 +205,7 @@ impl Model<'_> {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
                 + Matrix3::from_diagonal(&(excess * seconds))
         };
-        let noise = &self.noise.white;
+        let noise = &self.noise.rest;
         let force = white(&noise.force, &unmeasured.force, &excess.force);
         let tilts = excess.rate + self.tilt();
         let rate =

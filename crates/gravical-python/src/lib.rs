@@ -3,7 +3,6 @@
 
 mod error;
 mod keywords;
-mod motion;
 mod outcome;
 mod recording;
 mod task;
@@ -14,8 +13,6 @@ use pyo3::prelude::*;
 /// The module `gravical._gravical`.
 #[pymodule]
 mod _gravical {
-    #[pymodule_export]
-    use crate::motion::Stepper;
     #[pymodule_export]
     use crate::outcome::{Outcome, export_targets, read_calibration, read_noise, write_text};
     #[pymodule_export]

@@ -245,30 +245,20 @@ fn compare(mut call: Call) -> Result<Outcome> {
     Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
 }
 
-/// The options of a motion that are keywords.
-pub fn motion_options(k: &mut Keywords) -> Result<MotionOptions> {
-    let gravity = k.gravity()?;
+fn motion(mut call: Call) -> Result<Outcome> {
     let options = MotionOptions {
-        gravity,
-        ..k.take()?
+        gravity: call.keywords.gravity()?,
+        meter: Some(call.meter),
+        ..call.keywords.take()?
     };
     options.validate()?;
-    Ok(options)
-}
-
-fn motion(mut call: Call) -> Result<Outcome> {
-    let mut options = motion_options(&mut call.keywords)?;
     let truth = call.keywords.path("truth")?;
     call.keywords.end()?;
-    let (noise, noise_files) = call.noise.unzip();
-    options.noise = noise;
-    options.meter = Some(call.meter);
     let rows = call.reading.one()?;
     let calibration = call.calibrations.first();
     let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
     let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
     let mut inputs = InputFile::of(from_ref(&*rows));
-    inputs.extend(noise_files.unwrap_or_default());
     if let Some(path) = truth {
         let here = PathBuf::from(&rows.name);
         let reference = read_reference(&path, &rows, &here)?;

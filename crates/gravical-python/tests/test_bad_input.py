@@ -109,8 +109,7 @@ OWN: dict[str, list[str]] = {
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": ["channels"],
     "noise": [],
-    "motion": [*GRAVITY, "procedure", "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
-               "p0", "no_bands", "noise", "truth"],
+    "motion": [*GRAVITY, "procedure", "causal", "rests", "no_stances", "truth"],
     "check": GRAVITY,
 }  # fmt: skip
 SIMULATED = ["seed", "rate", "range", "decimals", "noise", "tilt", "jitter", "drop", "raw"]
@@ -120,7 +119,7 @@ def drawn(
     r: random.Random, folder: Path, line: gravical.Recording, calibration: gravical.Calibration
 ) -> Call:
     """A call, drawn at random."""
-    verb = r.choice([*OWN, "simulate", "arrays", "use", "stream", "compare", "load"])
+    verb = r.choice([*OWN, "simulate", "arrays", "use", "compare", "load"])
     names = OWN.get(verb, []) + READING
     given: dict[str, Any] = {k: value(r) for k in r.sample(names, r.choice([0, 0, 1, 1, 2, 3]))}
     what, raw, other, any_value = source(r, folder, line), array(r), array(r), value(r)
@@ -145,14 +144,6 @@ def drawn(
             lambda: calibration.save(target),
         ]
         return r.choice(uses)
-    if verb == "stream":
-        live = gravical.Motion(line, calibration)
-        samples: list[Call] = [
-            lambda: live.update(any_value, value(r), value(r)),
-            lambda: live.extend(array(r), raw, other),
-            lambda: gravical.Motion(what, calibration, **given),
-        ]
-        return r.choice(samples)
     if verb == "load":
         path, good = folder / "broken.json", calibration.to_json().encode()
         at = r.randrange(len(good))

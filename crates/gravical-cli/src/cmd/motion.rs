@@ -8,7 +8,7 @@ use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
-use gravical::noise::read_noise;
+use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
@@ -44,9 +44,6 @@ pub struct Args {
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(short, long, value_name = "CAL")]
     calibration: Option<PathBuf>,
-    /// Result of `gravical noise`, for the bands
-    #[arg(long, value_name = "FILE")]
-    noise: Option<PathBuf>,
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
@@ -66,28 +63,12 @@ pub struct Args {
 impl Args {
     /// All input files.
     fn files(&self) -> Vec<PathBuf> {
-        let others = [&self.gyro, &self.noise, &self.truth];
+        let others = [&self.gyro, &self.truth];
         let files = [&self.input]
             .into_iter()
             .chain(others.into_iter().flatten());
         let calibrations = self.calibration.iter().flat_map(|path| files_of(path));
         files.cloned().chain(calibrations).collect()
-    }
-
-    /// The reference; none without --truth.
-    ///
-    /// # Errors
-    ///
-    /// `truth-stdin` (usage) for standard input.
-    fn truth(&self) -> Result<Option<&Path>> {
-        let path = self.truth.as_deref();
-        if path == Some(Path::new("-")) {
-            return Err(
-                Error::usage("truth-stdin", "--truth reads a file, not standard input")
-                    .with_hint("write the reference to a file first"),
-            );
-        }
-        Ok(path)
     }
 }
 
@@ -105,14 +86,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         &args.files(),
         force,
     )?;
-    let noise = args.noise.as_deref().map(read_noise).transpose()?;
     let options = MotionOptions {
-        noise: noise.as_ref().map(|(result, _)| result.section()),
         gravity: args.gravity.given()?,
         ..args.method.clone()
     };
     options.validate()?;
-    let truth = args.truth()?;
     // A report lists the checksum of its input.
     let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
@@ -136,8 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|found| found.input.clone()));
-    inputs.extend(noise.map(|(_, input)| input));
-    if let Some(path) = truth {
+    if let Some(path) = &args.truth {
         let reference = read_reference(path, &recording, &args.input)?;
         add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());

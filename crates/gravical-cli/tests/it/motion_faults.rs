@@ -11,24 +11,15 @@ fn wrong_calls() {
     line(path);
     for (options, code, named) in [
         ("--gravity 5", "option-range", "gravity"),
-        ("--causal --smooth butter:4,5Hz", "option-range", "filters"),
+        ("--causal --rests 0-4", "option-range", "causal"),
         ("--figures cal.json", "no-folder", ""),
-        ("--truth -", "truth-stdin", ""),
         ("--gyro line/line.csv", "gyro-twice", ""),
         ("--truth line/line.csv", "truth-columns-missing", ""),
     ] {
         let call = format!("motion line/line.csv {options}");
         refused(path, &call, 2, code, &[named]);
     }
-    for wrong in [
-        "--smooth best:5",
-        "--smooth highpass:4,0.5Hz",
-        "--rests 5-3",
-        "--rests five",
-        "--p0 1,2,up",
-        "--gravity-removal best",
-        "--zero-velocity maybe",
-    ] {
+    for wrong in ["--rests 5-3", "--rests five", "--procedure best"] {
         let run = ends(path, &format!("motion line/line.csv {wrong}"), 2);
         assert!(run.out.is_empty(), "{wrong}");
     }

@@ -25,10 +25,6 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
     let yaml = done("export cal.json --to kalibr --upper-limit").out;
     assert!(yaml.contains("gyroscope_random_walk: "), "{yaml}");
     ends(path, "export cal.json --to c --upper-limit", 2);
-
-    done("simulate line -o line --quiet");
-    let said = done("motion line/line.csv --noise noise.json -o track.csv --verbose").err;
-    assert!(said.contains("noise-used"), "{said}");
 }
 
 #[test]
@@ -38,6 +34,6 @@ fn what_is_no_rest_is_refused() {
     ends(path, "simulate static -o rest --duration 5 --quiet", 0);
     let refused = ends(path, "noise rest/static.csv", 3);
     assert!(refused.err.contains("not-at-rest"), "{}", refused.err);
-    let refused = ends(path, "motion rest/static.csv --noise rest/truth.json", 3);
+    let refused = ends(path, "calibrate rest/static.csv --noise rest/truth.json", 3);
     assert!(refused.err.contains("gravical noise"), "{}", refused.err);
 }

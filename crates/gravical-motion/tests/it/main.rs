@@ -6,7 +6,6 @@ mod properties;
 mod real;
 mod simulated;
 mod states;
-mod stepper;
 mod stories;
 mod study;
 mod truth;

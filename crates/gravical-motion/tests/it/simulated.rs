@@ -57,8 +57,6 @@ pub struct Scene {
     pub noise: [f64; 2],
     /// Range of the accelerometer and the gyroscope.
     pub ranges: [f64; 2],
-    /// Steps that the channels are written in.
-    pub steps: [f64; 2],
     /// Errors of the calibration in units of what is assumed of it.
     pub miscalibrated: f64,
     /// Cut off at the start, s.
@@ -78,7 +76,6 @@ impl Scene {
             rate_hz: 100.0,
             noise: [0.033, 1e-3],
             ranges: [1e3, 1e3],
-            steps: [0.0, 0.0],
             miscalibrated: 1.0,
             cut_s: 0.0,
         }
@@ -279,11 +276,10 @@ impl Scene {
                 continue;
             }
             out.time_s.push(t);
-            out.force
-                .push(written(&reading, self.steps[0], self.ranges[0]));
+            let written = |v: &V3, range: f64| [0, 1, 2].map(|c| v[c].clamp(-range, range));
+            out.force.push(written(&reading, self.ranges[0]));
             if self.gyro {
-                out.rate
-                    .push(written(&turned, self.steps[1], self.ranges[1]));
+                out.rate.push(written(&turned, self.ranges[1]));
             }
         }
         if self.trouble == Trouble::Knocks {
@@ -318,15 +314,4 @@ impl Scene {
             _ => {}
         }
     }
-}
-
-fn written(v: &V3, step: f64, range: f64) -> [f64; 3] {
-    let round = |x: f64| {
-        if step > 0.0 {
-            (x / step).round() * step
-        } else {
-            x
-        }
-    };
-    [0, 1, 2].map(|c| round(v[c]).clamp(-range, range))
 }

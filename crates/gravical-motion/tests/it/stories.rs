@@ -1,13 +1,13 @@
 //! What goes wrong in real recordings, each with the right answer.
 
-use gravical_motion::{
-    BridgeKind, Ends, Motion, MotionOptions, RestNoise, Samples, Unusable, estimate_motion,
-};
+use std::f64::consts::TAU;
+
+use gravical_motion::{BridgeKind, Ends, Motion, Samples, Unusable, estimate_motion};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::simulated::{Recording, Scene, Trouble};
+use crate::simulated::{G, Recording, Scene, Trouble};
 use crate::study::{estimate, options, options_with, samples, unbridged};
 
 fn holds(motion: &Motion, recording: &Recording) -> bool {
@@ -114,14 +114,6 @@ fn a_recording_may_begin_in_motion() {
 }
 
 #[test]
-fn a_recording_may_end_in_motion() {
-    let scene = Scene::new(5, Trouble::None).with(|s| s.rests_s = [5.0, -0.5]);
-    let (_, motion) = estimate(&scene, &options());
-    assert_eq!(motion.moves.last().unwrap().ends, Ends::FromRest);
-    assert_eq!(motion.moves.len(), 1);
-}
-
-#[test]
 fn what_rests_is_at_rest_and_says_what_could_hide() {
     let motion = estimate_motion(&vertical(3, 20.0, |_| 0.0), &options());
     assert!(motion.moves.is_empty());
@@ -143,12 +135,12 @@ fn rests_that_are_given_are_taken() {
 fn noise_needs_no_long_rest() {
     let scene = Scene::new(6, Trouble::None);
     let (recording, usual) = estimate(&scene, &options());
-    let truth = usual.noise.unwrap().force_mps2_sqrt_s[0];
+    let truth = usual.noise.unwrap().accel_n[0];
     // 10 samples, less than a block, and 3, which are no variance.
     for count in [10, 3] {
         let given = options_with(|o| o.rests = Some(vec![490..490 + count, 720..720 + count]));
         let motion = estimate_motion(&samples(&recording, scene.ranges), &given);
-        let noise = motion.noise.unwrap().force_mps2_sqrt_s;
+        let noise = motion.noise.unwrap().accel_n;
         assert!(
             noise.iter().all(|n| (0.5..1.6).contains(&(n / truth))),
             "{noise:?} {truth}"
@@ -203,55 +195,55 @@ fn how_far_it_went_is_not_known_over_an_interruption_or_a_missed_turn() {
     assert_eq!((turned(1e3), turned(1.2)), (None, Some(Unusable::Turn)));
 }
 
-#[test]
-fn without_zero_velocity_only_the_first_rest_is_a_measurement() {
-    let scene = Scene::new(10, Trouble::None).with(|s| s.moves = 2);
-    let recording = scene.record();
-    let samples = samples(&recording, scene.ranges);
-    let free = options_with(|o| o.zero_velocity = false);
-    let motion = estimate_motion(&samples, &free);
-    assert_eq!((motion.rests.len(), motion.moves.len()), (3, 1));
-    let one = &motion.moves[0];
-    assert_eq!(one.ends, Ends::FromRest);
-    assert_eq!(one.samples, motion.rests[0].end - 1..samples.len() - 1);
-    // It drifts, and knows that.
-    let drift: f64 = (0..3)
-        .map(|c| (one.displacement_m[c] - 2.0 * recording.displacement[c]).powi(2))
-        .sum();
-    let sd: f64 = one.sd_m().iter().map(|s| s * s).sum();
-    assert!(drift > 0.01 && drift < 4.0 * sd, "{drift} {sd}");
-    assert_eq!(motion.path.last().unwrap().sample, samples.len() - 1);
-    let still = estimate_motion(&vertical(3, 20.0, |_| 0.0), &free);
-    assert!(still.moves.is_empty() && !still.rests.is_empty());
-    // A causal run has nothing of it.
-    let causal = MotionOptions {
-        causal: true,
-        ..free
-    };
-    assert!(estimate_motion(&samples, &causal).rests.is_empty());
+/// Steps of a foot by half a metre in half a second, as long apart, between rests: it swings to and fro.
+fn walk(steps: usize) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut normal = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
+    let walk_s = steps as f64;
+    let time_s: Vec<f64> = (0..((walk_s + 10.0) * 100.0) as usize)
+        .map(|i| i as f64 * 0.01)
+        .collect();
+    let (mut force, mut rate) = (Vec::new(), Vec::new());
+    for t in &time_s {
+        let u = ((t - 5.0).rem_euclid(1.0) / 0.5).min(1.0);
+        let u = if (5.0..5.0 + walk_s).contains(t) {
+            u
+        } else {
+            0.0
+        };
+        let (turned, omega) = (
+            0.4 * (1.0 - (TAU * u).cos()),
+            0.4 * TAU / 0.5 * (TAU * u).sin(),
+        );
+        let acceleration = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * 0.5 / 0.25;
+        let (sin, cos) = turned.sin_cos();
+        force.push([
+            cos * acceleration - sin * G + normal(0.03),
+            normal(0.03),
+            sin * acceleration + cos * G + normal(0.03),
+        ]);
+        rate.push([normal(1e-3), omega + normal(1e-3), normal(1e-3)]);
+    }
+    unbridged(&time_s, &force, &rate)
 }
 
 #[test]
-fn noise_that_is_given_is_that_of_the_filter() {
-    let scene = Scene::new(11, Trouble::None);
-    let (_, usual) = estimate(&scene, &options());
-    let noise = usual.noise.unwrap();
-    let with = |factor: f64| {
-        let noise = RestNoise {
-            force_mps2_sqrt_s: noise.force_mps2_sqrt_s.map(|n| n * factor),
-            rate_rad_sqrt_s: noise.rate_rad_sqrt_s,
-        };
-        let options = options_with(|o| o.noise = Some(noise));
-        estimate(&scene, &options).1
-    };
-    let (same, noisier) = (with(1.0), with(10.0));
-    assert_eq!((same.noise, noisier.noise), (usual.noise, usual.noise));
-    assert_eq!(noisier.rests, usual.rests);
-    let sd = |motion: &Motion| motion.moves[0].sd_m()[0];
-    assert!((sd(&same) / sd(&usual) - 1.0).abs() < 1e-6);
-    assert!(
-        (6.0..10.5).contains(&(sd(&noisier) / sd(&usual))),
-        "{}",
-        sd(&noisier) / sd(&usual)
-    );
+fn a_walk_is_held_by_its_stances() {
+    let samples = walk(12);
+    for causal in [false, true] {
+        let motion = estimate_motion(&samples, &options_with(|o| o.causal = causal));
+        let states: Vec<_> = motion.states(&samples).collect();
+        // Half a second into the stance after the tenth step.
+        let during = &states[1495];
+        assert!(
+            !during.at_rest && during.position_sd_m[0] < 0.1,
+            "{during:?}"
+        );
+        let last = states.last().unwrap();
+        assert!(
+            (last.position_m[0] - 6.0).abs() < 3.0 * last.position_sd_m[0],
+            "{last:?}"
+        );
+        assert!(last.at_rest && last.position_sd_m[0] < 0.2, "{last:?}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Errors against bands over many recordings.
 
 use gravical_motion::{
-    CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
+    Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
     bridge_odd, estimate_motion, resolutions,
 };
 
@@ -15,8 +15,8 @@ pub fn options() -> MotionOptions {
     };
     MotionOptions {
         calibration: CalibrationUncertainty {
-            force: errors(FORCE_SD, FORCE_SD).directions(),
-            rate: errors(RATE_SD[0], RATE_SD[1]).matrices(),
+            force: errors(FORCE_SD, FORCE_SD).force(),
+            rate: errors(RATE_SD[0], RATE_SD[1]).rate(),
             ..CalibrationUncertainty::default()
         },
         ..MotionOptions::default()
@@ -34,9 +34,21 @@ pub fn causal() -> MotionOptions {
     options_with(|o| o.causal = true)
 }
 
+pub fn with_bridges(
+    time_s: &[f64],
+    force: &[[f64; 3]],
+    rate: &[[f64; 3]],
+    bridged: Vec<Bridged>,
+    resolution: [f64; 6],
+) -> Samples {
+    let rows = time_s.iter().zip(force).enumerate();
+    let rows = rows.map(|(i, (t, force))| (*t, *force, rate.get(i).copied()));
+    Samples::new(rows, bridged, resolution)
+}
+
 /// Samples of which nothing was bridged.
 pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
-    Samples::new(time_s, force, rate, Vec::new(), resolutions(force, rate))
+    with_bridges(time_s, force, rate, Vec::new(), resolutions(force, rate))
 }
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
@@ -64,7 +76,7 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
         &[ranges[1]],
         2.0,
     ));
-    Samples::new(
+    with_bridges(
         &recording.time_s,
         &force,
         &rate,
@@ -206,21 +218,6 @@ pub fn kinds() -> Vec<Kind> {
         ("three spiked, 60 s", |s| {
             Scene::new(s, T::Spikes(3)).with(|s| s.rests_s = [5.0, 60.0])
         }),
-        ("50 Hz", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (50.0, [0.023, 7e-4]))
-        }),
-        ("400 Hz", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| (s.rate_hz, s.noise) = (400.0, [0.066, 2e-3]))
-        }),
-        ("coarse steps", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| s.steps = [0.15, 0.02])
-        }),
-        ("quiet sensor", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| s.noise = [0.005, 2e-4])
-        }),
-        ("cart, rests of 1 s", |s| {
-            Scene::new(s, T::Cart(0.7, 0.1)).with(|s| s.rests_s = [1.0, 1.2])
-        }),
         ("plain, rests of 1 s", |s| {
             Scene::new(s, T::None).with(|s| (s.rests_s, s.moves) = ([1.0, 1.2], 3))
         }),
@@ -228,8 +225,5 @@ pub fn kinds() -> Vec<Kind> {
             Scene::new(s, T::Wobble(0.05)).with(|s| s.miscalibrated = 0.2)
         }),
         ("16 s", |s| Scene::new(s, T::None).with(|s| s.move_s = 16.0)),
-        ("ten moves", |s| {
-            Scene::new(s, T::Wobble(0.1)).with(|s| s.moves = 10)
-        }),
     ]
 }

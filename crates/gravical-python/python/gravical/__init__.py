@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from ._errors import Error, ExistsError, InputError, MachineError, NotFoundError, UsageError
 from ._gravical import __version__
-from ._motion import Motion, States
 from ._recording import Recording, read
 from ._result import Calibration, ExportWarning, Figure, Record, Result
 from ._verbs import (
@@ -41,12 +40,10 @@ __all__ = [
     "Figure",
     "InputError",
     "MachineError",
-    "Motion",
     "NotFoundError",
     "Record",
     "Recording",
     "Result",
-    "States",
     "UsageError",
     "__version__",
     "apply",

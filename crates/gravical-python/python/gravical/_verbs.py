@@ -8,9 +8,14 @@ from typing import Any
 
 from . import _gravical
 from ._arguments import Path, keywords
-from ._motion import MOTION
 from ._recording import Recording, read, session_of
-from ._result import Calibration, Result, calibration_of, noise_of, parsed
+from ._result import Calibration, Groups, Result, calibration_of, noise_of, parsed
+
+#: The arrays of a motion.
+_MOTION: Groups = (
+    ("t", 1), ("raw", 3), ("force", 3), ("still", 1), ("attitude", 4), ("acceleration", 3),
+    ("velocity", 3), ("position", 3), ("sigma_velocity", 3), ("sigma_position", 3),
+)  # fmt: skip
 
 
 def _run(
@@ -166,13 +171,7 @@ def compare(first: Any, second: Any) -> Result:
     return Result._of(_gravical.run("compare", [], pair, None, None, keywords({})))
 
 
-def motion(
-    recording: Any,
-    calibration: Any = None,
-    *,
-    noise: Result | Path | None = None,
-    **options: Any,
-) -> Result:
+def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     """Compute velocity and position with error bands.
 
     Parameters
@@ -181,18 +180,12 @@ def motion(
         With rests of some seconds before and after each move.
     calibration : Calibration, path, or object of imucal, optional
         Without it the nominal scales are used.
-    noise : result of :func:`gravical.noise`, or path of its file, optional
-        Noise of the sensor for the bands. By default that of the rests.
     **options
         - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
-        - ``procedure``: ``"report"`` for that of the student report, to compare with.
-        - ``gravity_removal``: ``"strapdown"``, ``"constant-tilt"`` or ``"initial-mean"`` (500 rows).
-        - ``causal``, ``zero_velocity``, ``no_bands``: use the past only; updates at rests; no bands.
-        - ``smooth``: filters of the accelerometer, as of :func:`gravical.denoise`.
+        - ``procedure``: ``"strapdown"``, ``"constant-tilt"``, or ``"report"`` for that of the student report.
+        - ``causal``: use the past only.
         - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
-        - ``stances``: highest angular rate of a walking foot in stance, rad/s, or False.
-        - ``v0``: velocity of the first rest without zero-velocity updates, m/s.
-        - ``p0``: position at the start, m.
+        - ``no_stances``: take no moment between swings for a foot in stance.
         - ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and ``axes``
           as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
 
@@ -203,7 +196,7 @@ def motion(
         ``"open"``, ``"at-rest"`` or ``"not-usable"``.
     """
     given = () if calibration is None else (calibration,)
-    return Result._of(_run("motion", recording, options, *given, noise=noise), MOTION)
+    return Result._of(_run("motion", recording, options, *given), _MOTION)
 
 
 def simulate(

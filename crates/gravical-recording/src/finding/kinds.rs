@@ -146,7 +146,6 @@ kinds! {
     CovarianceUnknown "covariance-unknown" Note "the calibration has no covariance";
     GravityOff "gravity-off" Warning "without a calibration: at rest the magnitude differs from gravity";
     ValuesReplaced "values-replaced" Warning "values in a move stand at the end of the range, or far from all around them";
-    AveragedRowsMove "averaged-rows-move" Warning "the sensor moves within the rows whose mean is subtracted";
     ClosureContradicts "closure-contradicts" Warning "at the end of a move the closure of velocity or tilt exceeds its uncertainty";
     RowsLeftOut "rows-left-out" Note "incomplete rows, or rows whose time stamp is not after that of the row before";
     TruthGaps "truth-gaps" Note "rows of the reference without a position";
@@ -158,7 +157,6 @@ kinds! {
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
     NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C";
     NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
-    NoiseUsed "noise-used" Note "`motion --noise`: N of the Allan deviation is used in place of the noise at rest";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
     GravityDiffers "gravity-differs" Warning "two values of gravity";
     FramesMirrored "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other";

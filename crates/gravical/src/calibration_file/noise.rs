@@ -35,16 +35,6 @@ pub struct NoiseParameters {
 }
 
 impl NoiseSection {
-    /// N of the axes of the accelerometer (`a`) or the gyroscope (`g`); `None` unless all are
-    /// determined.
-    pub fn densities(&self, sensor: char) -> Option<[f64; 3]> {
-        let axis = |axis: &str| {
-            let name = format!("{sensor}{axis}");
-            self.channels.iter().find(|c| c.channel == name)?.n
-        };
-        Some([axis("x")?, axis("y")?, axis("z")?])
-    }
-
     /// True if all parameters are positive numbers.
     pub(super) fn is_sound(&self) -> bool {
         let values = |c: &NoiseParameters| [c.n, c.b, c.k, c.n_at_most, c.b_at_most, c.k_at_most];

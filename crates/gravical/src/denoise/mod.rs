@@ -52,7 +52,7 @@ use crate::finding::finding;
 use crate::numfmt::count;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, ReadOptions, Recording};
+use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
 use rows::Done;
@@ -316,22 +316,6 @@ fn design(recording: &Recording, filters: &[FilterSpec]) -> Result<Vec<Filter>> 
     let rate_hz = recording.timing.rate_hz();
     let filters = filters.iter();
     filters.map(|spec| Filter::design(spec, rate_hz)).collect()
-}
-
-/// Filters the accelerometer of a recording that is to be integrated: the filtered recording, and
-/// the findings. Noise is not measured.
-///
-/// # Errors
-///
-/// As [`denoise`].
-pub(crate) fn smooth(
-    mut recording: Recording,
-    filters: &[FilterSpec],
-) -> Result<(Recording, Vec<Finding>)> {
-    let filters = design(&recording, filters)?;
-    let done = rows::run(&mut recording, &filters, Channels::Accel, &[])?;
-    let findings = findings(&filters, &done, recording.timing.duration_s);
-    Ok((recording, findings))
 }
 
 /// Of a recording that was filtered; `rests`: the rows of its static intervals.

@@ -4,26 +4,22 @@ use std::ops::Range;
 
 use gravical_motion::{
     Budget, CalibrationUncertainty, Ends, Motion, MotionOptions as EngineOptions, Move, PathNode,
-    RestNoise, SampleState, Samples, estimate_motion,
+    Samples, estimate_motion,
 };
-use gravical_signal::detect_rests;
 
 use super::options::MotionOptions;
+use crate::Result;
+use crate::denoise::{Filter, FilterSpec};
 use crate::recording::Meter;
 
 /// Rows that the mean of the student report is over.
 const ROWS: usize = 500;
-/// What a rest may miss of them at its end: half a block of the detector, s.
-const MISSED_S: f64 = 0.1;
 
 /// An estimate, and the samples that it is of.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub samples: Samples,
     pub motion: Motion,
-    /// Velocity and position that are added.
-    pub v0_mps: [f64; 3],
-    p0_m: [f64; 3],
 }
 
 impl Estimate {
@@ -32,21 +28,19 @@ impl Estimate {
         samples: Samples,
         options: &MotionOptions,
         calibration: CalibrationUncertainty,
-        noise: Option<RestNoise>,
         rests: Option<Vec<Range<usize>>>,
     ) -> Self {
         let engine = EngineOptions {
+            calibration,
+            stances: !options.no_stances,
             // Given rests imply that the whole recording is known.
             causal: options.causal && rests.is_none(),
             rests,
-            noise,
-            ..engine_options(options, calibration)
+            stopped: options.meter.as_ref().map(Meter::flag),
         };
         Estimate {
             motion: estimate_motion(&samples, &engine),
             samples,
-            v0_mps: options.v0_mps.unwrap_or_default(),
-            p0_m: options.p0_m,
         }
     }
 
@@ -62,51 +56,36 @@ impl Estimate {
     }
 
     /// By the procedure of the student report.
-    pub fn by_report(samples: Samples, options: &MotionOptions) -> Self {
-        Estimate {
-            motion: report_motion(&samples),
-            samples,
-            v0_mps: [0.0; 3],
-            p0_m: options.p0_m,
+    ///
+    /// # Errors
+    ///
+    /// None that can happen: the filter is one that can be designed.
+    pub fn by_report(samples: Samples) -> Result<Self> {
+        let motion = report_motion(&samples)?;
+        Ok(Estimate { motion, samples })
+    }
+}
+
+/// The procedure of the student report: Savitzky–Golay, the mean of the first rows off, trapezoid. One move in the
+/// axes of the sensor, without rests and bands.
+fn report_motion(samples: &Samples) -> Result<Motion> {
+    let t = samples.time_s();
+    let savgol = FilterSpec::SavitzkyGolay {
+        window: 5,
+        order: 2,
+        derivative: 0,
+    };
+    let filter = Filter::design(&savgol, None)?;
+    let columns: [Vec<f64>; 3] = std::array::from_fn(|c| {
+        let mut column: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
+        for piece in samples.pieces() {
+            filter.apply(&mut column[piece.clone()]);
         }
-    }
-
-    /// One state for each sample.
-    pub fn states(&self) -> impl Iterator<Item = SampleState> {
-        let time_s = self.samples.time_s();
-        let states = self.motion.states(&self.samples).zip(time_s);
-        states.map(move |(mut state, t)| {
-            for c in 0..3 {
-                state.velocity_mps[c] += self.v0_mps[c];
-                state.position_m[c] += self.p0_m[c] + self.v0_mps[c] * (t - time_s[0]);
-            }
-            state
-        })
-    }
-}
-
-/// What the engine is asked for.
-pub(super) fn engine_options(
-    options: &MotionOptions,
-    calibration: CalibrationUncertainty,
-) -> EngineOptions {
-    EngineOptions {
-        calibration,
-        max_stance_rate_rad_s: options.stance_rate.0.unwrap_or(0.0),
-        causal: options.causal,
-        zero_velocity: options.updates_at_rests(),
-        stopped: options.meter.as_ref().map(Meter::flag),
-        ..EngineOptions::default()
-    }
-}
-
-/// The procedure of the student report: the mean of the first rows off, trapezoid. One move in the axes of the
-/// sensor, without rests and bands.
-fn report_motion(samples: &Samples) -> Motion {
-    let (t, force) = (samples.time_s(), samples.force_mps2());
-    let rows = &force[..ROWS.min(t.len())];
-    let mean = |c: usize| rows.iter().map(|f| f[c]).sum::<f64>() / rows.len() as f64;
-    let mean: [f64; 3] = std::array::from_fn(mean);
+        let rows = &column[..ROWS.min(column.len())];
+        let mean = rows.iter().sum::<f64>() / rows.len() as f64;
+        column.iter_mut().for_each(|v| *v -= mean);
+        column
+    });
     let mut node = PathNode {
         sample: 0,
         position_m: [0.0; 3],
@@ -119,7 +98,7 @@ fn report_motion(samples: &Samples) -> Motion {
     for i in 1..t.len() {
         let h = t[i] - t[i - 1];
         for c in 0..3 {
-            let faster = (0.5 * (force[i - 1][c] + force[i][c]) - mean[c]) * h;
+            let faster = 0.5 * (columns[c][i - 1] + columns[c][i]) * h;
             node.position_m[c] += (node.velocity_mps[c] + 0.5 * faster) * h;
             node.velocity_mps[c] += faster;
         }
@@ -138,19 +117,9 @@ fn report_motion(samples: &Samples) -> Motion {
         replaced: 0,
         unusable: None,
     };
-    Motion {
+    Ok(Motion {
         moves: vec![whole],
         path,
         ..Motion::default()
-    }
-}
-
-/// The first time within the rows of the mean at which the sensor moves, s.
-pub(super) fn moves_in_mean_at_s(samples: &Samples) -> Option<f64> {
-    let t = samples.time_s();
-    let rests = detect_rests(&samples.channels());
-    let rested = rests.first().filter(|rest| rest.start == 0);
-    let moved = t.get(rested.map_or(0, |rest| rest.end)).copied();
-    let averaged_until_s = t[ROWS.min(t.len()) - 1];
-    moved.filter(|t| t + MISSED_S < averaged_until_s)
+    })
 }

@@ -32,7 +32,6 @@ mod moves;
 mod options;
 mod prepare;
 mod result;
-mod stepper;
 mod track;
 pub mod truth;
 mod uncertainty;
@@ -42,27 +41,24 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceDirection, RestNoise, Samples};
+use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceCovariance, Samples};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
-use crate::poses::face::AxisMap;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
-use estimate::{Estimate, moves_in_mean_at_s};
+use estimate::Estimate;
 use moves::{end, moves, visible_moves};
-use prepare::{Scales, SensorRows, scales};
+use prepare::{Scales, scales};
 use truth::Reference;
 use uncertainty::{
-    DATA_SHEET, UNSTATED, applied_twice, by_covariance, in_twelve, of_gyroscope,
-    variance_of_magnitude,
+    DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
 };
 
 pub use gravical_motion::SampleState;
-pub use options::{GravityRemoval, Intervals, MotionOptions, Procedure};
+pub use options::{Intervals, MotionOptions, Procedure};
 pub use result::*;
-pub use stepper::{MotionStepper, Readings};
 pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
@@ -123,14 +119,12 @@ pub fn motion(
     calibration: Option<Calibrated<'_>>,
     options: &MotionOptions,
 ) -> Result<Motion> {
-    let options = &options.resolved();
-    options.check()?;
+    options.validate()?;
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
     let scales = scales(recording, file, options, &mut findings)?;
-    let mut rows = SensorRows::new(recording, &scales, &mut findings)?;
-    let samples = rows.samples(&scales.calibrated)?;
+    let (samples, plain) = prepare::samples(recording, &scales, &mut findings)?;
     findings.extend(words::rows_left_out(recording, &samples));
     let given = options.rests.as_ref();
     let work = Work {
@@ -140,23 +134,11 @@ pub fn motion(
         scales: &scales,
         rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
     };
-    // Rests are found without the filters.
-    let mut smoothed = None;
-    if !options.smooth.is_empty() {
-        let smoothing;
-        (rows, smoothing) = rows.smoothed(&options.smooth)?;
-        findings.extend(smoothing);
-        smoothed = Some(rows.samples(&scales.calibrated)?);
-    }
-    let plain = file.map(|_| rows.samples(&scales.nominal)).transpose()?;
-    drop(rows);
-    let by_report = options.gravity_removal == GravityRemoval::InitialMean;
+    let by_report = options.procedure == Procedure::Report;
     let (own, misfit) = if by_report {
-        let own = Estimate::by_report(smoothed.unwrap_or(samples), options);
-        findings.extend(moves_in_mean_at_s(&own.samples).map(words::averaged_rows_move));
-        (own, None)
+        (Estimate::by_report(samples)?, None)
     } else {
-        work.estimate(samples, smoothed, plain.as_ref(), &mut findings)?
+        work.estimate(samples, plain.as_ref(), &mut findings)?
     };
     let uncalibrated = plain
         .map(|samples| work.uncalibrated(samples, &own))
@@ -184,13 +166,7 @@ pub fn motion(
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
-        verdict: MotionVerdict::of(
-            &moves,
-            &visible_moves,
-            no_rest,
-            options.updates_at_rests(),
-            misfit,
-        ),
+        verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
         procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
             nominal: recording.timing.nominal_rate_hz,
@@ -204,10 +180,7 @@ pub fn motion(
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
         frame: words::frame(options),
         rests: Span::of(t, rests),
-        noise: own.motion.noise.map(|noise| NoiseAtRest {
-            accel_n: noise.force_mps2_sqrt_s,
-            gyro_n: has_gyro.then_some(noise.rate_rad_sqrt_s),
-        }),
+        noise: own.motion.noise,
         visible_moves,
         gravity_misfit: misfit,
         r#final: end,
@@ -239,57 +212,44 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The estimate by the filter, and how far gravity at its rests is off the calibration.
+    /// The estimate by the filter, and how far gravity at its rests is off the calibration. Where that, or the
+    /// recording, contradicts the calibration, it is computed again with an error of that size.
     fn estimate(
         &self,
         samples: Samples,
-        smoothed: Option<Samples>,
         plain: Option<&Samples>,
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
-        let directions = self.directions(&samples);
-        let own = self.run(samples, directions.clone(), None, self.rests.clone())?;
-        let misfit = self.misfit(&own, &own.samples, &directions);
-        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &directions));
+        let covariance = self.covariance(&samples);
+        let own = self.run(samples, covariance, self.rests.clone())?;
+        let misfit = self.misfit(&own, &own.samples, &covariance);
+        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &covariance));
         let doubts = self.doubts(misfit, raw_misfit, findings);
-        let rest_noise = own.motion.noise;
-        let noise = rest_noise.and_then(|rests| self.noise(rests, &own.samples, findings));
-        if doubts.is_empty() && noise.is_none() && smoothed.is_none() {
+        if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));
         }
-        let directions = in_twelve(directions.into_iter().chain(doubts).collect());
-        let (samples, noise, rests) = match smoothed {
-            // Filters hide the noise, and do not make it less.
-            Some(samples) => {
-                let rests = own.rests_in(&samples);
-                (samples, noise.or(rest_noise), Some(rests))
-            }
-            None => (own.samples, noise, self.rests.clone()),
-        };
-        let mut own = self.run(samples, directions, noise, rests)?;
-        own.motion.noise = rest_noise;
+        let own = self.run(own.samples, covariance + doubts, self.rests.clone())?;
         Ok((own, misfit))
     }
 
     /// The estimate by the nominal scales alone, with the rests of the calibrated one.
     fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
-        if self.options.gravity_removal == GravityRemoval::InitialMean {
-            return Ok(Estimate::by_report(samples, self.options));
+        if self.options.procedure == Procedure::Report {
+            return Estimate::by_report(samples);
         }
         let rests = own.rests_in(&samples);
-        self.run(samples, DATA_SHEET.directions(), None, Some(rests))
+        self.run(samples, DATA_SHEET.force(), Some(rests))
     }
 
     /// An estimate, unless it was stopped.
     fn run(
         &self,
         samples: Samples,
-        directions: Vec<ForceDirection>,
-        noise: Option<RestNoise>,
+        covariance: ForceCovariance,
         rests: Option<Vec<Range<usize>>>,
     ) -> Result<Estimate> {
-        let calibration = self.calibration(&samples, directions);
-        let estimate = Estimate::new(samples, self.options, calibration, noise, rests);
+        let calibration = self.calibration(&samples, covariance);
+        let estimate = Estimate::new(samples, self.options, calibration, rests);
         if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
             let stopped = std::io::Error::other("its motion was stopped");
             return Err(Error::io(Path::new(&self.recording.name), stopped));
@@ -300,12 +260,12 @@ impl Work<'_> {
     fn calibration(
         &self,
         samples: &Samples,
-        directions: Vec<ForceDirection>,
+        covariance: ForceCovariance,
     ) -> CalibrationUncertainty {
-        let by_calibration = variance_of_magnitude(&directions, &typical(samples));
+        let by_calibration = variance_of_magnitude(&covariance, &typical(samples));
         let own = self.file.filter(|_| self.scales.gyro_calibrated);
         CalibrationUncertainty {
-            force: directions,
+            force: covariance,
             rate: of_gyroscope(own, &self.options.axes),
             force_bias_sd_mps2: BIAS_DRIFT_MPS2,
             gravity_sd_mps2: by_calibration
@@ -314,8 +274,8 @@ impl Work<'_> {
         }
     }
 
-    /// Which parameters may be off, and by how much, before the rests are asked.
-    fn directions(&self, samples: &Samples) -> Vec<ForceDirection> {
+    /// How far the parameters may be off, before the rests are asked.
+    fn covariance(&self, samples: &Samples) -> ForceCovariance {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
             let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
@@ -323,12 +283,12 @@ impl Work<'_> {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
             }
-            .directions();
+            .force();
         };
         let section = &file.accelerometer;
         match section.covariance_of_parameters() {
             Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
-            None => UNSTATED.directions(),
+            None => UNSTATED.force(),
         }
     }
 
@@ -336,19 +296,19 @@ impl Work<'_> {
         &self,
         estimate: &Estimate,
         samples: &Samples,
-        directions: &[ForceDirection],
+        covariance: &ForceCovariance,
     ) -> Option<GravityMisfit> {
         let file = self.file?;
         // Where gravity is that of the calibration, its error is the same in both.
         let known = file.sensor().filter(|_| self.options.gravity.is_none());
         let own =
             known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
-        let directions = own.as_deref().unwrap_or(directions);
+        let covariance = own.as_ref().unwrap_or(covariance);
         let gravity_mps2 = self.gravity().value_mps2;
         GravityMisfit::worst(
             estimate,
             samples,
-            directions,
+            covariance,
             gravity_mps2,
             self.options.causal,
         )
@@ -361,49 +321,27 @@ impl Work<'_> {
         misfit: Option<GravityMisfit>,
         raw_misfit: Option<GravityMisfit>,
         findings: &mut Vec<Finding>,
-    ) -> Vec<ForceDirection> {
+    ) -> ForceCovariance {
         let Some(file) = self.file else {
-            return Vec::new();
+            return ForceCovariance::zeros();
         };
         let section = &file.accelerometer;
         if section.covariance_of_parameters().is_none() {
             findings.push(words::no_covariance());
         }
-        let mut doubts = Vec::new();
+        let mut doubts = ForceCovariance::zeros();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
-            doubts.extend(misfit.directions());
+            doubts += misfit.covariance();
         }
         // Raw columns of the same name show other gravity than calibrated ones.
         let by_board = self.recording.is_calibrated_by_board;
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             let nominal = 1.0 / self.scales.nominal.units()[0];
-            doubts.push(applied_twice(section, nominal, &self.options.axes));
+            doubts += applied_twice(section, nominal, &self.options.axes);
             findings.push(words::already_calibrated(by_board));
         }
         doubts
-    }
-
-    /// N of the noise file where it knows it, else that of the rests; none without a file.
-    fn noise(
-        &self,
-        rests: RestNoise,
-        samples: &Samples,
-        findings: &mut Vec<Finding>,
-    ) -> Option<RestNoise> {
-        let noise = self.options.noise.as_ref()?;
-        let (accel, gyro) = (noise.densities('a'), noise.densities('g'));
-        let has_gyro = !samples.rate_rad_s().is_empty();
-        let mut lacking = Vec::new();
-        lacking.extend(accel.is_none().then_some("accelerometer"));
-        lacking.extend((has_gyro && gyro.is_none()).then_some("gyroscope"));
-        findings.push(words::noise_used(&lacking));
-        let axes = self.options.axes;
-        let in_case = |n: [f64; 3], axes: AxisMap| axes.to_case(n).map(f64::abs);
-        Some(RestNoise {
-            force_mps2_sqrt_s: accel.map_or(rests.force_mps2_sqrt_s, |n| in_case(n, axes)),
-            rate_rad_sqrt_s: gyro.map_or(rests.rate_rad_sqrt_s, |n| in_case(n, axes.of_rates())),
-        })
     }
 
     /// Local gravity.

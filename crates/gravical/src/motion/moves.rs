@@ -36,13 +36,10 @@ pub(super) fn moves(
         if one.unusable.is_none() {
             let middle = (m.samples.start + m.samples.end) / 2;
             let other = others.iter().find(|o| o.samples.contains(&middle));
-            let v0 = own.v0_mps;
-            let carried =
-                |moved: [f64; 3]| std::array::from_fn(|c| moved[c] + v0[c] * m.duration_s);
-            one.displacement_m = Some(carried(m.displacement_m));
-            one.uncalibrated_m = other.map(|o| carried(o.displacement_m));
+            one.displacement_m = Some(m.displacement_m);
+            one.uncalibrated_m = other.map(|o| o.displacement_m);
             one.sigma_m = options.has_bands().then(|| m.sd_m());
-            one.budget_m = (options.has_bands() && !options.causal).then_some(m.budget);
+            one.budget_m = options.has_bands().then_some(m.budget);
         }
         moves.push(one);
     }
@@ -69,7 +66,7 @@ fn unconfirmed(
 fn measure_paths(own: &Estimate, moves: &mut [Move]) {
     let (t, spans) = (own.samples.time_s(), &own.motion.moves);
     let (mut k, mut before) = (0, 0.0);
-    for (i, state) in own.states().enumerate() {
+    for (i, state) in own.motion.states(&own.samples).enumerate() {
         let speed = norm(&state.velocity_mps);
         while spans.get(k).is_some_and(|m| m.samples.end < i) {
             k += 1;
@@ -95,7 +92,11 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
     // At rest it is what may hide in the rest, not the noise.
     let has_band = is_known && options.has_bands() && !moves.is_empty();
     let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
-    let last = own.states().last().filter(|s| is_finite(s.position_m));
+    let last = own
+        .motion
+        .states(&own.samples)
+        .last()
+        .filter(|s| is_finite(s.position_m));
     FinalState {
         position_m: last.filter(|_| is_known).map(|s| s.position_m),
         sigma_m: last

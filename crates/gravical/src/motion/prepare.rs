@@ -8,9 +8,8 @@ use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
-use super::options::{GravityRemoval, MotionOptions};
+use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
-use crate::denoise::{FilterSpec, smooth};
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
@@ -25,139 +24,80 @@ const COUNTS: f64 = 32767.0;
 /// Lower spikes may be motion: five times the noise of a hand at rest, m/s² and rad/s.
 const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 
-/// Channels of the file in the axes of the board, what is no measurement bridged.
-pub(super) struct SensorRows<'a> {
-    t_s: Vec<f64>,
-    force: Vec<[f64; 3]>,
-    rate: Vec<[f64; 3]>,
-    /// °C, the last one until the next comes; empty where no drift is taken off.
-    temperature_c: Vec<f64>,
-    bridged: Vec<Bridged>,
-    recording: &'a Recording,
-    scales: &'a Scales,
-}
-
-impl<'a> SensorRows<'a> {
-    /// The readings of `recording`; what is odd is added to `findings`.
-    ///
-    /// # Errors
-    ///
-    /// `rate-unknown` without time stamps and rate.
-    pub fn new(
-        recording: &'a Recording,
-        scales: &'a Scales,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Self> {
-        let t_s = times(recording)?;
-        let rows = |channels: &[Vec<f64>; 3]| -> Vec<[f64; 3]> {
-            (0..t_s.len())
-                .map(|i| channels.each_ref().map(|c| c[i]))
-                .collect()
-        };
-        let mut force = rows(&recording.accel);
-        let has_gyro = scales.nominal.gyro.is_some();
-        let gyro = recording.gyro.as_ref().filter(|_| has_gyro);
-        let mut rate = gyro.map(rows).unwrap_or_default();
-        let mut bridged = Vec::new();
-        let units = scales.nominal.units();
-        let full_scales: [Vec<f64>; 2] = [
-            FULL_SCALES_G.iter().map(|g| g * 9.80665).collect(),
-            FULL_SCALES_DEG_S.iter().map(|r| r.to_radians()).collect(),
-        ];
-        let sensors = [
-            (Sensor::Accelerometer, &mut force),
-            (Sensor::Gyroscope, &mut rate),
-        ];
-        for (k, (sensor, values)) in sensors.into_iter().enumerate() {
-            let ranges = full_scales[k].iter().map(|end| end / units[k]);
-            let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
-            let found = bridge_odd(&t_s, values, sensor, &ranges, MIN_SPIKE[k] / units[k]);
-            bridged.extend(found.into_iter().map(|b| Bridged {
-                axis: scales.nominal.axes.case_axis(b.axis),
-                sd: b.sd * units[k],
-                ..b
-            }));
+/// Samples by the calibration, and with a calibration also by the nominal scales alone; what is odd is added to
+/// `findings`.
+///
+/// # Errors
+///
+/// `rate-unknown` without time stamps and rate, `no-samples` with fewer than two.
+pub(super) fn samples(
+    recording: &Recording,
+    scales: &Scales,
+    findings: &mut Vec<Finding>,
+) -> Result<(Samples, Option<Samples>)> {
+    let t_s = times(recording)?;
+    let rows = |channels: &[Vec<f64>; 3]| -> Vec<[f64; 3]> {
+        let row = |i: usize| channels.each_ref().map(|c| c[i]);
+        (0..t_s.len()).map(row).collect()
+    };
+    let mut force = rows(&recording.accel);
+    let has_gyro = scales.nominal.gyro.is_some();
+    let gyro = recording.gyro.as_ref().filter(|_| has_gyro);
+    let mut rate = gyro.map(rows).unwrap_or_default();
+    let axes = &scales.nominal.axes;
+    let units = scales.nominal.units();
+    let full_scales: [Vec<f64>; 2] = [
+        FULL_SCALES_G.iter().map(|g| g * 9.80665).collect(),
+        FULL_SCALES_DEG_S.iter().map(|r| r.to_radians()).collect(),
+    ];
+    let resolutions = [recording.accel_resolution(), recording.gyro_resolution()];
+    let sensors = [
+        (Sensor::Accelerometer, &mut force),
+        (Sensor::Gyroscope, &mut rate),
+    ];
+    let (mut bridged, mut steps) = (Vec::new(), [0.0; 6]);
+    for (k, (sensor, values)) in sensors.into_iter().enumerate() {
+        if values.is_empty() {
+            continue;
         }
-        // Calibrations take the numbers of the file.
-        let offset = recording.zero_offset;
-        force.iter_mut().flatten().for_each(|v| *v += offset);
-        let model = scales.calibrated.drift.as_ref();
-        Ok(SensorRows {
-            temperature_c: model.map_or_else(Vec::new, |m| held(recording, m, findings)),
-            t_s,
-            force,
-            rate,
-            bridged,
-            recording,
-            scales,
-        })
+        let ranges = full_scales[k].iter().map(|end| end / units[k]);
+        let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
+        let found = bridge_odd(&t_s, values, sensor, &ranges, MIN_SPIKE[k] / units[k]);
+        bridged.extend(found.into_iter().map(|b| Bridged {
+            axis: axes.case_axis(b.axis),
+            sd: b.sd * units[k],
+            ..b
+        }));
+        for axis in 0..3 {
+            steps[3 * k + axes.case_axis(axis)] = resolutions[k][axis] * units[k];
+        }
     }
-
-    /// The same with the accelerometer filtered, after what is no measurement was bridged; and what the
-    /// filters say.
-    ///
-    /// # Errors
-    ///
-    /// Those of the filters.
-    pub fn smoothed(mut self, filters: &[FilterSpec]) -> Result<(Self, Vec<Finding>)> {
-        let mut recording = self.recording.clone();
-        for (c, column) in recording.accel.iter_mut().enumerate() {
-            let rows = column.iter_mut().zip(&self.force);
-            rows.for_each(|(v, force)| *v = force[c]);
-        }
-        let (filtered, findings) = smooth(recording, filters)?;
-        for (row, force) in self.force.iter_mut().enumerate() {
-            *force = filtered.accel_at(row);
-        }
-        Ok((self, findings))
-    }
-
-    /// Samples by the calibration, or by the nominal scales.
-    ///
-    /// # Errors
-    ///
-    /// `no-samples` with fewer than two.
-    pub fn samples(&self, conversion: &Conversion) -> Result<Samples> {
-        let rows = self.t_s.iter().zip(&self.force).enumerate();
+    // Calibrations take the numbers of the file.
+    let offset = recording.zero_offset;
+    force.iter_mut().flatten().for_each(|v| *v += offset);
+    let model = scales.calibrated.drift.as_ref();
+    let temperature_c = model.map_or_else(Vec::new, |m| held(recording, m, findings));
+    let by = |conversion: &Conversion| {
+        let rows = t_s.iter().zip(&force).enumerate();
         let rows = rows.map(|(row, (t_s, force))| {
-            let rate = self.rate.get(row).copied().unwrap_or_default();
-            let t_c = self.temperature_c.get(row).copied().unwrap_or(f64::NAN);
+            let rate = rate.get(row).copied().unwrap_or_default();
+            let t_c = temperature_c.get(row).copied().unwrap_or(f64::NAN);
             let (force, rate) = conversion.apply(*force, rate, t_c);
             (*t_s, force, rate)
         });
-        let samples = Samples::from_rows(rows, self.bridged.clone(), self.steps())
-            .with_breaks(&self.recording.breaks);
+        let samples = Samples::new(rows, bridged.clone(), steps).with_breaks(&recording.breaks);
         if samples.len() < 2 {
-            return Err(Error::input(
-                "no-samples",
-                format!(
-                    "{} of {} rows hold a complete sample; two at least are needed",
-                    samples.len(),
-                    self.t_s.len(),
-                ),
-            )
-            .at(Path::new(&self.recording.name), None)
-            .with_hint("`gravical inspect` shows what is in it"));
+            let (complete, all) = (samples.len(), t_s.len());
+            let text =
+                format!("{complete} of {all} rows hold a complete sample; two at least are needed");
+            return Err(Error::input("no-samples", text)
+                .at(Path::new(&recording.name), None)
+                .with_hint("`gravical inspect` shows what is in it"));
         }
         Ok(samples)
-    }
-
-    /// Steps that the values come in, m/s² and rad/s, in the axes of the case.
-    fn steps(&self) -> [f64; 6] {
-        let nominal = &self.scales.nominal;
-        let [force_unit, rate_unit] = nominal.units();
-        let force = self.recording.accel_resolution();
-        let rate = self.recording.gyro_resolution();
-        let mut steps = [0.0; 6];
-        for axis in 0..3 {
-            let case = nominal.axes.case_axis(axis);
-            steps[case] = force[axis] * force_unit;
-            if nominal.gyro.is_some() {
-                steps[3 + case] = rate[axis] * rate_unit;
-            }
-        }
-        steps
-    }
+    };
+    let plain = scales.is_calibrated.then(|| by(&scales.nominal));
+    Ok((by(&scales.calibrated)?, plain.transpose()?))
 }
 
 /// Seconds of each row: the stamps, else rows over the rate.
@@ -239,6 +179,8 @@ pub(super) struct Scales {
     pub calibrated: Conversion,
     /// By the nominal scales alone.
     pub nominal: Conversion,
+    /// There is a calibration.
+    is_calibrated: bool,
     /// The gyroscope's own calibration is applied.
     pub gyro_calibrated: bool,
 }
@@ -277,7 +219,7 @@ pub(super) fn scales(
     // The gyroscope.
     let scale = match &recording.gyro {
         // Nothing is turned: it has no part in the result.
-        _ if options.gravity_removal != GravityRemoval::Strapdown => None,
+        _ if options.procedure != Procedure::Strapdown => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
             findings.push(Finding::new(
@@ -336,6 +278,7 @@ pub(super) fn scales(
             axes: options.axes,
         },
         nominal,
+        is_calibrated: file.is_some(),
         gyro_calibrated: gyro_calibration.is_some(),
     })
 }

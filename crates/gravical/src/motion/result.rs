@@ -1,7 +1,7 @@
 //! What motion says: the object of `gravical motion --json`, and the columns of
 //! its table.
 
-pub use gravical_motion::{Budget, Closure, Ends};
+pub use gravical_motion::{Budget, Closure, Ends, NoiseAtRest};
 use std::ops::Range;
 
 use serde::Serialize;
@@ -119,15 +119,6 @@ impl Span {
     }
 }
 
-/// White noise at rest: N of the Allan deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct NoiseAtRest {
-    /// Accelerometer, each axis, m/s²/√Hz.
-    pub accel_n: [f64; 3],
-    /// Gyroscope, each axis, rad/s/√Hz; null without one.
-    pub gyro_n: Option<[f64; 3]>,
-}
-
 /// How far a move has to go to be distinguished from rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct VisibleMove {
@@ -150,7 +141,7 @@ pub struct Move {
     pub displacement_m: Option<[f64; 3]>,
     /// Standard uncertainty of it, m; null without bands.
     pub sigma_m: Option<[f64; 3]>,
-    /// What the standard uncertainty consists of; null without bands and in a causal run.
+    /// What the standard uncertainty consists of; null without bands.
     pub budget_m: Option<Budget>,
     /// The displacement computed without the calibration, m; null without one.
     pub uncalibrated_m: Option<[f64; 3]>,

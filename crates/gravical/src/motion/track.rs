@@ -1,6 +1,7 @@
 //! A motion sample by sample: one by one, and as a table.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use gravical_motion::SampleState;
 use gravical_recording::write::write_fixed;
@@ -37,7 +38,7 @@ pub struct MotionSample {
     pub t_s: f64,
     /// Specific force by the nominal scale alone, m/s².
     pub raw_mps2: [f64; 3],
-    /// Specific force, calibrated (and smoothed, where asked for), m/s².
+    /// Specific force, calibrated, m/s².
     pub force_mps2: [f64; 3],
     /// Attitude, acceleration, velocity and position, in the frame of the result, with their standard
     /// deviations where there are bands.
@@ -93,24 +94,27 @@ pub(super) fn states<'a>(
 ) -> impl Iterator<Item = SampleState> + use<'a> {
     let time_s = estimate.samples.time_s();
     let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
-    // At its ends it may rest.
+    // At its ends it may rest, but for those of the recording.
     let inside = |m: &Move| {
-        let from_s = Some(m.start_s).filter(|t| *t > first_s);
-        let to_s = Some(m.end_s).filter(|t| *t < last_s);
-        [
-            from_s.unwrap_or(f64::NEG_INFINITY),
-            to_s.unwrap_or(f64::INFINITY),
-        ]
+        let from = if m.start_s > first_s {
+            time_s.partition_point(|t| *t <= m.start_s)
+        } else {
+            0
+        };
+        let end = time_s.partition_point(|t| *t < m.end_s);
+        let end = if m.end_s < last_s { end } else { time_s.len() };
+        from..end
     };
     let unusable = moves.iter().filter(|m| m.unusable.is_some());
-    let unusable: Vec<[f64; 2]> = unusable.map(inside).collect();
+    let unusable: Vec<Range<usize>> = unusable.map(inside).collect();
     let mut next = 0;
-    estimate.states().zip(time_s).map(move |(mut state, t_s)| {
-        next += usize::from(unusable.get(next).is_some_and(|[_, to_s]| to_s <= t_s));
-        if unusable.get(next).is_some_and(|[from_s, _]| from_s < t_s) {
+    let states = estimate.motion.states(&estimate.samples).enumerate();
+    states.map(move |(i, mut state)| {
+        next += usize::from(unusable.get(next).is_some_and(|m| m.end <= i));
+        if unusable.get(next).is_some_and(|m| m.contains(&i)) {
             state = SampleState::UNKNOWN;
         }
-        if unusable.first().is_some_and(|[from_s, _]| from_s < t_s) {
+        if unusable.first().is_some_and(|m| m.start <= i) {
             (state.position_m, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
         }
         state
@@ -132,8 +136,7 @@ pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
 /// without gravity; `vx_mps` …, `px_m` …; with bands `sigma_vx_mps` …, `sigma_px_m` …. What is not known is an
 /// empty field.
 ///
-/// Time has 3, 6 or 9 decimals, the fewest that keep the recording's stamps; the attitude has 8, all
-/// others have 6.
+/// The attitude has 8 decimals, all others have 6.
 ///
 /// # Errors
 ///
@@ -141,7 +144,6 @@ pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
 pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let names: Vec<&str> = table_columns(motion).collect();
     let mut decimals = vec![DECIMALS; names.len()];
-    decimals[0] = time_decimals(motion.own.samples.time_s());
     decimals[STILL] = 0;
     decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
     let mut text = Vec::with_capacity(CHUNK + 1024);
@@ -161,19 +163,4 @@ pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     }
     out.write_all(&text)?;
     out.flush()
-}
-
-/// The fewest of 3, 6 and 9 decimals that keep every stamp to a nanosecond:
-/// stamps in ms have three, those of 1024 Hz more than six.
-fn time_decimals(t_s: &[f64]) -> u32 {
-    for (decimals, power) in [(3, 1e3), (6, 1e6)] {
-        let kept = |t: &f64| {
-            let scaled = t * power;
-            (scaled - scaled.round()).abs() <= 1e-9 * power
-        };
-        if t_s.iter().filter(|t| t.is_finite()).all(kept) {
-            return decimals;
-        }
-    }
-    9
 }

@@ -14,7 +14,7 @@ use std::path::Path;
 use gravical_core::matrix3::{norm, sub};
 use gravical_recording::judge::{ClockOptions, clock};
 use gravical_recording::{
-    Format, HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
+    HEAD_BYTES, Reason, Role, TimeUnit, bytes, sniff_table, source, whole_lines,
 };
 
 use super::{Comparison, Motion, Move, MoveComparison};
@@ -97,10 +97,17 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         .at(path, None)
         .with_hint("a reference is a table of text with the columns t_s,px_m,py_m,pz_m")
     })?;
-    let (columns, metres) = position_columns(&format.names, same_file)
-        .ok_or_else(|| no_columns(&format.names).at(path, None))?;
+    let (columns, metres) = position_columns(&format.names, same_file).ok_or_else(|| {
+        let text = "no three columns of the reference are named as a position in one unit";
+        Error::usage("truth-columns-missing", text)
+            .with_hint("name them t_s,px_m,py_m,pz_m")
+            .at(path, None)
+    })?;
     let time = format.columns.iter().position(|c| c.role == Role::Time);
-    let unit_s = time.and_then(|field| time_unit_s(&format, field));
+    let unit_s = time.and_then(|field| match &format.columns[field] {
+        column if column.is_dated => Some(1.0),
+        column => TimeUnit::parse(&column.unit).map(TimeUnit::seconds),
+    });
     let (mut stamps, mut positions, mut lines, mut torn) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for batch in format.batches(Cursor::new(head).chain(text)) {
         let batch = batch.map_err(io)?;
@@ -175,27 +182,6 @@ fn times_of_lines(recording: &Recording, lines: &[u32]) -> Vec<f64> {
     lines.iter().map(time_of).collect()
 }
 
-/// Seconds of one unit of a column of stamps.
-fn time_unit_s(format: &Format, field: usize) -> Option<f64> {
-    let column = &format.columns[field];
-    if column.is_dated {
-        return Some(1.0);
-    }
-    TimeUnit::parse(&column.unit).map(TimeUnit::seconds)
-}
-
-fn no_columns(names: &[String]) -> Error {
-    let shown: Vec<&str> = names.iter().take(24).map(String::as_str).collect();
-    let there = if names.is_empty() {
-        "it has no header".to_owned()
-    } else {
-        format!("its columns are: {}", shown.join(", "))
-    };
-    let text = "no three columns of the reference are named as a position in one unit";
-    Error::usage("truth-columns-missing", text)
-        .with_hint(format!("{there}; name them t_s,px_m,py_m,pz_m"))
-}
-
 /// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
 /// plain `x`, `y`, `z`, which in a recording would be acceleration.
 fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
@@ -264,73 +250,81 @@ fn compare(
         0.0
     } else {
         let other = Line::new(&reference.t_s, &reference.position_m);
-        offset_s(own, &other, findings)
+        // None where one of the two hardly moves.
+        let (lag_s, correlation) = best_lag(own, &other).unwrap_or_default();
+        if correlation < MIN_CORRELATION {
+            let text = format!(
+                "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
+            );
+            findings.push(Finding::new(FindingKind::TruthOffset, text));
+        }
+        if correlation < MIN_CORRELATION {
+            0.0
+        } else {
+            lag_s
+        }
     };
-    let t_s: Vec<f64> = reference.t_s.iter().map(|t| t + offset_s).collect();
-    let points = Points::new(own, &t_s, &reference.position_m);
-    let source = Path::new(&reference.source);
-    let mut points = points.ok_or_else(|| no_overlap(own.t_s, &t_s).at(source, None))?;
-    let yaw_rad = points.yaw_rad();
+    // Where both are known, counted from the first such point.
+    let shifted = reference.t_s.iter().map(|t| t + offset_s);
+    let both = shifted.zip(&reference.position_m);
+    let both: Vec<(f64, [f64; 3], [f64; 3])> = both
+        .filter_map(|(t, position)| Some((t, own.at(t, 0.0)?, *position)))
+        .collect();
+    let [(from_s, origin, first), .., (to_s, ..)] = both[..] else {
+        return Err(
+            no_overlap(own, &reference.t_s, offset_s).at(Path::new(&reference.source), None)
+        );
+    };
+    let t_s: Vec<f64> = both.iter().map(|p| p.0).collect();
+    let result_m: Vec<[f64; 3]> = both.iter().map(|p| sub(&p.1, &origin)).collect();
+    let mut reference_m: Vec<[f64; 3]> = both.iter().map(|p| sub(&p.2, &first)).collect();
+    let yaw_rad = yaw_rad(&t_s, &result_m, &reference_m);
     let (sine, cosine) = yaw_rad.sin_cos();
-    for [x, y, _] in &mut points.reference {
+    for [x, y, _] in &mut reference_m {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
     }
-    let lines = [&points.result, &points.reference].map(|p| Line::new(&points.t_s, p));
-    let moves = (1..).zip(moves);
-    let moves = moves
-        .filter_map(|(number, m)| points.compare_move(number, m, &lines))
-        .collect();
-    let last = points.t_s.len() - 1;
-    let (path_m, end_error_m) = (points.path_m(), points.error_m(last));
+    let pairs = result_m.iter().zip(&reference_m);
+    let errors: Vec<[f64; 3]> = pairs.map(|(a, b)| sub(a, b)).collect();
+    let lines = [&errors, &reference_m].map(|p| Line::new(&t_s, p));
+    let compared = (1..)
+        .zip(moves)
+        .filter_map(|(number, m)| compare_move(number, m, &lines));
+    let path_m = path_m(&t_s, &reference_m);
+    let end_error_m = norm(&errors[errors.len() - 1]);
     let comparison = Comparison {
         source: reference.source.clone(),
         end_error_m,
-        rmse_m: rms((0..=last).map(|i| points.error_m(i))),
+        rmse_m: rms(&errors, [0.0; 3]),
         percent_of_path: (path_m > MIN_PATH_M).then(|| 100.0 * end_error_m / path_m),
         path_m,
-        from_s: points.t_s[0],
-        to_s: points.t_s[last],
+        from_s,
+        to_s,
         time_offset_s: offset_s,
         yaw_deg: yaw_rad.to_degrees(),
-        moves,
-        points: points.t_s.len() as u64,
+        moves: compared.collect(),
+        points: t_s.len() as u64,
     };
-    let origin = points.origin;
-    let shifted = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
+    let in_place = |p: &[f64; 3]| std::array::from_fn(|k| p[k] + origin[k]);
     let aligned = Reference {
-        position_m: points.reference.iter().map(shifted).collect(),
-        t_s: points.t_s,
+        position_m: reference_m.iter().map(in_place).collect(),
+        t_s,
         ..reference.clone()
     };
     Ok((comparison, aligned))
 }
 
-fn no_overlap(own: &[f64], other: &[f64]) -> Error {
-    let span = |t: &[f64]| match t {
-        [a, .., b] => format!("{a:.1} to {b:.1} s"),
+fn no_overlap(own: &Line<'_>, other_s: &[f64], offset_s: f64) -> Error {
+    let span = |t: &[f64], offset_s: f64| match t {
+        [a, .., b] => format!("{:.1} to {:.1} s", a + offset_s, b + offset_s),
         _ => "nothing".to_owned(),
     };
     let text = format!(
         "reference and recording have no time in common in which both positions are known: {} and {}",
-        span(other),
-        span(own)
+        span(other_s, offset_s),
+        span(own.t_s, 0.0)
     );
     Error::input("truth-overlap", text)
         .with_hint("record both from one motion to the next, or shift the reference's stamps")
-}
-
-/// What is added to the reference's time.
-fn offset_s(own: &Line<'_>, other: &Line<'_>, findings: &mut Vec<Finding>) -> f64 {
-    // None where one of the two hardly moves.
-    let (lag_s, correlation) = best_lag(own, other).unwrap_or_default();
-    if correlation >= MIN_CORRELATION {
-        return lag_s;
-    }
-    let text = format!(
-        "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
-    );
-    findings.push(Finding::new(FindingKind::TruthOffset, text));
-    0.0
 }
 
 /// The lag at which the speeds correlate most, s, and their correlation; none where one of the two does not
@@ -338,12 +332,13 @@ fn offset_s(own: &Line<'_>, other: &Line<'_>, findings: &mut Vec<Finding>) -> f6
 fn best_lag(own: &Line<'_>, other: &Line<'_>) -> Option<(f64, f64)> {
     let base_s = own.t_s.first()? - other.t_s.first()?;
     let longest_s = own.duration_s().max(other.duration_s());
-    let fine_s = own
-        .step_s
-        .max(other.step_s)
-        .max(MIN_BIN_S)
-        .max(longest_s / MAX_BINS);
+    let steps_s = own.step_s.max(other.step_s);
+    let fine_s = steps_s.max(MIN_BIN_S).max(longest_s / MAX_BINS);
     let coarse_s = fine_s.max(longest_s / COARSE_BINS);
+    let most_alike = |a: &[f64], b: &[f64], lags: RangeInclusive<i64>| {
+        let known = lags.filter_map(|lag| Some((lag, alike(a, b, lag)?)));
+        known.max_by(|a, b| a.1.total_cmp(&b.1))
+    };
     let (a, b) = (own.speeds(coarse_s), other.speeds(coarse_s));
     let (lag, _) = most_alike(&a, &b, -(b.len() as i64)..=a.len() as i64)?;
     let (a, b) = (own.speeds(fine_s), other.speeds(fine_s));
@@ -359,11 +354,6 @@ fn best_lag(own: &Line<'_>, other: &Line<'_>) -> Option<(f64, f64)> {
         _ => 0.0,
     };
     Some((base_s + (lag as f64 + fraction) * fine_s, correlation))
-}
-
-fn most_alike(own: &[f64], other: &[f64], lags: RangeInclusive<i64>) -> Option<(i64, f64)> {
-    lags.filter_map(|lag| Some((lag, alike(own, other, lag)?)))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Correlation coefficient of `own[i + lag]` and `other[i]`.
@@ -389,9 +379,60 @@ fn alike(own: &[f64], other: &[f64], lag: i64) -> Option<f64> {
     is_known.then(|| (sab - sa * sb / n) / (va * vb).sqrt())
 }
 
-fn rms(errors: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = errors.fold((0.0, 0.0), |(sum, n), e| (sum + e * e, n + 1.0));
-    (sum / n).sqrt()
+/// Root mean square distance of `errors` from `origin`.
+fn rms(errors: &[[f64; 3]], origin: [f64; 3]) -> f64 {
+    let squares = errors.iter().map(|e| norm(&sub(e, &origin)).powi(2));
+    (squares.sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+/// The turn about z that brings the steps of the reference closest to those of the result:
+/// ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
+fn yaw_rad(t_s: &[f64], result: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
+    let (mut sine, mut cosine, mut from) = (0.0, 0.0, 0);
+    for i in 1..t_s.len() {
+        if t_s[i] - t_s[from] < STEP_S {
+            continue;
+        }
+        let [r, p] = [reference, result].map(|x| sub(&x[i], &x[from]));
+        sine += r[0] * p[1] - r[1] * p[0];
+        cosine += r[0] * p[0] + r[1] * p[1];
+        from = i;
+    }
+    let yaw_rad = f64::atan2(sine, cosine);
+    if yaw_rad.is_finite() { yaw_rad } else { 0.0 }
+}
+
+/// Length of a path, m. A gap is crossed in a straight line.
+fn path_m(t_s: &[f64], position: &[[f64; 3]]) -> f64 {
+    let bin = |i: &usize| ((t_s[*i] - t_s[0]) / PATH_BIN_S).floor();
+    let mean = |rows: &[usize]| -> [f64; 3] {
+        let sum = |k: usize| rows.iter().map(|i| position[*i][k]).sum::<f64>();
+        std::array::from_fn(|k| sum(k) / rows.len() as f64)
+    };
+    let rows: Vec<usize> = (0..t_s.len()).collect();
+    let means: Vec<[f64; 3]> = rows.chunk_by(|a, b| bin(a) == bin(b)).map(mean).collect();
+    means.windows(2).map(|w| norm(&sub(&w[1], &w[0]))).sum()
+}
+
+/// A usable move whose ends the reference sees.
+fn compare_move(
+    number: u64,
+    m: &Move,
+    [errors, reference]: &[Line<'_>; 2],
+) -> Option<MoveComparison> {
+    let displacement = m.displacement_m?;
+    let truth = sub(&reference.at(m.end_s, 0.0)?, &reference.at(m.start_s, 0.0)?);
+    let from = errors.t_s.partition_point(|t| *t < m.start_s);
+    let to = errors.t_s.partition_point(|t| *t <= m.end_s);
+    Some(MoveComparison {
+        number,
+        start_s: m.start_s,
+        end_s: m.end_s,
+        end_error_m: sub(&displacement, &truth),
+        sigma_m: m.sigma_m,
+        // Both start at 0.
+        rmse_m: rms(&errors.position[from..to], errors.at(m.start_s, 0.0)?),
+    })
 }
 
 /// Positions over time; stamps never fall.
@@ -406,19 +447,16 @@ impl<'a> Line<'a> {
     fn new(t_s: &'a [f64], position: &'a [[f64; 3]]) -> Self {
         let steps = t_s.windows(2).map(|w| w[1] - w[0]);
         let mut steps: Vec<f64> = steps.filter(|s| *s > 0.0).collect();
-        let step_s = crate::stats::median(&mut steps).unwrap_or(0.0);
         Line {
             t_s,
             position,
-            step_s,
+            step_s: crate::stats::median(&mut steps).unwrap_or(0.0),
         }
     }
 
     fn duration_s(&self) -> f64 {
-        self.t_s
-            .first()
-            .zip(self.t_s.last())
-            .map_or(0.0, |(from, to)| to - from)
+        let ends = self.t_s.first().zip(self.t_s.last());
+        ends.map_or(0.0, |(from, to)| to - from)
     }
 
     /// Position at `t_s`; none outside, over a gap (`max_s`, or what is one by its own rate), and where it is
@@ -443,99 +481,11 @@ impl<'a> Line<'a> {
         let from_s = self.t_s.first().copied().unwrap_or(0.0);
         let bins = (self.duration_s() / bin_s).floor().min(4.0 * MAX_BINS) as usize;
         let at = |i: usize| self.at(from_s + i as f64 * bin_s, bin_s);
-        let mut before = at(0);
-        let speed = |i| {
-            let here = at(i);
-            let moved = before
-                .zip(here)
-                .map_or(f64::NAN, |(a, b)| norm(&sub(&b, &a)));
-            before = here;
-            moved / bin_s
+        let places: Vec<Option<[f64; 3]>> = (0..=bins).map(at).collect();
+        let speed = |w: &[Option<[f64; 3]>]| {
+            let moved = w[0].zip(w[1]);
+            moved.map_or(f64::NAN, |(a, b)| norm(&sub(&b, &a))) / bin_s
         };
-        (1..=bins).map(speed).collect()
-    }
-}
-
-/// The points at which both are known, counted from the first of them.
-struct Points {
-    t_s: Vec<f64>,
-    /// Where the result is at the first.
-    origin: [f64; 3],
-    result: Vec<[f64; 3]>,
-    reference: Vec<[f64; 3]>,
-}
-
-impl Points {
-    /// None with fewer than two.
-    fn new(own: &Line<'_>, t_s: &[f64], reference: &[[f64; 3]]) -> Option<Self> {
-        let both = t_s.iter().zip(reference);
-        let both = both.filter_map(|(t, r)| Some((*t, own.at(*t, 0.0)?, *r)));
-        let both: Vec<(f64, [f64; 3], [f64; 3])> = both.collect();
-        let [(_, origin, first), _, ..] = both[..] else {
-            return None;
-        };
-        Some(Points {
-            t_s: both.iter().map(|p| p.0).collect(),
-            origin,
-            result: both.iter().map(|p| sub(&p.1, &origin)).collect(),
-            reference: both.iter().map(|p| sub(&p.2, &first)).collect(),
-        })
-    }
-
-    fn error_m(&self, i: usize) -> f64 {
-        norm(&sub(&self.result[i], &self.reference[i]))
-    }
-
-    /// The turn about z that brings the steps of the reference closest to those of the result:
-    /// ψ = atan2(Σ rₓpᵧ − rᵧpₓ, Σ rₓpₓ + rᵧpᵧ).
-    fn yaw_rad(&self) -> f64 {
-        let (mut sine, mut cosine, mut from) = (0.0, 0.0, 0);
-        for i in 1..self.t_s.len() {
-            if self.t_s[i] - self.t_s[from] < STEP_S {
-                continue;
-            }
-            let [r, p] = [&self.reference, &self.result].map(|x| sub(&x[i], &x[from]));
-            sine += r[0] * p[1] - r[1] * p[0];
-            cosine += r[0] * p[0] + r[1] * p[1];
-            from = i;
-        }
-        let yaw_rad = f64::atan2(sine, cosine);
-        if yaw_rad.is_finite() { yaw_rad } else { 0.0 }
-    }
-
-    /// Length of the reference's path, m. A gap is crossed in a straight line.
-    fn path_m(&self) -> f64 {
-        let bin = |i: usize| ((self.t_s[i] - self.t_s[0]) / PATH_BIN_S).floor();
-        let rows: Vec<usize> = (0..self.t_s.len()).collect();
-        let mean = |rows: &[usize]| -> [f64; 3] {
-            let sum = |k: usize| rows.iter().map(|i| self.reference[*i][k]).sum::<f64>();
-            std::array::from_fn(|k| sum(k) / rows.len() as f64)
-        };
-        let means: Vec<[f64; 3]> = rows.chunk_by(|a, b| bin(*a) == bin(*b)).map(mean).collect();
-        means.windows(2).map(|w| norm(&sub(&w[1], &w[0]))).sum()
-    }
-
-    /// A usable move whose ends the reference sees.
-    fn compare_move(
-        &self,
-        number: u64,
-        m: &Move,
-        [result, reference]: &[Line<'_>; 2],
-    ) -> Option<MoveComparison> {
-        let displacement = m.displacement_m?;
-        let (start, end) = (reference.at(m.start_s, 0.0)?, reference.at(m.end_s, 0.0)?);
-        // Both start at 0.
-        let apart = sub(&result.at(m.start_s, 0.0)?, &start);
-        let from = self.t_s.partition_point(|t| *t < m.start_s);
-        let to = self.t_s.partition_point(|t| *t <= m.end_s);
-        let error = |i: usize| norm(&sub(&sub(&self.result[i], &self.reference[i]), &apart));
-        Some(MoveComparison {
-            number,
-            start_s: m.start_s,
-            end_s: m.end_s,
-            end_error_m: sub(&displacement, &sub(&end, &start)),
-            sigma_m: m.sigma_m,
-            rmse_m: rms((from..to).map(error)),
-        })
+        places.windows(2).map(speed).collect()
     }
 }

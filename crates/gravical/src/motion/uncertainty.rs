@@ -1,26 +1,22 @@
-//! How far the parameters of a calibration may be off, as directions: each is a change of all
-//! parameters together by one standard deviation, independent of the others.
+//! How far the parameters of a calibration may be off, as a covariance of what that makes of a reading.
 //!
 //! With u = M a + b and A = M⁻¹ the specific force f = A (u − b) changes by δf = −A (δM f + δb), the
-//! angular rate alike. The sign of a direction means nothing.
+//! angular rate alike. The sign of a change means nothing.
 //!
 //! Whether the calibration fits the recording is seen at rest. There the calibrated magnitude is
 //! gravity, to what its covariance and the noise of the mean allow. Where it is not, the
-//! parameters are off by more than the covariance says, in directions that rests in one attitude
+//! parameters are off by more than the covariance says, in ways that rests in one attitude
 //! do not show: the bands then allow for an error of that size in each of them.
 
-use gravical_core::matrix3::{mul, mul_vec, norm, transpose};
+use gravical_core::matrix3::{diagonal, mul, mul_vec, norm, transpose};
 use gravical_fit::model::Covariance;
-use gravical_motion::{ElementErrors, ForceDirection, Samples};
-use nalgebra::{DMatrix, DVector};
+use gravical_motion::{ElementErrors, ForceCovariance, RateCovariance, Samples};
+use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
 use super::estimate::Estimate;
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, GyroMethod};
 use crate::poses::face::AxisMap;
-
-/// Parameters of an accelerometer: nine of M, three of b.
-const PARAMETERS: usize = 12;
 
 /// Data sheet of the MPU6050, which is that of most cheap parts: ±3 % and ±0.6 m/s² are limits, between
 /// which any value is as likely (JCGM 100:2008, 4.3.7), and a board sits askew by a degree.
@@ -44,42 +40,49 @@ pub(super) const UNSTATED: ElementErrors = ElementErrors {
     bias_mps2: 0.02,
 };
 
-/// Directions of an accelerometer by a covariance of its parameters.
+/// Uncertainty of an accelerometer by the covariance of its parameters.
 pub(super) fn by_covariance(
     section: &AccelerometerSection,
     covariance: &Covariance,
     axes: &AxisMap,
-) -> Vec<ForceDirection> {
-    let a = &section.matrix;
-    factor(&DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| {
-        covariance[(i, j)]
-    }))
-    .iter()
-    .map(|step| ForceDirection {
-        matrix: in_case(axes, &mul(a, &square(step))),
-        offset: axes.to_case(mul_vec(a, &[step[9], step[10], step[11]])),
-    })
-    .collect()
+) -> ForceCovariance {
+    let change = |k: usize| {
+        let mut step = [0.0; 12];
+        step[k] = 1.0;
+        let [x, y, z] = [step[9], step[10], step[11]];
+        error(axes, &section.matrix, &square(&step), [x, y, z])
+    };
+    let changes: [SVector<f64, 12>; 12] = std::array::from_fn(change);
+    let change = SMatrix::<f64, 12, 12>::from_columns(&changes);
+    change * covariance.fixed_view::<12, 12>(0, 0) * change.transpose()
 }
 
-/// Directions of the gyroscope that was calibrated by `file`: by its covariance where it has one of M,
-/// else by how it was calibrated.
-pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Vec<[[f64; 3]; 3]> {
+/// That of the gyroscope that was calibrated by `file`: by its covariance where it has one of M, else by how it
+/// was calibrated.
+pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> RateCovariance {
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
-        return GYRO_DATA_SHEET.matrices();
+        return GYRO_DATA_SHEET.rate();
     };
     let covariance = section.covariance.as_ref().filter(|c| {
         let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
         c.values.len() >= 9 && c.values.iter().all(is_known)
     });
-    match covariance {
-        Some(c) => factor(&DMatrix::from_fn(9, 9, |i, j| c.values[i][j]))
-            .iter()
-            .map(|step| in_case(&axes.of_rates(), &mul(&section.matrix, &square(step))))
-            .collect(),
-        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.matrices(),
-        None => UNSTATED.matrices(),
-    }
+    let Some(covariance) = covariance else {
+        return if section.method == GyroMethod::Bias {
+            GYRO_DATA_SHEET.rate()
+        } else {
+            UNSTATED.rate()
+        };
+    };
+    let change = |k: usize| {
+        let mut step = [0.0; 9];
+        step[k] = 1.0;
+        let error = error(&axes.of_rates(), &section.matrix, &square(&step), [0.0; 3]);
+        error.fixed_rows::<9>(0).into_owned()
+    };
+    let changes: [SVector<f64, 9>; 9] = std::array::from_fn(change);
+    let change = RateCovariance::from_columns(&changes);
+    change * RateCovariance::from_fn(|i, j| covariance.values[i][j]) * change.transpose()
 }
 
 /// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are off
@@ -88,80 +91,54 @@ pub(super) fn applied_twice(
     section: &AccelerometerSection,
     nominal: f64,
     axes: &AxisMap,
-) -> ForceDirection {
-    let mut change = section.matrix.map(|row| row.map(|v| v * nominal));
-    for (i, row) in change.iter_mut().enumerate() {
-        row[i] -= 1.0;
-    }
-    ForceDirection {
-        matrix: in_case(axes, &change),
-        offset: axes.to_case(mul_vec(&section.matrix, &section.bias).map(|v| -v)),
-    }
+) -> ForceCovariance {
+    let mut scale = identity();
+    (0..3).for_each(|i| scale[i][i] = nominal);
+    let mut change = error(axes, &section.matrix, &scale, section.bias.map(|b| -b));
+    (0..3).for_each(|i| change[4 * i] -= 1.0);
+    change * change.transpose()
 }
 
-/// Variance of the magnitude of a specific force by these directions, (m/s²)².
-pub(super) fn variance_of_magnitude(directions: &[ForceDirection], force: &[f64; 3]) -> f64 {
+/// The error A (M f + o) of a specific force in the axes of the case: its matrix row by row, and its offset.
+fn error(
+    axes: &AxisMap,
+    a: &[[f64; 3]; 3],
+    m: &[[f64; 3]; 3],
+    offset: [f64; 3],
+) -> SVector<f64, 12> {
+    let m = mul(a, m);
+    let columns = identity().map(|e| axes.to_case(mul_vec(&m, &axes.to_board(e))));
+    let offset = axes.to_case(mul_vec(a, &offset));
+    let all = transpose(&columns).into_iter().chain([offset]).flatten();
+    SVector::from_iterator(all)
+}
+
+fn identity() -> [[f64; 3]; 3] {
+    diagonal([1.0; 3])
+}
+
+/// The first nine, row by row.
+fn square(step: &[f64]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
+}
+
+/// Variance of the magnitude of a specific force, (m/s²)².
+pub(super) fn variance_of_magnitude(covariance: &ForceCovariance, force: &[f64; 3]) -> f64 {
     let size = norm(force);
     let up = if size > 0.0 {
         force.map(|f| f / size)
     } else {
         [0.0, 0.0, 1.0]
     };
-    let along = |d: &ForceDirection| -> f64 {
-        let turned = mul_vec(&d.matrix, force);
-        (0..3).map(|c| (turned[c] + d.offset[c]) * up[c]).sum()
+    let along = |k: usize| {
+        if k < 9 {
+            up[k / 3] * force[k % 3]
+        } else {
+            up[k - 9]
+        }
     };
-    directions.iter().map(|d| along(d).powi(2)).sum()
-}
-
-/// The same uncertainty in twelve directions.
-pub(super) fn in_twelve(directions: Vec<ForceDirection>) -> Vec<ForceDirection> {
-    if directions.len() <= PARAMETERS {
-        return directions;
-    }
-    let columns: Vec<DVector<f64>> = directions
-        .iter()
-        .map(|d| {
-            let all = d.matrix.as_flattened().iter().chain(&d.offset);
-            DVector::from_iterator(PARAMETERS, all.copied())
-        })
-        .collect();
-    let all = DMatrix::from_columns(&columns);
-    factor(&(&all * all.transpose()))
-        .iter()
-        .map(|step| ForceDirection {
-            matrix: square(step),
-            offset: [step[9], step[10], step[11]],
-        })
-        .collect()
-}
-
-/// Columns of L with C = L Lᵀ, by the eigenvectors of the correlations: a covariance may be singular.
-fn factor(c: &DMatrix<f64>) -> Vec<DVector<f64>> {
-    let sd = c.diagonal().map(|v| v.max(0.0).sqrt());
-    let unit = sd.map(|s| if s > 0.0 { s } else { 1.0 });
-    let correlation = DMatrix::from_fn(c.nrows(), c.nrows(), |i, j| {
-        0.5 * (c[(i, j)] + c[(j, i)]) / unit[i] / unit[j]
-    });
-    let eigen = correlation.symmetric_eigen();
-    (0..c.nrows())
-        .map(|k| {
-            let column = eigen.eigenvectors.column(k).component_mul(&sd);
-            column * eigen.eigenvalues[k].max(0.0).sqrt()
-        })
-        .collect()
-}
-
-/// The first nine, row by row.
-fn square(step: &DVector<f64>) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
-}
-
-/// A matrix of the board in the axes of the case.
-fn in_case(axes: &AxisMap, m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-        .map(|e| axes.to_case(mul_vec(m, &axes.to_board(e))));
-    transpose(&columns)
+    let along = SVector::<f64, 12>::from_fn(|k, _| along(k));
+    along.dot(&(covariance * along))
 }
 
 /// Standard deviations beyond which one rest contradicts the calibration: one in 16,000.
@@ -197,14 +174,14 @@ impl GravityMisfit {
     pub(super) fn worst(
         estimate: &Estimate,
         samples: &Samples,
-        directions: &[ForceDirection],
+        covariance: &ForceCovariance,
         gravity_mps2: f64,
         causal: bool,
     ) -> Option<Self> {
         let mut rests = estimate.rests_in(samples);
         rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
-        let noise = noise.force_mps2_sqrt_s.into_iter().fold(0.0, f64::max);
+        let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
@@ -216,7 +193,7 @@ impl GravityMisfit {
                 let measured_mps2 = norm(&[x, y, z]);
                 let seconds = (t[rest.end - 1] - t[rest.start]).max(f64::MIN_POSITIVE);
                 let unstable = UNSTABLE * gravity_mps2;
-                let variance = variance_of_magnitude(directions, &[x, y, z])
+                let variance = variance_of_magnitude(covariance, &[x, y, z])
                     .max(unstable * unstable)
                     + noise * noise / seconds;
                 let mut one = GravityMisfit {
@@ -239,7 +216,7 @@ impl GravityMisfit {
     }
 
     /// Errors of every parameter that are as likely as what the rest shows.
-    pub(super) fn directions(&self) -> Vec<ForceDirection> {
+    pub(super) fn covariance(&self) -> ForceCovariance {
         let off = UNSEEN * (self.measured_mps2 - self.gravity_mps2).abs();
         let relative = off / self.gravity_mps2;
         ElementErrors {
@@ -247,6 +224,6 @@ impl GravityMisfit {
             cross: relative,
             bias_mps2: off,
         }
-        .directions()
+        .force()
     }
 }

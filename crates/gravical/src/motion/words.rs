@@ -4,7 +4,7 @@ use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
-use super::options::{GravityRemoval, MotionOptions};
+use super::options::{MotionOptions, Procedure};
 use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
 use crate::gravity::Gravity;
@@ -19,7 +19,6 @@ impl MotionVerdict {
         moves: &[Move],
         visible: &[VisibleMove],
         no_rest: bool,
-        zero_velocity: bool,
         misfit: Option<GravityMisfit>,
     ) -> Self {
         use MotionJudgement::{AtRest, Bounded, NotUsable, Open, PartlyOpen};
@@ -38,8 +37,9 @@ impl MotionVerdict {
         } else if closed == all {
             let reason = "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.";
             (Bounded, reason.to_owned())
-        } else if !zero_velocity {
-            let reason = "Nothing corrects the drift after the first rest: the error grows with the square of time and faster.";
+        } else if moves.iter().all(|m| m.ends == Ends::Free) {
+            let reason =
+                "Nothing corrects the drift: the error grows with the square of time and faster.";
             (Open, reason.to_owned())
         } else {
             let judgement = if closed > 0 { PartlyOpen } else { Open };
@@ -85,37 +85,30 @@ fn contradiction(misfit: &GravityMisfit) -> String {
 
 /// How motion was computed.
 pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
-    let gravity = match options.gravity_removal {
-        GravityRemoval::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
-        GravityRemoval::Strapdown | GravityRemoval::ConstantTilt => {
-            "tilt by the rests, without a gyroscope"
+    let attitude = match options.procedure {
+        Procedure::Report => {
+            let how = "smoothed by savgol:5,2; mean of the first 500 rows subtracted; trapezoid; no zero-velocity update";
+            return how.to_owned();
         }
-        GravityRemoval::InitialMean => "mean of the first 500 rows subtracted",
+        Procedure::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
+        Procedure::Strapdown | Procedure::ConstantTilt => "tilt by the rests, without a gyroscope",
     };
-    let ends = if options.updates_at_rests() {
-        "velocity zero at rests"
+    let how = if options.causal {
+        ", forwards"
     } else {
-        "no zero-velocity update"
+        " and smoother"
     };
-    let how = match (options.gravity_removal, options.causal) {
-        (GravityRemoval::InitialMean, _) => "",
-        (_, true) => "; error-state filter, forwards",
-        (_, false) => "; error-state filter and smoother",
-    };
-    let mut smoothing = String::new();
-    if !options.smooth.is_empty() {
-        let names: Vec<String> = options.smooth.iter().map(ToString::to_string).collect();
-        smoothing = format!("smoothed by {}; ", names.join(", "));
-    }
-    format!("{smoothing}{gravity}; trapezoid; {ends}{how}")
+    format!("{attitude}; trapezoid; velocity zero at rests; error-state filter{how}")
 }
 
 /// What the axes of velocity and position are.
 pub(super) fn frame(options: &MotionOptions) -> String {
-    match options.gravity_removal {
-        GravityRemoval::InitialMean => "the sensor's own axes".to_owned(),
-        _ => "z up along gravity, x along the sensor's x at the start, made horizontal".to_owned(),
-    }
+    let text = if options.procedure == Procedure::Report {
+        "the sensor's own axes"
+    } else {
+        "z up along gravity, x along the sensor's x at the start, made horizontal"
+    };
+    text.to_owned()
 }
 
 /// A calibration without covariance.
@@ -144,7 +137,7 @@ pub(super) fn rounded(metres: f64) -> String {
 /// What the recording lacks, and what that costs.
 pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions) -> Vec<Finding> {
     let mut out = Vec::new();
-    let strapdown = options.gravity_removal == GravityRemoval::Strapdown;
+    let strapdown = options.procedure == Procedure::Strapdown;
     if strapdown && !gyro && !moves.is_empty() {
         let lasts = moves.iter().map(|m| m.end_s - m.start_s);
         let longest = lasts.fold(0.0, f64::max);
@@ -196,14 +189,6 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
     )
 }
 
-/// Rows of the mean in which the sensor moves, from a time on, s.
-pub(super) fn averaged_rows_move(t: f64) -> Finding {
-    let text = format!(
-        "the sensor moves within the first 500 rows, from {t:.2} s on: their mean is not gravity, so a constant acceleration stays in the result; hold the sensor still for longer, or subtract gravity by strapdown"
-    );
-    Finding::new(FindingKind::AveragedRowsMove, text)
-}
-
 /// Columns that may have been calibrated before.
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
     let why = why_calibrated(by_board);
@@ -230,14 +215,4 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
     } else {
         Finding::note(FindingKind::GravityOff, text)
     })
-}
-
-/// N of the noise file is used, but for sensors of which it lacks an axis.
-pub(super) fn noise_used(lacking: &[&str]) -> Finding {
-    let mut text = "the bands use N of the noise file".to_owned();
-    if !lacking.is_empty() {
-        let sensors = lacking.join(" and the ");
-        text += &format!("; it lacks an axis of the {sensors}, whose N is that of the rests");
-    }
-    Finding::new(FindingKind::NoiseUsed, text)
 }

@@ -1,8 +1,7 @@
 //! Motion of recordings whose story is known: what is missing, replaced, given or asked for. How
 //! accurate it is, and what is a rest, is tested in `gravical-motion`.
 
-use gravical::motion::{MotionJudgement, MotionOptions, MotionResult, motion, write_table};
-use gravical::noise::noise_of;
+use gravical::motion::{MotionJudgement, MotionOptions, motion, write_table};
 use gravical::recording::{ReadOptions, Recording, read_bytes};
 
 /// Noise without a generator: the same every time, about ±1.7.
@@ -51,17 +50,6 @@ fn ride(cruise: f64) -> impl Fn(f64) -> f64 {
     }
 }
 
-/// The usual options with a change.
-fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
-    let mut options = MotionOptions::default();
-    change(&mut options);
-    options
-}
-
-fn kinds(result: &MotionResult) -> Vec<&str> {
-    result.findings.iter().map(|f| f.kind.name()).collect()
-}
-
 #[test]
 fn without_a_rest_nothing_is_computed_and_that_is_said() {
     for with_gyro in [true, false] {
@@ -76,66 +64,18 @@ fn without_a_rest_nothing_is_computed_and_that_is_said() {
 }
 
 #[test]
-fn a_velocity_at_the_start_counts_without_zero_velocity() {
-    let recording = record(12.0, ride(1.0), true, |_| true);
-    let with = |v0: f64, zero_velocity: bool| {
-        let options = options_with(|o| {
-            (o.v0_mps, o.zero_velocity) = (Some([v0, 0.0, 0.0]), Some(zero_velocity))
-        });
-        motion(&recording, None, &options)
-    };
-    assert_eq!(with(1.0, true).err().unwrap().option(), Some("v0"));
-    let at = |v0: f64| with(v0, false).unwrap().result.r#final.position_m.unwrap()[0];
-    assert!((at(1.0) - at(0.0) - 11.99).abs() < 1e-6);
-}
-
-/// A second estimate, because of a noise file, filters or a calibration in doubt, is of the same rows and
-/// rests as the first.
-#[test]
-fn what_is_computed_twice_forgets_nothing() {
-    let recording = record(20.0, ride(1.0), true, |t| !(1.0..4.0).contains(&t));
-    let noise = noise_of(record(60.0, |_| 0.0, true, |_| true));
-    let options = [
-        MotionOptions::default(),
-        options_with(|o| o.noise = Some(noise.unwrap().section())),
-        options_with(|o| o.smooth = vec!["savgol:5,2".parse().unwrap()]),
-    ];
-    let results = options.map(|o| motion(&recording, None, &o).unwrap().result);
-    for result in &results {
-        assert!(result.moves[0].unusable.is_some(), "{:?}", result.moves);
-        assert!(result.r#final.position_m.is_none());
-        assert_eq!(result.verdict.judgement, MotionJudgement::PartlyOpen);
-        assert_eq!(result.moves.len(), results[0].moves.len());
-    }
-    // Filters hide noise and do not make it less.
-    let sigma = |r: &MotionResult| r.moves[1].sigma_m.unwrap()[2];
-    assert!((sigma(&results[2]) / sigma(&results[0]) - 1.0).abs() < 0.1);
-}
-
-#[test]
-fn a_mean_of_rows_that_move_is_told() {
-    // From 3 s on it moves: the 500 rows hold no rest.
-    let early = record(12.0, |t| ride(1.0)(t + 2.0), true, |_| true);
-    let report = motion(&early, None, &MotionOptions::report())
-        .unwrap()
-        .result;
-    assert!(report.moves[0].sigma_m.is_none() && report.rests.is_empty());
-    assert_eq!(report.verdict.judgement, MotionJudgement::Open);
-    assert!(kinds(&report).contains(&"averaged-rows-move"));
-}
-
-#[test]
 fn the_table_has_a_line_for_every_sample_in_every_case() {
     let two = |t: f64| ride(0.5)(t) + ride(0.5)(t - 7.0);
-    let open = options_with(|o| o.zero_velocity = Some(false));
-    let plain = options_with(|o| o.no_bands = true);
+    let open = MotionOptions {
+        rests: Some("0-4".parse().unwrap()),
+        ..MotionOptions::default()
+    };
     let usual = MotionOptions::default();
     for (options, columns, keep) in [
         (&usual, 27, (|_| true) as fn(f64) -> bool),
         (&usual, 27, |t| !(5.3..6.1).contains(&t)),
         (&usual, 27, |t| (5.25..13.0).contains(&t)),
         (&open, 27, |_| true),
-        (&plain, 21, |_| true),
         (&MotionOptions::report(), 21, |_| true),
     ] {
         let recording = record(20.0, two, true, keep);

@@ -148,27 +148,12 @@ fn errors_are_errors_of_the_result() {
 fn gaps_of_the_reference_are_not_compared() {
     let mut motion = motion(100.0);
     let mut reference = seen(50.0, 0.0, 0.0);
-    let keep: Vec<bool> = reference
-        .t_s
-        .iter()
-        .map(|t| !(2.5..4.0).contains(t))
-        .collect();
-    let mut kept = keep.iter();
-    reference.t_s.retain(|_| *kept.next().unwrap());
-    let mut kept = keep.iter();
-    reference.position_m.retain(|_| *kept.next().unwrap());
+    let rows = reference.t_s.into_iter().zip(reference.position_m);
+    (reference.t_s, reference.position_m) = rows.filter(|(t, _)| !(2.5..4.0).contains(t)).unzip();
     let c = compared(&mut motion, &reference);
     assert_eq!(c.moves.len(), 1);
     assert_eq!((c.moves[0].number, c.moves[0].start_s), (2, 8.0));
     assert!(c.rmse_m < 2e-3, "{c:?}");
-}
-
-#[test]
-fn no_time_in_common_is_refused() {
-    let mut motion = motion(100.0);
-    motion.position_m.fill([f64::NAN; 3]);
-    let error = try_compare(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
-    assert_eq!(error.code(), "truth-overlap");
 }
 
 #[test]
@@ -183,6 +168,10 @@ fn at_rest_nothing_aligns_and_that_is_said() {
         (None, 0.0, 0.0)
     );
     assert_eq!(kinds(&motion), ["truth-offset"]);
+    // No time in common is refused.
+    motion.position_m.fill([f64::NAN; 3]);
+    let error = try_compare(&mut motion, &seen(50.0, 0.0, 0.0)).unwrap_err();
+    assert_eq!(error.code(), "truth-overlap");
 }
 
 /// A recording of a line with its file.
