@@ -8,7 +8,6 @@ use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
-use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;

@@ -48,7 +48,7 @@ use gravical_recording::{BatchReader, Format};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::InputFile;
-use crate::finding::finding;
+use crate::finding::{Finding, finding};
 use crate::numfmt::count;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;

@@ -73,7 +73,6 @@ fn report_motion(samples: &Samples) -> Result<Motion> {
     let savgol = FilterSpec::SavitzkyGolay {
         window: 5,
         order: 2,
-        derivative: 0,
     };
     let filter = Filter::design(&savgol, None)?;
     let columns: [Vec<f64>; 3] = std::array::from_fn(|c| {
