@@ -79,6 +79,7 @@ impl Measured {
             time.continue_from(known.anchor, &rows.lines);
         }
         let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
+        let times = times.take(stamped_rows(format, &rows));
         let anchor = times.rev().find(|(_, t)| t.is_finite());
         let columns = format.columns.iter().zip(&mut rows.columns);
         let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
@@ -150,6 +151,14 @@ impl Measured {
             },
         })
     }
+}
+
+/// Number of rows up to the last one with a stamp: the stamps after it tell how much later they are.
+pub(crate) fn stamped_rows(format: &Format, rows: &Batch) -> usize {
+    let columns = format.columns.iter().zip(&rows.columns);
+    let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
+    let last = stamps.filter_map(|(_, stamps)| stamps.iter().rposition(|s| s.is_finite()));
+    last.max().map_or(rows.rows(), |row| row + 1)
 }
 
 /// Names of the channels of a format, in messages.
