@@ -251,14 +251,13 @@ impl Recording {
         CALIBRATED.iter().any(|own| own.iter().all(has))
     }
 
-    /// True if the header claims another unit of the accelerometer than the magnitude at rest
-    /// shows.
+    /// True if the header claims another unit of the accelerometer than the magnitude at rest or
+    /// the user.
     #[must_use]
     pub fn contradicts_header(&self) -> bool {
-        let claimed = self
-            .header_unit
-            .filter(|claim| *claim != self.accel_scale.unit);
-        claimed.is_some() && self.accel_scale.origin == Origin::Data
+        let is_known = matches!(self.accel_scale.origin, Origin::Data | Origin::Given);
+        let claimed = self.header_unit.filter(|_| is_known);
+        claimed.is_some_and(|claimed| claimed != self.accel_scale.unit)
     }
 
     /// Accelerometer values of a row.
