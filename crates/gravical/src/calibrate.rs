@@ -104,13 +104,13 @@ impl CalibrateOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let wrong = |option, what: String| Err(Error::range(option, what));
-        if let Some(tilt) = self.estimate.pose_tilt_deg
-            && !(0.0..=10.0).contains(&tilt)
-        {
-            return wrong("pose_tilt", format!("{tilt}° is not possible; 0 to 10° is"));
+        match self.estimate.pose_tilt_deg {
+            Some(tilt) if !(0.0..=10.0).contains(&tilt) => {
+                let what = format!("{tilt}° is not possible; 0 to 10° is");
+                Err(Error::range("pose_tilt", what))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -4,7 +4,7 @@ use super::findings;
 use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Encoding, Held};
+use crate::judge::{self, Encoding, HeldRows};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 
@@ -23,8 +23,8 @@ const SLIP_TOLERANCE: f64 = 0.2;
 pub(crate) struct Known {
     pub encoding: Option<Encoding>,
     pub thermometer: Option<usize>,
-    /// Where the last value of each channel holds in empty cells.
-    pub holds: [Option<[Held; 3]>; 2],
+    /// For how many rows the last values hold in empty cells.
+    pub holds: HeldRows,
     /// Whether repeats of all channels mean that the sensor hung.
     pub marks_hung: bool,
     /// Gravity in the unit of the file; `None` if shifted columns and other units are not looked
