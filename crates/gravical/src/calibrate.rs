@@ -128,7 +128,7 @@ pub struct Calibrated {
 /// # Errors
 ///
 /// Input errors with the next thing to do: those of [`segment`];
-/// `underdetermined`, `missing-face`, `left-handed`, `sensors-differ`, `no-such-pose` of the
+/// `underdetermined`, `missing-face`, `singular`, `sensors-differ`, `no-such-pose` of the
 /// accelerometer. A result that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
