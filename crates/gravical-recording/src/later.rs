@@ -117,7 +117,8 @@ impl Later {
         if let Some((column, _)) = format.sensor {
             finding = keep_sensor(format, &mut head, column)?;
             let sensor = (head.rows() > 0).then(|| cell_label(&head, column, 0));
-            format_of_later.options.sensor = sensor;
+            // A column that is empty names none.
+            format_of_later.options.sensor = sensor.filter(|label| !label.is_empty());
         }
         let tail = last_rows(format, &head, TAIL_ROWS);
         let mut axes = format.accel.iter().map(|c| &head.columns[*c]);
