@@ -10,8 +10,8 @@ use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MO
 
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::finding::{Finding, finding};
+use crate::poses::Segmentation;
 use crate::poses::face::axes_where;
-use crate::poses::{Segmentation, Selection};
 use crate::recording::units::GyroUnit;
 use crate::recording::{LineSpans, Recording};
 
@@ -63,9 +63,7 @@ pub(super) fn gyroscope(
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
-            let mut poses = session.poses.iter();
-            let is_named = poses.any(|pose| pose.selection == Selection::Given);
-            odd.extend(open.map(|open| undetermined(open, motions.len(), nominal, is_named)));
+            odd.extend(open.map(|open| undetermined(open, motions.len(), nominal)));
             if nominal.is_none() {
                 let unknown = finding!(
                     GyroScaleUnknown,
@@ -139,13 +137,8 @@ fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
     }
 }
 
-/// What has to be turned more; `is_named`: only poses that sections or labels name are static intervals.
-fn undetermined(
-    open: &GyroUndetermined,
-    motions: usize,
-    nominal: Option<f64>,
-    is_named: bool,
-) -> Finding {
+/// What has to be turned more.
+fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -> Finding {
     let weak = axes_where(|axis| open.axes[axis]).join(", ");
     let known = match open.sd {
         sd if sd < 10.0 => format!("known to {:.0} % only", 100.0 * sd),
@@ -155,14 +148,9 @@ fn undetermined(
         Some(_) => "it gets its bias only, with the nominal scale",
         None => "it is not calibrated",
     };
-    let others = if is_named {
-        "; or calibrate without sections and labels, which leave out other static intervals"
-    } else {
-        ""
-    };
     finding!(
         GyroUndetermined,
-        "{motions} usable motions between static intervals leave the gyroscope's matrix {known}; {then}. Turn it about {weak} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often{others}"
+        "{motions} usable motions between static intervals leave the gyroscope's matrix {known}; {then}. Turn it about {weak} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often"
     )
 }
 
