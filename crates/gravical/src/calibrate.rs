@@ -119,7 +119,7 @@ impl CalibrateOptions {
 pub struct Calibrated {
     /// What is written to the file and shown.
     pub file: CalibrationFile,
-    /// The poses.
+    /// The placements and turns.
     pub segmentation: Segmentation,
 }
 
