@@ -32,15 +32,16 @@ pub struct Readings {
 ///
 /// ```
 /// use gravical::motion::{MotionOptions, MotionStepper, Readings};
-/// use gravical::recording::{ReadOptions, Recording, SampleColumns};
+/// use gravical::recording::{ReadOptions, Recording, TableColumn};
 ///
 /// // Four seconds at rest tell units and noise.
 /// let noise = |i: usize, k: usize| ((i * 7919 + k * 104_729) % 101) as f64 * 1e-4 - 5e-3;
 /// let time: Vec<f64> = (0..400).map(|i| 0.01 * i as f64).collect();
 /// let axis = |k: usize, g: f64| (0..400).map(|i| g + noise(i, k)).collect::<Vec<f64>>();
 /// let (x, y, z) = (axis(0, 0.0), axis(1, 0.0), axis(2, 9.81));
-/// let samples = SampleColumns { time: Some(&time), accel: [&x, &y, &z], ..Default::default() };
-/// let first = Recording::from_samples("first", &samples, &ReadOptions::default())?;
+/// let names = ["t", "ax", "ay", "az"].map(str::to_owned);
+/// let columns = [&time, &x, &y, &z].map(|column| TableColumn::Numbers(column));
+/// let first = Recording::from_table("first", &names, &columns, &ReadOptions::default())?;
 /// let mut stepper = MotionStepper::new(&first, None, &MotionOptions::default())?;
 /// // They are samples like all others; then it is pushed along x.
 /// for i in 0..500 {
