@@ -260,6 +260,15 @@ impl Recording {
         claimed.is_some_and(|claimed| claimed != self.accel_scale.unit)
     }
 
+    /// Time of a row since the first, s, by its stamp, or without stamps by the rate.
+    #[must_use]
+    pub fn time_at(&self, row: usize) -> Option<f64> {
+        match &self.time_s {
+            Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
+            None => self.timing.rate_hz().map(|rate_hz| row as f64 / rate_hz),
+        }
+    }
+
     /// Accelerometer values of a row.
     #[must_use]
     pub fn accel_at(&self, row: usize) -> [f64; 3] {
