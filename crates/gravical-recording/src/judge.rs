@@ -9,7 +9,7 @@ mod frozen;
 mod resolution;
 mod unit;
 
-pub(crate) use cells::{Held, fill_cells};
+pub(crate) use cells::{HeldRows, fill_cells};
 pub use cells::{POSSIBLE_C, median, trend};
 pub use change::unit_change;
 pub use clock::{

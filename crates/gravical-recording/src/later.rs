@@ -10,8 +10,7 @@ use crate::full_scale::Clipping;
 use crate::judge::{self, Encoding};
 use crate::recording::Recording;
 use crate::recording::judging::gap_text;
-use crate::recording::judging::measured::{Known, Measured, cell_label, keep_sensor};
-use crate::role::Role;
+use crate::recording::judging::measured::{Known, Measured, cell_label, keep_sensor, stamped_rows};
 use crate::spans::LineSpans;
 use crate::text::{Batch, Format, Ledger, Reason, split_hint};
 
@@ -118,7 +117,8 @@ impl Later {
         if let Some((column, _)) = format.sensor {
             finding = keep_sensor(format, &mut head, column)?;
             let sensor = (head.rows() > 0).then(|| cell_label(&head, column, 0));
-            format_of_later.options.sensor = sensor;
+            // A column that is empty names none.
+            format_of_later.options.sensor = sensor.filter(|label| !label.is_empty());
         }
         let tail = last_rows(format, &head, TAIL_ROWS);
         let mut axes = format.accel.iter().map(|c| &head.columns[*c]);
@@ -291,11 +291,8 @@ fn contradiction(code: &'static str, text: &str, line: u32) -> Error {
     error.with_hint(split_hint(line.into()))
 }
 
-/// The last rows up to one with a stamp: the stamps after it tell how much later they are.
+/// The last rows up to one with a stamp.
 fn last_rows(format: &Format, rows: &Batch, count: usize) -> Batch {
-    let columns = format.columns.iter().zip(&rows.columns);
-    let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
-    let last = stamps.filter_map(|(_, stamps)| stamps.iter().rposition(|s| s.is_finite()));
-    let end = last.max().map_or(rows.rows(), |row| row + 1);
+    let end = stamped_rows(format, rows);
     rows.slice(end.saturating_sub(count)..end)
 }

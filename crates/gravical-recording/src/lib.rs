@@ -78,7 +78,7 @@ pub use recording::{
 };
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
-pub use table::{SampleColumns, TableColumn};
+pub use table::TableColumn;
 pub use text::axes;
 #[doc(hidden)]
 pub use text::parse_cell;

@@ -251,14 +251,22 @@ impl Recording {
         CALIBRATED.iter().any(|own| own.iter().all(has))
     }
 
-    /// True if the header claims another unit of the accelerometer than the magnitude at rest
-    /// shows.
+    /// True if the header claims another unit of the accelerometer than the magnitude at rest or
+    /// the user.
     #[must_use]
     pub fn contradicts_header(&self) -> bool {
-        let claimed = self
-            .header_unit
-            .filter(|claim| *claim != self.accel_scale.unit);
-        claimed.is_some() && self.accel_scale.origin == Origin::Data
+        let is_known = matches!(self.accel_scale.origin, Origin::Data | Origin::Given);
+        let claimed = self.header_unit.filter(|_| is_known);
+        claimed.is_some_and(|claimed| claimed != self.accel_scale.unit)
+    }
+
+    /// Time of a row since the first, s, by its stamp, or without stamps by the rate.
+    #[must_use]
+    pub fn time_at(&self, row: usize) -> Option<f64> {
+        match &self.time_s {
+            Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
+            None => self.timing.rate_hz().map(|rate_hz| row as f64 / rate_hz),
+        }
     }
 
     /// Accelerometer values of a row.

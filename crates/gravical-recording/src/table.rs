@@ -1,4 +1,4 @@
-//! Recordings from samples and tables in memory.
+//! Recordings from tables in memory.
 
 use std::path::Path;
 
@@ -30,76 +30,10 @@ impl TableColumn<'_> {
     }
 }
 
-/// Samples of one sensor as columns of equal length; missing values are NaN.
-///
-/// Units are given in [`ReadOptions`], or determined as for a file.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SampleColumns<'a> {
-    /// Time stamps.
-    pub time: Option<&'a [f64]>,
-    /// Specific force along x, y, z.
-    pub accel: [&'a [f64]; 3],
-    /// Angular rate about x, y, z.
-    pub gyro: Option<[&'a [f64]; 3]>,
-    /// Temperature of the sensor, °C.
-    pub temperature_c: Option<&'a [f64]>,
-}
-
-impl SampleColumns<'_> {
-    /// The columns with the names of their channels.
-    fn columns(&self) -> Vec<(&'static str, &[f64])> {
-        let accel = ["ax", "ay", "az"].into_iter().zip(self.accel);
-        let gyro = self.gyro.into_iter();
-        let gyro = gyro.flat_map(|g| ["gx", "gy", "gz"].into_iter().zip(g));
-        let time = self.time.map(|c| ("t", c));
-        let temperature = self.temperature_c.map(|c| ("temperature", c));
-        let all = time.into_iter().chain(accel).chain(gyro);
-        all.chain(temperature).collect()
-    }
-}
-
 impl Recording {
-    /// Creates a recording from samples in memory; `name` is used in messages. Clock, units,
-    /// empty cells and faults are evaluated as for a file; a "line" is a sample, from 1.
-    ///
-    /// # Errors
-    ///
-    /// `samples-length` (usage) for columns of different lengths; `no-rows`, `no-values`,
-    /// `all-zero` as [`read`](crate::read()).
-    ///
-    /// # Example
-    ///
-    /// ```
-    /// use gravical_recording::{ReadOptions, Recording, SampleColumns};
-    ///
-    /// let time: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();
-    /// let (x, z) = ([0.1; 100], [9.8; 100]);
-    /// let samples = SampleColumns {
-    ///     time: Some(&time),
-    ///     accel: [&x, &x, &z],
-    ///     ..SampleColumns::default()
-    /// };
-    /// let recording = Recording::from_samples("desk", &samples, &ReadOptions::default())?;
-    /// assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
-    /// # Ok::<(), gravical_recording::Error>(())
-    /// ```
-    pub fn from_samples(
-        name: &str,
-        samples: &SampleColumns<'_>,
-        options: &ReadOptions,
-    ) -> Result<Self> {
-        let numbers = |(name, values): (&str, _)| (name.to_owned(), TableColumn::Numbers(values));
-        let columns = samples.columns().into_iter().map(numbers);
-        let (names, columns): (Vec<String>, Vec<TableColumn<'_>>) = columns.unzip();
-        let mut recording = Recording::from_table(name, &names, &columns, options)?;
-        recording.column_names.clear();
-        recording.description = "samples in memory".to_owned();
-        Ok(recording)
-    }
-
     /// Creates a recording from a table in memory, such as a data frame: `columns` are recognised
-    /// by `names`, as those of a file by its header, or, with no names, by their numbers. A "line"
-    /// is a row of the table, from 1.
+    /// by `names`, as those of a file by its header, or, with no names, by their numbers. Clock,
+    /// units, empty cells and faults are judged as for a file; a "line" is a row of the table, from 1.
     ///
     /// # Errors
     ///
@@ -194,7 +128,7 @@ mod tests {
     use crate::{FindingKind, read_bytes};
 
     #[test]
-    fn samples_and_their_text_give_equal_recordings() {
+    fn a_table_and_its_text_give_equal_recordings() {
         let rows: Vec<[f64; 8]> = (0..4000)
             .map(|i| {
                 let wave = |k: f64| (1e4 * 0.02 * (f64::from(i) * k).sin()).round() / 1e4;
@@ -212,17 +146,13 @@ mod tests {
         }
         let column = |k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
         let columns: Vec<Vec<f64>> = (0..8).map(column).collect();
-        let samples = SampleColumns {
-            time: Some(&columns[0]),
-            accel: [&columns[1], &columns[2], &columns[3]],
-            gyro: Some([&columns[4], &columns[5], &columns[6]]),
-            temperature_c: Some(&columns[7]),
-        };
+        let names = ["t", "ax", "ay", "az", "gx", "gy", "gz", "temperature"].map(str::to_owned);
+        let table: Vec<TableColumn<'_>> = columns.iter().map(|c| TableColumn::Numbers(c)).collect();
         let options = ReadOptions {
             time_unit: Some(crate::TimeUnit::Millisecond),
             ..ReadOptions::default()
         };
-        let own = Recording::from_samples("memory", &samples, &options).unwrap();
+        let own = Recording::from_table("memory", &names, &table, &options).unwrap();
         let read = read_bytes(text.as_bytes(), "memory", &options).unwrap();
         assert_eq!((own.rows(), &own.timing), (read.rows(), &read.timing));
         assert_eq!(own.time_s, read.time_s);
@@ -232,17 +162,15 @@ mod tests {
         let kinds = |r: &Recording| r.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
         assert_eq!(kinds(&own), kinds(&read));
         assert!(kinds(&own).contains(&FindingKind::ZeroRows));
-        // A sample counts as a line: there is no header.
+        // A row counts as a line: there is no header.
         assert_eq!(own.line(10) + 1, read.line(10));
 
-        let short = SampleColumns {
-            time: Some(&columns[0][1..]),
-            ..samples
-        };
-        let error = Recording::from_samples("memory", &short, &options).unwrap_err();
+        let mut short = table.clone();
+        short[0] = TableColumn::Numbers(&columns[0][1..]);
+        let error = Recording::from_table("memory", &names, &short, &options).unwrap_err();
         assert_eq!(error.code(), "samples-length");
-        let none = SampleColumns::default();
-        let error = Recording::from_samples("memory", &none, &options).unwrap_err();
+        let none = [TableColumn::Numbers(&[]); 3];
+        let error = Recording::from_table("memory", &names[1..4], &none, &options).unwrap_err();
         assert_eq!(error.code(), "no-rows");
     }
 }

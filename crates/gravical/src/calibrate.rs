@@ -104,13 +104,13 @@ impl CalibrateOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let wrong = |option, what: String| Err(Error::range(option, what));
-        if let Some(tilt) = self.estimate.pose_tilt_deg
-            && !(0.0..=10.0).contains(&tilt)
-        {
-            return wrong("pose_tilt", format!("{tilt}° is not possible; 0 to 10° is"));
+        match self.estimate.pose_tilt_deg {
+            Some(tilt) if !(0.0..=10.0).contains(&tilt) => {
+                let what = format!("{tilt}° is not possible; 0 to 10° is");
+                Err(Error::range("pose_tilt", what))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -128,7 +128,7 @@ pub struct Calibrated {
 /// # Errors
 ///
 /// Input errors with the next thing to do: those of [`segment`];
-/// `underdetermined`, `missing-face`, `left-handed`, `sensors-differ`, `no-such-pose` of the
+/// `underdetermined`, `missing-face`, `singular`, `sensors-differ`, `no-such-pose` of the
 /// accelerometer. A result that fails a quality gate is no error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;

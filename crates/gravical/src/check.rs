@@ -422,20 +422,14 @@ fn describe(
     axes: &AxisMap,
     counts: bool,
 ) -> StillCheck {
-    let (rate, is_assumed) = recording.working_rate_hz();
-    let first = interval.rows.start;
     let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
-    let start_s = match &recording.time_s {
-        Some(t) => t.get(first).copied().filter(|t| t.is_finite()),
-        None => (!is_assumed).then(|| first as f64 / rate),
-    };
     let calibrated = axes.to_case(length.force.into());
     let (nearest, face_angle_deg) = Face::nearest(calibrated);
     StillCheck {
         file: recording.name.clone(),
         label: is_named.then(|| interval.label.clone()),
         lines: interval.lines.unwrap_or_default(),
-        start_s,
+        start_s: recording.time_at(interval.rows.start),
         rows: interval.count as u64,
         calibrated,
         nearest: nearest.name(),

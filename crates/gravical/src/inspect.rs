@@ -106,11 +106,6 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     }
     let gyroscope = gyro_unit::judge(recording, None, &spans, &mut findings);
     let held: usize = spans.iter().map(Range::len).sum();
-    let (rate, assumed) = recording.working_rate_hz();
-    let time = |row: usize| match &recording.time_s {
-        Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
-        None => (!assumed).then(|| row as f64 / rate),
-    };
     let stills = spans
         .iter()
         .map(|span| {
@@ -120,8 +115,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
                 start_row: span.start,
                 end_row: span.end,
                 lines: [recording.line(span.start), recording.line(span.end - 1)],
-                start_s: time(span.start),
-                end_s: time(span.end - 1),
+                start_s: recording.time_at(span.start),
+                end_s: recording.time_at(span.end - 1),
                 mean,
                 face: (face_angle_deg <= MAX_FACE_ANGLE_DEG).then(|| face.name()),
                 face_angle_deg,

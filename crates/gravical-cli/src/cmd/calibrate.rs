@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile, InputRole};
+use gravical::calibration_file::{CalibrationFile, Grade, InputFile};
 use gravical::escape::path_word;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::poses::SegmentOptions;
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         recordings,
     } = computed;
     if let Some(path) = &args.output {
-        save(path, args.force, &file)?;
+        file.write(path, args.force)?;
     }
     let session = Session {
         recordings: &recordings,
@@ -171,7 +171,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         let input = [session.to_owned()];
         let file = compute(args, &input, &read, &options, noise.as_ref())?.file;
         if let Some(result) = result {
-            save(result, true, &file)?;
+            file.write(result, true)?;
         }
         Ok(outcome(&file))
     };
@@ -288,17 +288,4 @@ impl Args {
             .read_into(&mut options, &reading(&self.recording, true))?;
         Ok(options)
     }
-}
-
-/// Writes the file. Returns path and checksum of what was written.
-///
-/// # Errors
-///
-/// Those of writing, and of reading what is to be written.
-pub fn save(path: &Path, force: bool, file: &CalibrationFile) -> Result<InputFile> {
-    let text = file.to_json()?;
-    CalibrationFile::parse(text.as_bytes())?;
-    file.write(path, force)?;
-    let role = InputRole::Calibration;
-    Ok(InputFile::of_bytes(path, role, text.as_bytes()))
 }

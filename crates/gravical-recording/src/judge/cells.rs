@@ -29,19 +29,23 @@ const SPARSE_ROWS: usize = 20;
 /// integral over longer holding would be meaningless.
 const GYRO_HELD: f64 = 4.5;
 
+/// Rows for which the last values of accelerometer and gyroscope hold, where they do.
+pub(crate) type HeldRows = [Option<[f64; 3]>; 2];
+
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
 /// value of a channel holds until the next one. `lines`: that of each row; `known`: what holds by
-/// rows before these. Returns what was found, and what holds of accelerometer and gyroscope.
+/// rows before these. Returns what was found, and for how many rows the values of accelerometer and
+/// gyroscope hold.
 pub(crate) fn fill_cells(
     accel: &mut [Vec<f64>; 3],
     gyro: Option<&mut [Vec<f64>; 3]>,
     temperature_c: Option<&mut Vec<f64>>,
     lines: &[u32],
     names: [&str; 7],
-    known: Option<[Option<[Held; 3]>; 2]>,
-) -> (Option<Finding>, [Option<[Held; 3]>; 2]) {
+    known: Option<HeldRows>,
+) -> (Option<Finding>, HeldRows) {
     let rows = lines.len();
     let mut marked = vec![false; rows];
     let (mut counts, mut holds) = ([0; 7], [None; 2]);
@@ -58,10 +62,10 @@ pub(crate) fn fill_cells(
         }
         holds[k] = match known {
             Some(known) => known[k],
-            None => Held::new(axes, max_distances),
+            None => held_rows(axes, max_distances),
         };
-        for (held, channel) in holds[k].iter().flatten().zip(axes) {
-            held.fill(channel);
+        for (max_rows, channel) in holds[k].iter().flatten().zip(axes) {
+            hold(channel, *max_rows);
         }
     }
     let mut impossible = 0;
@@ -96,38 +100,29 @@ pub(crate) fn fill_cells(
     (found, holds)
 }
 
-/// For how many rows the last value of a channel holds where cells are empty.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Held {
-    max_rows: f64,
+/// Rows for which the last value of each channel holds where cells are empty, as many usual distances
+/// between values; `None` for a sensor whose cells are rarely empty.
+fn held_rows(axes: &[Vec<f64>; 3], distances: f64) -> Option<[f64; 3]> {
+    let rows = axes[0].len();
+    let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
+    let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
+    is_sparse.then(|| {
+        axes.each_ref().map(|axis| {
+            let known = axis.iter().filter(|v| !v.is_nan()).count();
+            distances * rows as f64 / known.max(1) as f64
+        })
+    })
 }
 
-impl Held {
-    /// For so many usual distances between values; `None` for a sensor whose cells are rarely
-    /// empty.
-    fn new(axes: &[Vec<f64>; 3], max_distances: f64) -> Option<[Self; 3]> {
-        let rows = axes[0].len();
-        let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
-        let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
-        is_sparse.then(|| {
-            axes.each_ref().map(|axis| {
-                let known = axis.iter().filter(|v| !v.is_nan()).count();
-                let max_rows = max_distances * rows as f64 / known.max(1) as f64;
-                Held { max_rows }
-            })
-        })
-    }
-
-    /// Fills empty cells.
-    fn fill(self, channel: &mut [f64]) {
-        let (mut last, mut rows) = (f64::NAN, 0.0);
-        for v in channel {
-            if !v.is_nan() {
-                (last, rows) = (*v, 0.0);
-            } else if rows < self.max_rows {
-                *v = last;
-                rows += 1.0;
-            }
+/// Fills empty cells with the value before, for so many rows at most.
+fn hold(channel: &mut [f64], max_rows: f64) {
+    let (mut last, mut rows) = (f64::NAN, 0.0);
+    for v in channel {
+        if !v.is_nan() {
+            (last, rows) = (*v, 0.0);
+        } else if rows < max_rows {
+            *v = last;
+            rows += 1.0;
         }
     }
 }

@@ -149,9 +149,9 @@ impl Estimate {
 ///
 /// # Errors
 ///
-/// `missing-face`, `singular` (Ferraris); `underdetermined`; `left-handed` where
-/// names contradict each other; `sensors-differ` where recordings that can be fitted alone contradict
-/// each other; `no-such-pose` (usage) for a name in `--face-pose` or `--free-pose`.
+/// `missing-face` (Ferraris); `singular`; `underdetermined`; `sensors-differ` where recordings that can
+/// be fitted alone contradict each other; `no-such-pose` (usage) for a name in `--face-pose` or
+/// `--free-pose`.
 pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estimate> {
     let options = &session.options.estimate;
     let scale = session.scale();
@@ -197,14 +197,10 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
     let mounting = matrix3::identity().map(|row| session.axes().to_case(row));
     let hand = matrix3::det(&model) * matrix3::det(&mounting)
         / matrix3::row_norms(&model).iter().product::<f64>();
-    if hand <= 0.0 {
-        let what = format!("the faces make a left-handed sensor (det R = {hand:.3})");
-        return Err(Error::input("left-handed", what)
-            .with_hint("`gravical inspect` shows what each pose reads"));
-    }
-    let matrix = matrix3::inverse(&model).ok_or_else(|| {
-        Error::input("singular", "the fitted model has no inverse")
-            .with_hint("`gravical inspect` shows what each pose reads")
+    let matrix = matrix3::inverse(&model).filter(|_| hand > 0.0);
+    let matrix = matrix.ok_or_else(|| {
+        let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
+        Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
     let fitted = fit.poses();
     let uses = fitted.iter().map(|pose| Use {

@@ -108,17 +108,12 @@ impl InputFile {
                 .with_hint("check the order of the arguments"));
         }
         let parsed = parse(&bytes).map_err(|e| e.in_file(path))?;
-        Ok((parsed, InputFile::of_bytes(path, role, &bytes)))
-    }
-
-    /// The file at `path` with these bytes.
-    #[must_use]
-    pub fn of_bytes(path: &Path, role: InputRole, bytes: &[u8]) -> Self {
-        InputFile {
+        let input = InputFile {
             path: path.display().to_string(),
-            sha256: Some(sha256(bytes)),
+            sha256: Some(sha256(&bytes)),
             role,
-        }
+        };
+        Ok((parsed, input))
     }
 }
 

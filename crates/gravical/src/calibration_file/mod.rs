@@ -72,13 +72,15 @@ impl CalibrationFile {
         Ok(shown_json(&text).into_owned())
     }
 
-    /// Writes the file to `path` atomically.
+    /// Writes the file to `path` atomically; nothing that cannot be read back.
     ///
     /// # Errors
     ///
-    /// As [`to_json`](Self::to_json) and [`write_text`].
+    /// As [`to_json`](Self::to_json), [`parse`](Self::parse) and [`write_text`].
     pub fn write(&self, path: &Path, force: bool) -> Result<()> {
-        write_text(path, force, &self.to_json()?)
+        let text = self.to_json()?;
+        Self::parse(text.as_bytes())?;
+        write_text(path, force, &text)
     }
 
     /// Reads a calibration of this program or of imucal (2.0 and before).

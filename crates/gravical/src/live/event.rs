@@ -118,7 +118,7 @@ pub enum Event {
         /// What it is about.
         kind: WarningKind,
     },
-    /// The calibration is on the disk; it was read back and compared.
+    /// The calibration is on the disk.
     Saved {
         /// The file.
         file: String,

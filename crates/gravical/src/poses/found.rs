@@ -1,6 +1,7 @@
 //! Poses that are found: the longest quiet part of a file that rests one, or
 //! all rests of a continuous recording.
 
+use std::cell::LazyCell;
 use std::ops::Range;
 use std::path::Path;
 
@@ -78,6 +79,7 @@ pub(super) fn in_recording(
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
         return Ok(intervals_of(index, rests, Some(&stem), Selection::Found));
     }
+    let quiet = LazyCell::new(|| find_quiet(recording));
     let mut intervals = Vec::new();
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {
@@ -90,7 +92,7 @@ pub(super) fn in_recording(
         let mut spans = directions(recording, &inside, claimed);
         let mut selection = Selection::Found;
         if spans.is_empty() {
-            let (found, finding) = without_rest(recording, segment, &label);
+            let (found, finding) = without_rest(recording, &quiet, segment, &label);
             findings.push(finding.in_file(&recording.name));
             if let Some((rows, selected)) = found {
                 spans.push(rows);
@@ -108,10 +110,11 @@ pub(super) fn in_recording(
     Ok(intervals)
 }
 
-/// What is used of a stretch between blank rows that has no rest, with a warning: its longest quiet part, or
-/// all of its rows where they are too few to judge.
+/// What is used of a stretch between blank rows that has no rest, with a warning: its longest part of those
+/// that are `quiet`, or all of its rows where they are too few to judge.
 fn without_rest(
     recording: &Recording,
+    quiet: &[Range<usize>],
     segment: &Range<usize>,
     label: &str,
 ) -> (Option<(Range<usize>, Selection)>, Finding) {
@@ -119,17 +122,17 @@ fn without_rest(
         let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
         format!("lines {first} to {last}")
     };
-    let quiet = find_quiet(recording).into_iter();
+    let quiet = quiet.iter();
     let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
-    if let Some(rows) = inside.max_by_key(ExactSizeIterator::len) {
+    if let Some(rows) = inside.max_by_key(|s| s.len()) {
         let (mean, variance) = moments(&recording.accel, rows.clone());
         let unsteady = finding!(
             UnsteadyPose,
             "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
-            lines(&rows),
+            lines(rows),
             1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
         );
-        (Some((rows, Selection::Found)), unsteady)
+        (Some((rows.clone(), Selection::Found)), unsteady)
     } else if is_too_short(segment.len(), recording.working_rate_hz().0) {
         let count = segment.len();
         let short = finding!(ShortPose, "{label}: {count} rows only; all are used");

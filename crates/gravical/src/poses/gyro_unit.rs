@@ -194,7 +194,7 @@ impl Evidence {
             }
         });
         let noise = format!("{:.2e}", self.noise.unwrap_or(f64::NAN));
-        let header_is_wrong = is_header_wrong(recording);
+        let header_is_wrong = recording.contradicts_header();
         if let Some(section) = section {
             let wanted = section.input_unit;
             let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());
@@ -273,16 +273,6 @@ impl Evidence {
         });
         Some(claimed)
     }
-}
-
-/// True if the header claims another unit of the accelerometer than gravity at rest or the user.
-fn is_header_wrong(recording: &Recording) -> bool {
-    let scale = recording.accel_scale;
-    let is_known = matches!(scale.origin, Origin::Data | Origin::Given);
-    is_known
-        && recording
-            .header_unit
-            .is_some_and(|claim| claim != scale.unit)
 }
 
 /// Angle that each row of the motion between two rests turns by, less the bias that both show, unit of the

@@ -24,7 +24,6 @@ use super::connect::OpenSource;
 use super::console::Console;
 use super::source::Incoming;
 use super::truth::truth_event;
-use crate::cmd::calibrate::save;
 use crate::cmd::log::{Existing, LogFile};
 use crate::failure;
 use crate::options::command_line;
@@ -306,8 +305,7 @@ impl<'a> Driver<'a> {
         Err(Error::input("too-few-poses", what).with_hint(hint).into())
     }
 
-    /// Saves the calibration, and reads it back: that of what is on the disk, where the session has a
-    /// folder.
+    /// Saves the calibration: that of what is on the disk, where the session has a folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
         let recorded = self.folder.map(|folder| {
@@ -329,7 +327,7 @@ impl<'a> Driver<'a> {
             None => "Done, and not saved (-o cal.json does)",
         };
         if let Some(output) = output {
-            save(&output, false, &file)?;
+            file.write(&output, false)?;
             let report = self.report(&file, recorded.as_ref(), &output)?;
             let saved = Event::Saved {
                 file: output.display().to_string(),
@@ -337,7 +335,7 @@ impl<'a> Driver<'a> {
                 report: report.map(|path| path.display().to_string()),
                 next: self.next_steps(grade, &path_word(&output)),
             };
-            let text = format!("Saved to {}, read back and compared.", output.display());
+            let text = format!("Saved to {}.", output.display());
             self.note(saved, &text)?;
         }
         if let Some(truth) = self.opened.source.truth() {

@@ -4,7 +4,7 @@ use super::findings;
 use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Encoding, Held};
+use crate::judge::{self, Encoding, HeldRows};
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 
@@ -23,8 +23,8 @@ const SLIP_TOLERANCE: f64 = 0.2;
 pub(crate) struct Known {
     pub encoding: Option<Encoding>,
     pub thermometer: Option<usize>,
-    /// Where the last value of each channel holds in empty cells.
-    pub holds: [Option<[Held; 3]>; 2],
+    /// For how many rows the last values hold in empty cells.
+    pub holds: HeldRows,
     /// Whether repeats of all channels mean that the sensor hung.
     pub marks_hung: bool,
     /// Gravity in the unit of the file; `None` if shifted columns and other units are not looked
@@ -79,6 +79,7 @@ impl Measured {
             time.continue_from(known.anchor, &rows.lines);
         }
         let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
+        let times = times.take(stamped_rows(format, &rows));
         let anchor = times.rev().find(|(_, t)| t.is_finite());
         let columns = format.columns.iter().zip(&mut rows.columns);
         let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
@@ -150,6 +151,14 @@ impl Measured {
             },
         })
     }
+}
+
+/// Number of rows up to the last one with a stamp: the stamps after it tell how much later they are.
+pub(crate) fn stamped_rows(format: &Format, rows: &Batch) -> usize {
+    let columns = format.columns.iter().zip(&rows.columns);
+    let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
+    let last = stamps.filter_map(|(_, stamps)| stamps.iter().rposition(|s| s.is_finite()));
+    last.max().map_or(rows.rows(), |row| row + 1)
 }
 
 /// Names of the channels of a format, in messages.

@@ -100,7 +100,7 @@ function gradeMarkup({ grade, text }, fit) {
 }
 
 const savedMarkup = ({ file, folder, next }) => html`
-  <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>, read back and compared.
+  <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>.
     ${folder && html`The raw samples are in <code>${folder}</code>`}</span></p>
   ${next.length > 0 && html`<section><h2>What to do next</h2>${next.map(commandMarkup)}</section>`}`;
 
