@@ -100,7 +100,7 @@ kinds! {
     GyroUnitUnknown "gyro-unit-unknown" Warning "the unit of the gyroscope is unknown";
     TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";
     RowsAsPoses "rows-as-poses" Note "rows that point everywhere and are similar in magnitude";
-    LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn";
+    LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn, or turns that cannot be used";
     EmptyPose "empty-pose" Warning "a pose given by a section or label has no value of one axis in all its rows";
     ShortPose "short-pose" Warning "an interval too short to search for a static interval";
     NoStaticInterval "no-static-interval" Warning "an interval in which the sensor never rests";

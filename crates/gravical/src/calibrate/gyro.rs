@@ -47,7 +47,16 @@ pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>
             scale_found: cut.gyro_scale.and_then(|scale| scale.nominal()).is_none(),
             findings: Vec::new(),
         },
-        None => gyroscope(session.recordings, cut, accelerometer),
+        None => {
+            let mut found = gyroscope(session.recordings, cut, accelerometer);
+            if !cut.turns.is_empty() {
+                found.findings.push(finding!(
+                    LabelsLeftOut,
+                    "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one"
+                ));
+            }
+            found
+        }
     }
 }
 

@@ -15,7 +15,7 @@ use gravical_recording::range_end;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
-const GAP_PERIODS: f64 = 4.5;
+pub(super) const GAP_PERIODS: f64 = 4.5;
 /// Over a longer motion the bias drifts more than the closure tells, s.
 const MAX_MOTION_S: f64 = 60.0;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass

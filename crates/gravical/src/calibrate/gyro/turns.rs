@@ -8,6 +8,7 @@ use gravical_core::matrix3;
 use gravical_recording::range_end;
 
 use super::SCALE_OFF;
+use super::readings::GAP_PERIODS;
 use crate::calibrate::session::Session;
 use crate::calibration_file::{GyroMethod, GyroscopeSection};
 use crate::poses::face::Face;
@@ -112,7 +113,8 @@ fn integral(
             _ => rate_hz.recip(),
         };
         let part = left(rate, recording.accel_at(row)).map(|rate| rate * period_s);
-        if (0..3).any(at_end) || part.iter().any(|p| !p.is_finite()) {
+        let is_gap = !(period_s > 0.0 && period_s * rate_hz < GAP_PERIODS);
+        if is_gap || (0..3).any(at_end) || part.iter().any(|p| !p.is_finite()) {
             return None;
         }
         sum = matrix3::add(&sum, &part);
