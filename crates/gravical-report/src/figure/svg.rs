@@ -414,7 +414,7 @@ impl Plot<'_> {
         }
         let number = |view: &View<'_>, v: f64| match view.axis.scale {
             Scale::Log => format!("{:.2e}", 10_f64.powf(v)),
-            _ => fixed(v, decimals_for((y.high - y.low) / 100.0)),
+            _ => fixed(v, decimals_for((view.high - view.low) / 100.0)),
         };
         let at = match &x.axis.scale {
             Scale::Names(names) => names.get(i).cloned().unwrap_or_default(),
