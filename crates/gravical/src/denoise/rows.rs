@@ -145,7 +145,7 @@ impl Grid {
                 grid.uneven += usize::from(!is_even && (0.0..=most).contains(&steps));
                 is_start = !is_even || steps.round() > most;
                 grid.restarts += usize::from(is_start);
-                point = (at + steps.round() as usize).max(before);
+                point = at.saturating_add(steps.round() as usize).max(before);
             }
             if is_start {
                 grid.starts.push(row);
