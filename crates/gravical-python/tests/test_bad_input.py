@@ -107,7 +107,7 @@ OWN: dict[str, list[str]] = {
     "calibrate": [*GRAVITY, "method", "sections", "pose_tilt",
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
-    "denoise": ["channels"],
+    "denoise": [],
     "noise": [],
     "motion": [*GRAVITY, "procedure", "gravity_removal", "causal", "smooth", "zero_velocity", "rests", "stances", "v0",
                "p0", "no_bands", "noise", "truth"],
