@@ -1,13 +1,11 @@
-//! `--report`, `--figures` and `--verbose`, and the check of all targets of a command.
+//! `--report` and `--verbose`, and the check of all targets of a command.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::escape::path_text;
-use gravical::numfmt::count;
-use gravical::output::{is_special, write_text};
+use gravical::output::write_text;
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
@@ -26,13 +24,6 @@ pub struct ReportArgs {
     /// Print all tables, notes and findings
     #[arg(short, long)]
     verbose: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct FigureArgs {
-    /// Folder for each figure as SVG
-    #[arg(long, hide_short_help = true, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
 }
 
 /// How much of a document is printed.
@@ -55,18 +46,28 @@ impl ReportArgs {
         self.report.is_some()
     }
 
-    /// Checks the targets of a command without `--figures`.
+    /// Checks everything that a command is going to write, before its work.
     ///
     /// # Errors
     ///
-    /// As [`check_outputs`].
+    /// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one
+    /// place; those of [`check_targets`] and [`check_figures`].
     pub fn check<'a>(
         &self,
         output: Option<&Path>,
         inputs: impl IntoIterator<Item = &'a PathBuf>,
         force: bool,
     ) -> Result<()> {
-        check_outputs(output, self, None, inputs, force)
+        let report = self.report.as_deref();
+        if let Some(folder) = report.map(figures_beside).transpose()?.flatten() {
+            check_figures(&folder, force)?;
+            if output.is_some_and(|output| place(output) == place(&folder)) {
+                return Err(same_target(&folder));
+            }
+        }
+        let files = output.into_iter().chain(report).map(Path::to_owned);
+        let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
+        check_targets(&files.collect::<Vec<_>>(), &inputs, force)
     }
 
     /// Writes the report if requested, atomically.
@@ -108,35 +109,6 @@ impl ReportArgs {
         if let Some(path) = &self.report {
             text::say(&format!("Report: {}", path_text(path)));
         }
-    }
-}
-
-impl FigureArgs {
-    /// Whether something is drawn.
-    pub fn are_wanted(&self, report: &ReportArgs) -> bool {
-        report.is_wanted() || self.figures.is_some()
-    }
-
-    /// Writes the figures if requested, and reports that on stderr.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`write_figures`].
-    pub fn write(&self, figures: &[Figure], force: bool, quiet: bool) -> Result<()> {
-        let Some(folder) = &self.figures else {
-            return Ok(());
-        };
-        write_figures(figures, folder, force)?;
-        if !quiet {
-            let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
-            text::say(&format!(
-                "{} in {}: {}",
-                count(names.len(), "figure"),
-                path_text(folder),
-                names.join(", ")
-            ));
-        }
-        Ok(())
     }
 }
 
@@ -196,37 +168,4 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
         created: &gravical::calibration_file::creation_time(),
         inputs,
     })
-}
-
-/// Checks everything that a command is going to write, before its work.
-///
-/// # Errors
-///
-/// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
-/// those of [`check_targets`] and [`check_figures`].
-pub fn check_outputs<'a>(
-    output: Option<&Path>,
-    report: &ReportArgs,
-    figures: Option<&FigureArgs>,
-    inputs: impl IntoIterator<Item = &'a PathBuf>,
-    force: bool,
-) -> Result<()> {
-    let report = report.report.as_deref();
-    let beside = report.map(figures_beside).transpose()?.flatten();
-    let figures = figures.and_then(|figures| figures.figures.clone());
-    let folders: Vec<PathBuf> = beside.into_iter().chain(figures).collect();
-    for folder in &folders {
-        check_figures(folder, force)?;
-    }
-    let files = [output, report].into_iter().flatten().map(Path::to_owned);
-    let files: Vec<PathBuf> = files.collect();
-    // Files and folders alike: no two results in one place.
-    let mut places = HashSet::new();
-    for path in folders.iter().chain(&files) {
-        if !is_special(path) && !places.insert(place(path)) {
-            return Err(same_target(path));
-        }
-    }
-    let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
-    check_targets(&files, &inputs, force)
 }

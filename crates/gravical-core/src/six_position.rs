@@ -116,14 +116,6 @@ impl<T: Real> AccelerometerParameters<T> {
             bias: self.bias,
         })
     }
-
-    /// det R: near 1 for a sensor with nearly orthogonal axes, negative where
-    /// two files were swapped. A left-handed R fits its own placements perfectly, so
-    /// nothing else gives a swap of two files away.
-    #[must_use]
-    pub fn orientation_determinant(&self) -> T {
-        matrix3::det(&self.orientation)
-    }
 }
 
 /// Scale, orientation and bias from six placements (Ferraris et al. 1995).
@@ -142,7 +134,8 @@ impl<T: Real> AccelerometerParameters<T> {
 ///
 /// [`SixPositionError`] when a value is not finite, gravity is not positive, a
 /// channel does not react, or two react alike. Swapped files are *not* an
-/// error here: see [`AccelerometerParameters::orientation_determinant`].
+/// error here: a left-handed R fits its own placements perfectly, and nothing but its
+/// negative determinant ([`matrix3::det`]) gives them away.
 ///
 /// ```
 /// use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};

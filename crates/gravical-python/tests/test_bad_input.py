@@ -107,7 +107,7 @@ OWN: dict[str, list[str]] = {
     "calibrate": [*GRAVITY, "method", "sections", "pose_tilt",
                   "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
-    "denoise": ["channels"],
+    "denoise": [],
     "noise": [],
     "motion": [*GRAVITY, "procedure", "causal", "rests", "no_stances", "truth"],
     "check": GRAVITY,

@@ -5,8 +5,6 @@
 pub struct AllanVariance {
     /// Averaging time, samples
     pub m: usize,
-    /// Number of second differences
-    pub terms: usize,
     /// Allan variance, in the unit of the samples squared
     pub variance: f64,
 }
@@ -45,7 +43,6 @@ pub fn allan_variances(segments: &[impl AsRef<[f64]>], m: &[usize]) -> Vec<Allan
     let fitting = m.iter().zip(sums).filter(|(_, (terms, _))| *terms > 0);
     let variances = fitting.map(|(m, (terms, squares))| AllanVariance {
         m: *m,
-        terms,
         variance: squares / (2.0 * (*m as f64).powi(2) * terms as f64),
     });
     variances.collect()

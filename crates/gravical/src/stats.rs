@@ -84,24 +84,3 @@ pub(crate) fn pooled_deviation<'a>(intervals: impl Iterator<Item = &'a [f64]>) -
     }
     (squares / freedom).sqrt()
 }
-
-/// Values in order, one more at a time.
-#[derive(Debug, Clone)]
-pub(crate) struct SortedWindow(Vec<f64>);
-
-impl SortedWindow {
-    pub fn new(values: impl Iterator<Item = f64>) -> Self {
-        let mut sorted: Vec<f64> = values.collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        SortedWindow(sorted)
-    }
-
-    pub fn values(&self) -> &[f64] {
-        &self.0
-    }
-
-    pub fn insert(&mut self, value: f64) {
-        let place = self.0.partition_point(|v| v.total_cmp(&value).is_lt());
-        self.0.insert(place, value);
-    }
-}

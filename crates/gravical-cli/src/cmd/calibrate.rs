@@ -18,7 +18,7 @@ use gravical_report::report;
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::{FigureArgs, ReportArgs, check_outputs};
+use crate::report::ReportArgs;
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -37,8 +37,6 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
-    #[command(flatten)]
-    figures: FigureArgs,
     /// Overwrite existing files
     #[arg(long)]
     force: bool,
@@ -82,13 +80,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.each.refuse_alone()?;
     // Checked before the work starts.
     let others = args.other_files();
-    check_outputs(
-        args.output.as_deref(),
-        &args.report,
-        Some(&args.figures),
-        args.inputs.iter().chain(&others),
-        args.force,
-    )?;
+    let files = args.inputs.iter().chain(&others);
+    args.report
+        .check(args.output.as_deref(), files, args.force)?;
     let options = args.options()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read_options = reading(&args.recording, true);
@@ -105,12 +99,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         recordings: &recordings,
         segmentation: &segmentation,
     };
-    let figures = if args.figures.are_wanted(&args.report) {
+    let figures = if args.report.is_wanted() {
         figure::calibration::figures(&file, Some(session))
     } else {
         Vec::new()
     };
-    args.figures.write(&figures, args.force, args.quiet)?;
     let document = report::calibration(&file, args.output.as_deref(), &figures);
     args.report.write(args.force, &document)?;
     if !args.quiet {
@@ -143,7 +136,6 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
         ("--report", args.report.is_wanted()),
-        ("--figures", args.figures.figures.is_some()),
         ("--json", args.json),
         ("--recorded", args.method.record.recorded.is_some()),
         ("--sensor-id", args.method.record.sensor_id.is_some()),

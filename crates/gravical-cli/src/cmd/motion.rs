@@ -16,7 +16,7 @@ use gravical_report::report;
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
+use crate::report::{ReportArgs, with_origin};
 use crate::table::{TableArgs, Target};
 
 /// Compute velocity and position with error bands
@@ -38,8 +38,6 @@ pub struct Args {
     output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
-    #[command(flatten)]
-    figures: FigureArgs,
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(short, long, value_name = "CAL")]
     calibration: Option<PathBuf>,
@@ -78,13 +76,8 @@ impl Args {
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let TableArgs { force, quiet, .. } = args.output;
-    check_outputs(
-        args.output.target().file(),
-        &args.report,
-        Some(&args.figures),
-        &args.files(),
-        force,
-    )?;
+    args.report
+        .check(args.output.target().file(), &args.files(), force)?;
     let options = MotionOptions {
         gravity: args.gravity.given()?,
         ..args.method.clone()
@@ -124,13 +117,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let path = target.file().unwrap_or(Path::new("standard output"));
         args.output.write(|out| table(&motion, path, out))?;
     }
-    let figures = if args.figures.are_wanted(&args.report) {
-        figure::motion::figures(&motion)
-    } else {
-        Vec::new()
-    };
-    args.figures.write(&figures, force, quiet)?;
     if args.report.is_wanted() {
+        let figures = figure::motion::figures(&motion);
         let document = report::motion(&motion.result, &recording, &figures);
         args.report.write(force, &with_origin(document, &inputs))?;
     }

@@ -13,7 +13,7 @@ use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
 use crate::options::reading;
-use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
+use crate::report::{ReportArgs, with_origin};
 use crate::text;
 
 /// Determine the noise of a sensor at rest (Allan deviation)
@@ -38,8 +38,6 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     report: ReportArgs,
-    #[command(flatten)]
-    figures: FigureArgs,
     /// kalibr: its imu.yaml, to -o or stdout
     #[arg(long, value_name = "TARGET", value_parser = ["kalibr"], hide_possible_values = true)]
     to: Option<String>,
@@ -75,20 +73,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .with_hint("name the file of --to with -o")
         .into());
     }
-    check_outputs(
-        output,
-        &args.report,
-        Some(&args.figures),
-        [&args.input],
-        args.force,
-    )?;
+    args.report.check(output, [&args.input], args.force)?;
     let named = args.report.is_wanted() || output.is_some();
     let read = reading(&args.recording, named);
     let result = noise(&args.input, &read)?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
     args.report.write(args.force, &document)?;
-    args.figures.write(&figures, args.force, args.quiet)?;
     if args.json {
         text::print_json(&result)?;
     } else if !args.quiet {

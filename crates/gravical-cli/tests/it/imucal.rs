@@ -75,7 +75,7 @@ fn imucal_calibrates_alike_with_a_gyroscope() {
     let Some(python) = python() else { return };
     for (raw, accel_size, gyro_size) in [("", 10.0, 2.0), ("--raw", 16_384.0, 8_000.0)] {
         let folder = tempfile::tempdir().unwrap();
-        let line = "simulate six-position --continuous --hold 4 --rest 2 --seed 11 -o . --quiet";
+        let line = "simulate six-position --continuous --hold 4 --seed 11 -o . --quiet";
         ends(folder.path(), &format!("{line} {raw}"), 0);
         let file = calibrate(folder.path(), "session.csv -o cal.json", 0);
         assert!(file["gyroscope"].is_object(), "{raw}");

@@ -12,7 +12,6 @@ fn wrong_calls() {
     for (options, code, named) in [
         ("--gravity 5", "option-range", "gravity"),
         ("--causal --rests 0-4", "option-range", "causal"),
-        ("--figures cal.json", "no-folder", ""),
         ("--gyro line/line.csv", "gyro-twice", ""),
         ("--truth line/line.csv", "truth-columns-missing", ""),
     ] {

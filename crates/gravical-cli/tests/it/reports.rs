@@ -127,9 +127,4 @@ fn every_verb_reports() {
     }
     let two = "inspect line/line.csv poses/poses.csv --report two.md";
     fails(path, two, 2, "report-of-one");
-    // Other files of the folder stay.
-    write(path, "report5_figures/notes.txt", "mine");
-    let line = "motion line/line.csv -o n.csv --report report5.md --force";
-    assert!([0, 4].contains(&run_in(path, words(line)).code));
-    assert!(path.join("report5_figures/notes.txt").exists());
 }

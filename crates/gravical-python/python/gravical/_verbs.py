@@ -129,8 +129,7 @@ def denoise(
     output, force : path, bool
         As of :func:`gravical.apply`. In memory it is ``recording`` of the result.
     **options
-        ``channels``: ``"all"`` (the default), ``"accel"`` or ``"gyro"``; and those of
-        :func:`gravical.read`.
+        Those of :func:`gravical.read`.
     """
     options["filter"] = filter
     done = _run("denoise", recording, options, output=output, force=force)

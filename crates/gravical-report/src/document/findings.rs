@@ -25,12 +25,12 @@ impl Remark {
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| weight_of(f));
-        // Findings of one message up to its numbers, and the files that have them in turn.
+        // Findings of one message up to its numbers, and the files that have them.
         let key = |f: &Finding| (f.kind, skeleton(&f.worded(flag)));
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
         for finding in &sorted {
             let files = files.entry(key(finding)).or_default();
-            if files.last() != Some(&&finding.file) {
+            if !files.contains(&&finding.file) {
                 files.push(&finding.file);
             }
         }

@@ -19,14 +19,15 @@ use super::{Figure, svg};
 ///
 /// `no-folder` for what is none, `exists` where there are figures and `force` is false (both usage).
 pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
-    if folder == Path::new("-") || (folder.exists() && !folder.is_dir()) {
+    if folder.exists() && !folder.is_dir() {
         let error = Error::usage("no-folder", "figures go into a folder, which this is not");
-        return Err(error.at(folder, None).with_hint("name a folder"));
+        let error = error.at(folder, None);
+        return Err(error.with_hint("name another file for the report"));
     }
     if !force && !figures_in(folder).is_empty() {
         let error = Error::usage("exists", "this folder holds the figures of an earlier run");
         let error = error.at(folder, None);
-        let error = error.with_hint("name another folder, or replace all of them");
+        let error = error.with_hint("name another file for the report, or replace all of them");
         return Err(error.advise("force", "true"));
     }
     Ok(())
@@ -67,7 +68,7 @@ pub fn write_figures<'a>(
     if let Some((path, _)) = figures.iter().find(|(path, _)| is_foreign(path)) {
         let text = "this file has the name of a figure, and is none of this program";
         let error = Error::usage("exists", text).at(path, None);
-        return Err(error.with_hint("name another folder, or move the file"));
+        return Err(error.with_hint("name another file for the report, or move this one"));
     }
     for (path, figure) in figures {
         write_text(&path, force, &svg::standalone(figure))?;

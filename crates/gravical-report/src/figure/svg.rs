@@ -43,12 +43,12 @@ const STYLE: &str = "\
 .gv{font-size:12px;font-family:system-ui,'DejaVu Sans','Segoe UI',sans-serif}.gv text{fill:#1a1a1a}\
 .gv .minor{fill:#444;font-size:11px}.gv .panel-title,.gv .title{font-weight:bold}.gv .title{font-size:15px}\
 .gv .paper{fill:#fff}.gv .frame{fill:none;stroke:#8a8a8a}.gv .ticks path{fill:none;stroke:#e3e3e3}.gv .interval .f{fill:#5b7c99;fill-opacity:.15}\
-.gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;vector-effect:non-scaling-stroke}\
+.gv .s{fill:none;stroke-width:1.6;stroke-linejoin:round;stroke-linecap:round;vector-effect:non-scaling-stroke}\
 .gv .band{fill-opacity:.22}.gv .hollow{fill:#fff;stroke-width:1.8}\
 .gv .halo{font-size:11px;paint-order:stroke;stroke:#fff;stroke-opacity:.8;stroke-width:3;stroke-linejoin:round}\
 .gv .raw .s{stroke:#999}.gv .raw .f{fill:#999}\
 .gv .result .s{stroke:#0072B2}.gv .result .f{fill:#0072B2}\
-.gv .reference .s{stroke:#000;stroke-dasharray:1.5 3}.gv .reference .f{fill:#000}\
+.gv .reference .s{stroke:#000;stroke-dasharray:1.5 3;stroke-linecap:butt}.gv .reference .f{fill:#000}\
 .gv .warning .s{stroke:#E69F00}.gv .warning .f{fill:#E69F00}\
 .gv .bad .s{stroke:#D55E00}.gv .bad .f{fill:#D55E00}\
 .gv .guide .s{stroke:#c8c8c8;stroke-width:.8}";
@@ -414,7 +414,7 @@ impl Plot<'_> {
         }
         let number = |view: &View<'_>, v: f64| match view.axis.scale {
             Scale::Log => format!("{:.2e}", 10_f64.powf(v)),
-            _ => fixed(v, decimals_for((y.high - y.low) / 100.0)),
+            _ => fixed(v, decimals_for((view.high - view.low) / 100.0)),
         };
         let at = match &x.axis.scale {
             Scale::Names(names) => names.get(i).cloned().unwrap_or_default(),

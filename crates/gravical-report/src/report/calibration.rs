@@ -16,9 +16,8 @@ use gravical::poses::face::in_words;
 
 use gravical::core::matrix3::{norm, sub};
 
-use super::provenance::Provenance;
 use super::temperature::drift;
-use super::{gravity_source, short_name};
+use super::{Provenance, gravity_source, short_name};
 use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 

@@ -8,13 +8,13 @@ mod denoise;
 mod inspection;
 mod motion;
 mod noise;
-mod provenance;
 mod temperature;
 
 #[cfg(test)]
 mod tests;
 
-use gravical::calibration_file::GravitySource;
+use gravical::calibration_file::{GravitySource, InputFile};
+use gravical::numfmt::words;
 
 pub use calibration::calibration;
 pub use check::check;
@@ -23,9 +23,8 @@ pub use denoise::denoise;
 pub use inspection::{inspection, origin};
 pub use motion::motion;
 pub use noise::noise;
-pub use provenance::Provenance;
 
-use crate::document::short_name;
+use crate::document::{Block, Document, Section, short_name};
 
 /// How local gravity is known.
 fn gravity_source(source: GravitySource) -> &'static str {
@@ -33,5 +32,34 @@ fn gravity_source(source: GravitySource) -> &'static str {
         GravitySource::Given => "given",
         GravitySource::Latitude => "from latitude",
         GravitySource::Standard => "assumed",
+    }
+}
+
+/// Program, command, time and inputs of a result.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance<'a> {
+    /// The program.
+    pub tool: &'a str,
+    /// The command, if there was one.
+    pub command: Option<&'a str>,
+    /// Time, UTC.
+    pub created: &'a str,
+    /// All files read.
+    pub inputs: &'a [InputFile],
+}
+
+impl Document<'_> {
+    /// Adds a section with the provenance.
+    pub fn with_provenance(self, origin: &Provenance<'_>) -> Self {
+        let mut facts = vec![("program".to_owned(), origin.tool.to_owned())];
+        let command = origin.command.map(|command| format!("`{command}`"));
+        facts.extend(command.map(|command| ("command".to_owned(), command)));
+        facts.push(("computed".to_owned(), origin.created.to_owned()));
+        facts.extend(origin.inputs.iter().map(|file| {
+            let sum = file.sha256.as_deref().map(|sum| format!(", SHA-256 {sum}"));
+            let text = file.path.clone() + &sum.unwrap_or_default();
+            (words(&file.role), text)
+        }));
+        self.with(Section::new("Provenance").full(Block::Facts(facts)))
     }
 }

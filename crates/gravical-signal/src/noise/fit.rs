@@ -247,10 +247,9 @@ impl NoisePoints {
             let first = (self.tau_s[0] / self.period_s).round() as usize;
             let octaves = (0..).map(|k| first << k);
             // Only their number counts: values are those of the model.
-            let planned = octaves.take_while(|m| (*m as f64) < 0.4 * length).map(|m| {
-                let (terms, variance) = (0, f64::NAN);
-                AllanVariance { m, terms, variance }
-            });
+            let planned = octaves.take_while(|m| (*m as f64) < 0.4 * length);
+            let variance = f64::NAN;
+            let planned = planned.map(|m| AllanVariance { m, variance });
             let planned: Vec<AllanVariance> = planned.collect();
             let longer = NoisePoints::new(&planned, &[length as usize], self.period_s);
             let variance = longer.square_variance(&limit, term);
@@ -337,11 +336,7 @@ mod tests {
     use super::*;
 
     fn point(m: usize, variance: f64) -> AllanVariance {
-        AllanVariance {
-            m,
-            terms: 1,
-            variance,
-        }
+        AllanVariance { m, variance }
     }
 
     fn exact(squares: [f64; 3], samples: usize) -> NoisePoints {

@@ -30,8 +30,9 @@ use crate::numfmt::digits;
 use crate::stats::median;
 use crate::{Error, Result};
 
-/// The longest window, samples.
+/// The longest window, samples; of Hampel, which sorts the window of each sample.
 const MAX_WINDOW: usize = 10_001;
+const MAX_HAMPEL: usize = 1001;
 /// The highest order of a polynomial, tested to 1e-12.
 const MAX_POLYNOMIAL: usize = 12;
 /// Least distance of a cutoff from 0 and from half the rate, as a share of the rate; below it too many
@@ -82,7 +83,7 @@ pub enum FilterSpec {
     /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
     /// that median.
     Hampel {
-        /// Samples, odd, 3 to 10,001.
+        /// Samples, odd, 3 to 1001.
         window: usize,
         /// Largest accepted deviation in robust standard deviations, 0 to 1e6; 0 gives a running
         /// median.
@@ -115,11 +116,11 @@ impl FilterSpec {
     ///
     /// `filter-range` (usage), with the range.
     pub fn validate(&self) -> Result<()> {
-        let is_window = |window: usize, min: usize| {
-            (min..=MAX_WINDOW).contains(&window) && !window.is_multiple_of(2)
+        let is_window = |window: usize, min: usize, max: usize| {
+            (min..=max).contains(&window) && !window.is_multiple_of(2)
         };
         let range = match *self {
-            FilterSpec::SavitzkyGolay { window, .. } if !is_window(window, 1) => {
+            FilterSpec::SavitzkyGolay { window, .. } if !is_window(window, 1, MAX_WINDOW) => {
                 format!("the window has to be an odd number of samples up to {MAX_WINDOW}")
             }
             FilterSpec::SavitzkyGolay { window, order }
@@ -127,8 +128,8 @@ impl FilterSpec {
             {
                 format!("the order has to be below the window and at most {MAX_POLYNOMIAL}")
             }
-            FilterSpec::Hampel { window, .. } if !is_window(window, 3) => {
-                format!("the window has to be an odd number of samples, 3 to {MAX_WINDOW}")
+            FilterSpec::Hampel { window, .. } if !is_window(window, 3, MAX_HAMPEL) => {
+                format!("the window has to be an odd number of samples, 3 to {MAX_HAMPEL}")
             }
             FilterSpec::Hampel { sigmas, .. } if !(0.0..=1e6).contains(&sigmas) => {
                 "sigmas have to be between 0 and 1e6".to_owned()
@@ -539,7 +540,7 @@ mod tests {
                       hampel:5 mean:5,1 butter:4,5-Hz 5,2 mean:99999999999999999999";
         let range = "savgol:5,5 savgol:0,0 savgol:6,2 savgol:99,13 savgol:99999,2 butter:0,5Hz \
                      butter:9,5Hz butter:4,0Hz butter:4,-5Hz butter:4,nan \
-                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:5,-1 hampel:5,nan mean:4 mean:0";
+                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:1003,3 hampel:5,-1 hampel:5,nan mean:4 mean:0";
         for (texts, code) in [
             ("", "filter-syntax"),
             (syntax, "filter-syntax"),

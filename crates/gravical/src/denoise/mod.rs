@@ -60,31 +60,6 @@ use rows::Done;
 /// Decimals of a filtered value.
 const DECIMALS: u32 = 6;
 
-/// The channels that are filtered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Channels {
-    /// The accelerometer.
-    Accel,
-    /// The gyroscope.
-    Gyro,
-    /// All channels of the recording. The default.
-    #[default]
-    All,
-}
-
-impl Channels {
-    /// Of channel 0 to 2, the accelerometer, and 3 to 5, the gyroscope.
-    fn contain(self, channel: usize) -> bool {
-        match self {
-            Channels::Accel => channel < 3,
-            Channels::Gyro => channel >= 3,
-            Channels::All => true,
-        }
-    }
-}
-
 /// Options of [`denoise`].
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
@@ -94,27 +69,14 @@ pub struct DenoiseOptions {
     #[serde(rename = "filter", deserialize_with = "crate::option_text::list")]
     #[cfg_attr(feature = "clap", arg(short, long = "filter", value_name = "FILTER"))]
     pub filters: Vec<FilterSpec>,
-    /// accel, gyro or all
-    #[cfg_attr(
-        feature = "clap",
-        arg(
-            long,
-            value_name = "CHANNELS",
-            default_value = "all",
-            hide_possible_values = true
-        )
-    )]
-    pub channels: Channels,
 }
 
 impl DenoiseOptions {
-    /// Options with these filters and defaults otherwise.
+    /// Options with these filters.
     #[must_use]
     pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
-        DenoiseOptions {
-            filters: filters.into_iter().collect(),
-            ..Self::default()
-        }
+        let filters = filters.into_iter().collect();
+        DenoiseOptions { filters }
     }
 
     /// Checks ranges.
@@ -191,7 +153,7 @@ pub struct FilterOutcome {
 
 /// Standard deviation of each axis at rest: the deviations from the mean of each static interval,
 /// pooled. After a filter, without the ends of each interval, into which it spreads motion. Null
-/// if the sensor was not filtered, does not exist or was not static for long enough.
+/// if the sensor does not exist or was not static for long enough.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Default)]
 pub struct Sigmas {
     /// In the summary's `accel_unit`.
@@ -210,9 +172,8 @@ pub struct Sigmas {
 ///
 /// # Errors
 ///
-/// `no-filter`, `filter-range`, `rate-unknown` (usage); `no-gyroscope` (input) if only the
-/// gyroscope is to be filtered and there is none; `uneven-stamps` (input) if more than 1 % of the
-/// steps are uneven, for all filters but Hampel's.
+/// `no-filter`, `filter-range`, `rate-unknown` (usage); `uneven-stamps` (input) if more than 1 % of
+/// the steps are uneven, for all filters but Hampel's.
 pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
     options.validate()?;
     let summary = filter(&mut recording, options)?;
@@ -239,10 +200,10 @@ pub fn denoise_file(
 ) -> Result<(DenoiseSummary, Vec<InputFile>)> {
     options.validate()?;
     let name = path.display().to_string();
-    let copied = |format: &Format| table(options, format).copied().to_vec();
+    let copied = |format: &Format| table(format).copied().to_vec();
     let input = open(path, read)?;
     let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
-    let table = table(options, &reader.format);
+    let table = table(&reader.format);
     let mut summary = filter(&mut reader.recording, options)?;
     summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
@@ -257,11 +218,8 @@ pub fn denoise_file(
         let accel = readings.accel.iter_mut().flatten();
         accel.for_each(|v| *v += offset);
         let gyro = readings.gyro.take().into_iter().flatten();
-        let columns = std::mem::take(&mut readings.accel).into_iter().chain(gyro);
-        let filtered = columns
-            .enumerate()
-            .filter(|(c, _)| options.channels.contain(*c));
-        filtered.map(|(_, column)| column).collect()
+        let accel = std::mem::take(&mut readings.accel);
+        accel.into_iter().chain(gyro).collect()
     })?;
     summary
         .findings
@@ -271,33 +229,19 @@ pub fn denoise_file(
 }
 
 /// All columns, with the filtered channels in their places.
-fn table(options: &DenoiseOptions, format: &Format) -> Table {
-    let fields = format
-        .accel
-        .into_iter()
-        .chain(format.gyro.into_iter().flatten());
-    let columns = fields
-        .enumerate()
-        .filter(|(channel, _)| options.channels.contain(*channel))
-        .map(|(_, field)| NewColumn {
-            name: input_name(format, field),
-            replaces: Some(field),
-        });
+fn table(format: &Format) -> Table {
+    let gyro = format.gyro.into_iter().flatten();
+    let columns = format.accel.into_iter().chain(gyro);
+    let columns = columns.map(|field| NewColumn {
+        name: input_name(format, field),
+        replaces: Some(field),
+    });
     Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
 }
 
 /// Replaces the channels of a recording by filtered ones, and measures the noise in its static
 /// intervals.
 fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
-    if options.channels == Channels::Gyro && recording.gyro.is_none() {
-        return Err(
-            Error::input("no-gyroscope", "the recording has no gyroscope")
-                .at(Path::new(&recording.name), None)
-                .with_hint("filter the accelerometer, or name the columns of the gyroscope")
-                .advise("channels", "accel")
-                .advise("columns", ""),
-        );
-    }
     let rests = find_rests(recording);
     settle(recording, &rests);
     let filters = design(recording, &options.filters)?;
@@ -308,7 +252,7 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
         reach += filter.reach;
         at_rest.push(inner_rows(&rests, reach));
     }
-    let done = rows::run(recording, &filters, options.channels, &at_rest)?;
+    let done = rows::run(recording, &filters, 6, &at_rest)?;
     Ok(summary(recording, &rests, &filters, &done))
 }
 

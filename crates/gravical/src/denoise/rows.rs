@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::Channels;
 use super::filter::Filter;
 use crate::recording::Recording;
 use crate::stats::pooled_deviation;
@@ -46,8 +45,8 @@ pub(super) struct Done {
     pub noise: Vec<[f64; 6]>,
 }
 
-/// Filters the channels of a recording in place. `at_rest`: rows in which noise is measured, before the
-/// filters and after each.
+/// Filters the first `channels` of a recording in place: 3, the accelerometer, or 6. `at_rest`: rows in
+/// which noise is measured, before the filters and after each.
 ///
 /// # Errors
 ///
@@ -55,7 +54,7 @@ pub(super) struct Done {
 pub(super) fn run(
     recording: &mut Recording,
     filters: &[Filter],
-    channels: Channels,
+    channels: usize,
     at_rest: &[Vec<Range<usize>>],
 ) -> Result<Done> {
     let needs_even = filters.iter().any(|f| f.spec.needs_even_steps());
@@ -71,7 +70,7 @@ pub(super) fn run(
     };
     let Recording { accel, gyro, .. } = recording;
     let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
-    for (c, column) in columns.enumerate().filter(|(c, _)| channels.contain(*c)) {
+    for (c, column) in columns.enumerate().take(channels) {
         let stretches = grid.stretches(column);
         let mut noise = done.noise.iter_mut().zip(at_rest);
         let mut measure = |column: &[f64]| {
@@ -145,7 +144,7 @@ impl Grid {
                 grid.uneven += usize::from(!is_even && (0.0..=most).contains(&steps));
                 is_start = !is_even || steps.round() > most;
                 grid.restarts += usize::from(is_start);
-                point = (at + steps.round() as usize).max(before);
+                point = at.saturating_add(steps.round() as usize).max(before);
             }
             if is_start {
                 grid.starts.push(row);

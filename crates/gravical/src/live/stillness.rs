@@ -14,7 +14,7 @@ use gravical_recording::Sample;
 use gravical_signal::{BLOCK_S, block_len};
 
 use super::rest::Means;
-use crate::stats::{SortedWindow, floors};
+use crate::stats::floors;
 
 /// Fraction of the blocks that is quiet in any session.
 const QUIET_SHARE: f64 = 0.05;
@@ -52,8 +52,8 @@ pub(super) struct StillnessDetector {
     samples: Vec<Sample>,
     /// First rows and means of the blocks since the last interruption.
     blocks: VecDeque<(usize, Means)>,
-    /// Variances of all blocks.
-    variances: [SortedWindow; 2],
+    /// Variances of all blocks, in order.
+    variances: [Vec<f64>; 2],
 }
 
 impl StillnessDetector {
@@ -66,7 +66,7 @@ impl StillnessDetector {
             resolution,
             samples: Vec::new(),
             blocks: VecDeque::new(),
-            variances: [(); 2].map(|()| SortedWindow::new(std::iter::empty())),
+            variances: [Vec::new(), Vec::new()],
         }
     }
 
@@ -95,10 +95,11 @@ impl StillnessDetector {
             let variance = means.scatter[sensor].powi(2);
             // A sensor that is not read has no noise.
             if variance > 0.0 || variance == 0.0 && floors(step) > 0.0 {
-                sorted.insert(variance);
+                let place = sorted.partition_point(|v| *v < variance);
+                sorted.insert(place, variance);
             }
-            let quiet = (sorted.values().len() as f64 * QUIET_SHARE) as usize;
-            if let Some(quiet) = sorted.values().get(quiet) {
+            let quiet = (sorted.len() as f64 * QUIET_SHARE) as usize;
+            if let Some(quiet) = sorted.get(quiet) {
                 // The contribution of rounding is known: only the rest is multiplied.
                 let rounding = floors(step);
                 let excess = MAX_EXCESS[sensor];

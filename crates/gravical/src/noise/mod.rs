@@ -254,11 +254,7 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     });
     // Without a fit, white noise: the distribution of the points has to be that of some noise.
     let white = NoiseModel {
-        squares: [
-            variances.first().map_or(0.0, |v| v.variance) * period_s,
-            0.0,
-            0.0,
-        ],
+        squares: [1.0, 0.0, 0.0],
     };
     let model = fit.as_ref().map_or(white, |fit| fit.model);
     let freedom = points.degrees_of_freedom(&model);

@@ -205,6 +205,9 @@ fn a_channel_without_values_is_left_out() {
     assert_eq!(result.channels.len(), 5);
     let nothing = noise_of_samples("ax", &[], 0.01);
     assert!(nothing.adev.is_empty() && nothing.n.is_none());
+    // A channel that never changes is not empty.
+    let constant = noise_of_samples("ax", &[9.8; 100], 0.01);
+    assert!(!constant.adev.is_empty() && constant.not_observable.len() == 3);
 }
 
 /// A line through the bias looks like a random walk at long averaging times.

@@ -49,7 +49,7 @@ pub use record::Row;
 pub use sensor::Reading;
 pub use truth::{
     AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,
-    Truth, TurnTruth,
+    Truth,
 };
 pub use write::simulate_to;
 

@@ -4,8 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-/// Duration of a turn, s; the peak rate is 1.875·angle/duration.
-pub(super) const TURN_S: f64 = 4.0;
 /// Displacement of a line along x, m.
 pub(super) const LINE_OFFSET_M: f64 = 0.02;
 
@@ -32,7 +30,7 @@ fn check(options: &[(&str, f64, f64, f64, &str)]) -> Result<()> {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(tag = "name", rename_all = "kebab-case")]
 pub enum Scenario {
-    /// Six static poses, one file each; or a complete Ferraris session.
+    /// Six static poses, one file each; or one recording of them and of three turns.
     SixPosition(SixPositionOptions),
     /// Six faces and free poses in one continuous recording.
     Poses(PosesOptions),
@@ -62,11 +60,7 @@ impl Scenario {
 
     pub(super) fn validate(&self) -> Result<()> {
         match self {
-            Self::SixPosition(o) => check(&[
-                ("hold", o.hold_s, 0.1, 3600.0, "s"),
-                ("rest", o.rest_s, 0.1, 3600.0, "s"),
-                ("turn-angle", o.turn_angle_deg, -3600.0, 3600.0, "°"),
-            ]),
+            Self::SixPosition(o) => check(&[("hold", o.hold_s, 0.1, 3600.0, "s")]),
             Self::Poses(o) => check(&[
                 ("hold", o.hold_s, 0.1, 3600.0, "s"),
                 ("free", f64::from(o.free), 0.0, 50.0, "poses"),
@@ -93,14 +87,6 @@ pub struct SixPositionOptions {
     /// One recording: poses, then full turns
     #[cfg_attr(feature = "clap", arg(long))]
     pub continuous: bool,
-    /// Rest before and after each turn, s
-    #[serde(rename(deserialize = "rest"))]
-    #[cfg_attr(feature = "clap", arg(long = "rest", value_name = "S", default_value_t = SixPositionOptions::default().rest_s, requires = "continuous"))]
-    pub rest_s: f64,
-    /// Angle of each turn, right-handed, °
-    #[serde(rename(deserialize = "turn_angle"))]
-    #[cfg_attr(feature = "clap", arg(long = "turn-angle", value_name = "DEG", default_value_t = SixPositionOptions::default().turn_angle_deg, allow_negative_numbers = true, requires = "continuous"))]
-    pub turn_angle_deg: f64,
 }
 
 impl Default for SixPositionOptions {
@@ -108,8 +94,6 @@ impl Default for SixPositionOptions {
         Self {
             hold_s: 10.0,
             continuous: false,
-            rest_s: 3.0,
-            turn_angle_deg: -360.0,
         }
     }
 }

@@ -5,17 +5,22 @@ use rand_chacha::ChaCha8Rng;
 
 use super::options::{
     LINE_OFFSET_M, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
-    StaticOptions, TURN_S,
+    StaticOptions,
 };
 use super::path::{MotionPath, Piece};
 use super::poses::{Draws, Z_UP, attitude_of, shortest_turn, spread_directions, tilt_between};
 use super::random::{Purpose, stream, uniform};
-use super::truth::{FileTruth, MoveTruth, PoseKind, PoseTruth, TurnTruth};
+use super::truth::{FileTruth, MoveTruth, PoseKind, PoseTruth};
 use crate::poses::face::Face;
 
 /// Seconds between two recordings of one simulation; the part stays switched on and continues to
 /// warm up.
 const BETWEEN_FILES_S: f64 = 10.0;
+
+/// A turn on the table: its angle, right-handed, and its duration; and the rest before and after.
+const TURN_DEG: f64 = -360.0;
+const TURN_S: f64 = 4.0;
+const TURN_REST_S: f64 = 3.0;
 
 /// One planned recording.
 pub(super) struct Plan {
@@ -59,12 +64,13 @@ fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draw
 
 fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Plan {
     let mut build = faces(options, o.hold_s, draws);
-    for (axis, label) in ["x", "y", "z"].into_iter().enumerate() {
+    for axis in 0..3 {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
         build.move_to(up);
-        build.rest(nominal, o.rest_s);
-        build.turn(label, up, o.turn_angle_deg, TURN_S);
-        build.rest(nominal, o.rest_s);
+        build.rest(nominal, TURN_REST_S);
+        // About the vertical, which is `up` in the sensor, its tilt included.
+        build.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
+        build.rest(nominal, TURN_REST_S);
     }
     build.finish("session.csv")
 }
@@ -210,20 +216,6 @@ impl Builder {
         let displacement = target_position - self.position;
         let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
         self.go(rotation, displacement, duration_s);
-    }
-
-    /// A turn flat on the table: about the vertical, so that the axis in the sensor is `up`
-    /// including its tilt.
-    fn turn(&mut self, label: &str, up: Vector3<f64>, angle_deg: f64, duration_s: f64) {
-        self.truth.turns.push(TurnTruth {
-            label: label.to_owned(),
-            axis: up.into(),
-            angle_deg,
-            start_s: self.now_s(),
-            end_s: self.now_s() + duration_s,
-        });
-        let rotation = up * angle_deg.to_radians();
-        self.push(rotation, Vector3::zeros(), duration_s);
     }
 
     fn finish(self, name: &str) -> Plan {

@@ -73,9 +73,7 @@ pub struct FileTruth {
     pub first_stamp_ms: u64,
     /// Poses, in order.
     pub poses: Vec<PoseTruth>,
-    /// Full turns about one axis.
-    pub turns: Vec<TurnTruth>,
-    /// Movements between the poses that are not turns.
+    /// Movements between the poses that are not turns on the table.
     pub moves: Vec<MoveTruth>,
 }
 
@@ -102,21 +100,6 @@ pub struct PoseTruth {
     pub up: [f64; 3],
     /// Angle between `up` and the face, °; null for a free pose.
     pub tilt_deg: Option<f64>,
-    /// Start, s.
-    pub start_s: f64,
-    /// End, s.
-    pub end_s: f64,
-}
-
-/// A turn about an axis fixed in the sensor.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TurnTruth {
-    /// `x`, `y` or `z`.
-    pub label: String,
-    /// The true axis in the sensor frame: the vertical of that pose.
-    pub axis: [f64; 3],
-    /// Right-handed angle about it, °.
-    pub angle_deg: f64,
     /// Start, s.
     pub start_s: f64,
     /// End, s.
