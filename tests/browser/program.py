@@ -162,12 +162,15 @@ class Live:
             key("-y")
             self.accepted(6)
             self.look("six")
-            # The question says what the verdict would be; the session goes on.
+            # An early end, and on: the question says what the verdict will be.
             browser.key("Enter")
             assert "Not verifiable" in browser.run("return document.querySelector('#sure p').textContent")
             self.look("sure")
-            browser.key("Escape")
-            browser.settle()
+            browser.key("Enter")
+            self.until("return state.saved?.next[0] === 'gravical live --resume s' && state.end", 60)
+            self.look("saved-early")
+            browser.click("#result .primary")
+            self.until("return !state.end && state.poses.size === 6 && state.status?.state === 'wait'", 60)
             browser.click("#as-drawn")
             self.accepted(7)
             for count in range(8, 17):
@@ -179,12 +182,27 @@ class Live:
             self.look("good")
             browser.key("Enter")
             self.ended("keyboard")
-            for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration.html"):
+            for name in ("recording.csv", "session.ndjson", "calibration.json", "calibration-2.json", "calibration-2.html"):
                 assert (folder / "s" / name).stat().st_size > 1000, name
             # The last tab is gone: the program, too.
             browser.open("about:blank")
             assert self.child.wait(timeout=20) == 0
         print("a session by keyboard")
+
+    def by_hand(self):
+        """The virtual board is dragged, and turned by keys."""
+        browser = self.browser
+        with self.simulated(4):
+            self.ready()
+            x, y, width = browser.run("const b = document.querySelector('#board').getBoundingClientRect();"
+                                      "return [b.left + b.width / 2, b.top + b.height / 2, b.width]")
+            arrow = lambda: browser.key("ArrowLeft")
+            for turn in (lambda: browser.drag((x, y), (x - width / 4, y - width / 5)), lambda: (arrow(), arrow())):
+                up = browser.run("return state.status.up")
+                turn()
+                self.until(f"return angleDeg(state.status.up, {up}) > 15 && !turned", 30)
+            self.quiet("by hand")
+        print("a virtual board that is dragged")
 
     def loaded_again(self):
         """A page that is loaded again in a capture, and two tabs, of which each can command."""
@@ -344,7 +362,7 @@ def main():
             browser.size(*SIZES[0])
             browser.media()
             live = Live(browser, program, pictures)
-            for part in (live.by_keyboard, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
+            for part in (live.by_keyboard, live.by_hand, live.loaded_again, live.at_a_port, live.port_chosen, live.of_a_board):
                 if not wanted or part.__name__ in wanted:
                     part()
         finally:

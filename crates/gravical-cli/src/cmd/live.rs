@@ -41,7 +41,7 @@ use web::Page;
 const ENTRIES: usize = 64;
 
 /// Guide a calibration from the first row to the result
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(after_help = "\
 Example: gravical live --simulate    a simulated sensor on a page in the browser
 
@@ -140,14 +140,18 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         entries,
         interrupted,
     };
-    let done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
     #[cfg(feature = "live")]
-    match (&page, &done) {
-        (Some(page), Err(error)) => page.fail(&error.to_string()),
-        (Some(page), Ok(_)) => page.stay(&console),
-        (None, _) => {}
+    if let Some(page) = &page {
+        let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
+        while done.is_ok() && page.stay(&console) {
+            done = args.go_on(folder.as_deref(), &mut console);
+        }
+        if let Err(error) = &done {
+            page.fail(&error.to_string());
+        }
+        return done;
     }
-    done
+    args.guide(folder.as_deref(), journal.as_ref(), &mut console)
 }
 
 /// The path, or one with a number that does not exist.
@@ -183,6 +187,18 @@ impl Args {
             return Ok(ExitCode::from(failure::INTERRUPTED));
         };
         Driver::new(self, folder, before, console, opened)?.run(before)
+    }
+
+    /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
+    /// before.
+    #[cfg(feature = "live")]
+    fn go_on(&self, folder: Option<&Path>, console: &mut Console) -> anyhow::Result<ExitCode> {
+        let mut args = self.clone();
+        args.resume = folder.map(Path::to_path_buf);
+        (args.simulate, args.board.port) = (false, None);
+        args.gravity = GravityArgs::default();
+        let journal = args.journal()?;
+        args.guide(folder, journal.as_ref(), console)
     }
 
     /// How the session is guided.

@@ -67,7 +67,7 @@ pub fn no_rows(port: &str, bytes: &[u8]) -> Error {
         (
             "board-silent",
             format!("{port} is open, but nothing arrives: does the board have a sketch?"),
-            "is it the right port (gravical ports), and does its sketch print rows (firmware/mpu6050_logger does)?",
+            "check that it is the right port (gravical ports), and that its sketch prints rows, as firmware/mpu6050_logger does",
         )
     } else if unreadable as f64 > MAX_UNREADABLE * text.chars().count() as f64 {
         (

@@ -235,3 +235,16 @@ fn a_command_that_is_none_is_refused() {
         .unwrap();
     assert_ne!(Answer::read(stream).status, 200);
 }
+
+#[test]
+fn held_connections_do_not_stop_the_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let served = Served::start(folder.path());
+    // More than there are places: some send nothing, some half a request.
+    let mut held: Vec<TcpStream> = (0..200).map(|_| served.connect()).collect();
+    for stream in held.iter_mut().step_by(2) {
+        let _ = stream.write_all(b"POST /command HTTP/1.1\r\nHost: 127");
+    }
+    assert_eq!(served.get("/").status, 200);
+    assert_eq!(held[1].read(&mut [0; 16]).unwrap_or(0), 0);
+}

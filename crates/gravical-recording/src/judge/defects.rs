@@ -37,15 +37,9 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 /// noise. `is_proof`: what other rows showed of that.
 #[must_use]
 pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
-    let rows = channels[0].len();
     let (long, short) = find_repeats(channels);
-    let hung: usize = long.iter().map(Range::len).sum();
-    let proves = || {
-        let is_common = short * 20 > rows - hung || hung * 2 > rows;
-        hung > 0 && !is_common && resolves_noise(&channels[..3])
-    };
-    let mut keep = vec![true; rows];
-    if is_proof.unwrap_or_else(proves) {
+    let mut keep = vec![true; channels[0].len()];
+    if !long.is_empty() && is_proof.unwrap_or_else(|| are_proof(channels, &long, short)) {
         for run in long {
             keep[run.start + 1..run.end].fill(false);
         }
@@ -55,8 +49,15 @@ pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
 
 /// Whether repeats in rows that follow these are proof of a sensor that hung.
 pub(crate) fn repeats_are_proof(channels: &[&[f64]]) -> bool {
-    let (_, short) = find_repeats(channels);
-    short * 20 <= channels[0].len() && resolves_noise(&channels[..3])
+    let (long, short) = find_repeats(channels);
+    are_proof(channels, &long, short)
+}
+
+fn are_proof(channels: &[&[f64]], long: &[Range<usize>], short: usize) -> bool {
+    let rows = channels[0].len();
+    let hung: usize = long.iter().map(Range::len).sum();
+    let are_common = short * 20 > rows - hung || hung * 2 > rows;
+    !are_common && resolves_noise(&channels[..3])
 }
 
 /// Runs in which all channels repeat for longer than by chance, and repeats in shorter ones.

@@ -415,6 +415,8 @@ pub enum Command {
     Finish,
     /// End without a calibration; what was recorded stays.
     Cancel,
+    /// Go on with the session that was saved.
+    Resume,
     /// Local gravity: the value, or latitude and altitude.
     Gravity {
         /// m/s².

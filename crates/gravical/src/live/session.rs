@@ -277,6 +277,7 @@ impl Session {
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
             Command::Cancel => self.stop = Some(Stop::Done),
+            Command::Resume => self.refuse("The session goes on already."),
             Command::Port { .. } | Command::Simulate => {
                 self.refuse("The sensor was chosen: another one needs a new session.");
             }

@@ -10,11 +10,14 @@ use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
 use axum::Router;
-use axum::serve::ListenerExt as _;
-use gravical::live::event::EndReason;
+use gravical::live::event::{Command, EndReason};
 use gravical::live::{Event, Message};
 use gravical::{Error, Result};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
+use tokio::sync::Semaphore;
 
 use super::console::{Console, Entry, Renderer};
 use crate::text::say;
@@ -22,6 +25,10 @@ use crate::text::say;
 use hub::Hub;
 use routes::{Served, routes};
 
+/// Connections at a time: the session needs files, too.
+const CONNECTIONS: usize = 128;
+/// A connection has to send its request within this time; it is closed with the answer.
+const REQUEST_TIME: Duration = Duration::from_secs(2);
 /// The end of the session waits for a tab that is loaded again for this long.
 const LOADED_AGAIN: Duration = Duration::from_secs(3);
 /// The last event reaches the tabs within this time, or not at all.
@@ -109,8 +116,8 @@ impl Page {
         std::thread::sleep(STEP);
     }
 
-    /// Waits until the last tab is closed, or the user ends it.
-    pub fn stay(&self, console: &Console) {
+    /// Waits until the last tab is closed, or the user ends it; true if the session is to go on.
+    pub fn stay(&self, console: &Console) -> bool {
         if self.hub.0.borrow().had_tab && !console.is_interrupted() {
             say("The page with the report stays until its tab is closed, or Ctrl-C.");
             let mut read = Instant::now();
@@ -118,10 +125,15 @@ impl Page {
                 if self.hub.tabs() > 0 {
                     read = Instant::now();
                 }
-                std::thread::sleep(STEP);
+                let entry = console.entries.recv_timeout(STEP);
+                if entry.is_ok_and(|entry| entry.command == Ok(Command::Resume)) {
+                    self.hub.0.send_modify(|said| said.has_ended = false);
+                    return true;
+                }
             }
         }
         self.last_word();
+        false
     }
 }
 
@@ -157,9 +169,29 @@ fn system(error: std::io::Error) -> Error {
 }
 
 /// Answers until the program ends.
-async fn answer(listener: TcpListener, app: Router) -> std::io::Result<()> {
-    let listener = tokio::net::TcpListener::from_std(listener)?;
-    // An event is sent at once.
-    let listener = listener.tap_io(|stream| drop(stream.set_nodelay(true)));
-    axum::serve(listener, app).await
+async fn answer(listener: TcpListener, app: Router) {
+    let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
+        return;
+    };
+    let free = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let place = Arc::clone(&free).acquire_owned().await;
+        let Ok((stream, _)) = listener.accept().await else {
+            // No more files, for example: connections that end give some back.
+            tokio::time::sleep(STEP).await;
+            continue;
+        };
+        // An event is sent at once.
+        let _ = stream.set_nodelay(true);
+        let connection = http1::Builder::new()
+            .timer(TokioTimer::new())
+            .header_read_timeout(REQUEST_TIME)
+            .keep_alive(false)
+            .serve_connection(TokioIo::new(stream), TowerToHyperService::new(app.clone()));
+        tokio::spawn(async move {
+            // A connection that breaks off is no fault of the session.
+            let _ = connection.await;
+            drop(place);
+        });
+    }
 }

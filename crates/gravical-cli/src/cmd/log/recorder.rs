@@ -152,9 +152,9 @@ impl Recorder {
         }
     }
 
-    /// Whether nothing has arrived for a while, or the port is lost.
+    /// Whether nothing has arrived for a while, or the port is lost; not in a pause.
     pub fn is_silent(&self) -> bool {
-        self.port.as_ref().is_none_or(|port| port.is_silent)
+        self.paused_from_s.is_none() && self.port.as_ref().is_none_or(|port| port.is_silent)
     }
 
     /// Seconds since the first row, without pauses.

@@ -14,6 +14,12 @@ const inverse = ([w, ...v]) => [w, ...v.map(c => -c)];
 const rotated = (q, v) => product(product(q, [0, ...v]), inverse(q)).slice(1);
 const turn = (axis, angle) => [Math.cos(angle / 2), ...axis.map(v => v * Math.sin(angle / 2))];
 const turnedLevel = (angle, q) => normalised(product(turn([0, 0, 1], angle), q));
+// The direction in the axes of the sensor that is up.
+const upOf = q => rotated(inverse(q), [0, 0, 1]);
+
+// The style sheet looks from this azimuth. Horizontal directions to the right of it, and towards it.
+const AZIMUTH = -62 * Math.PI / 180;
+const RIGHT = [-Math.sin(AZIMUTH), Math.cos(AZIMUTH), 0], NEAR = [Math.cos(AZIMUTH), Math.sin(AZIMUTH), 0];
 
 const FACES = ["+x", "-x", "+y", "-y", "+z", "-z"];
 const directionOf = face => [..."xyz"].map(axis => axis === face[1] ? Number(`${face[0]}1`) : 0);

@@ -99,9 +99,11 @@ function gradeMarkup({ grade, text }, fit) {
     </div>`;
 }
 
-const savedMarkup = ({ file, folder, next }) => html`
+const savedMarkup = ({ file, folder, next }, grade) => html`
   <p class="saved mark" data-mark="done"><span>Saved as <code>${file}</code>.
     ${folder && html`The raw samples are in <code>${folder}</code>`}</span></p>
+  ${folder && grade !== "good" && html`<p><button type="button" class="primary"
+    data-command='{"command":"resume"}'>Go on with more poses</button></p>`}
   ${next.length > 0 && html`<section><h2>What to do next</h2>${next.map(commandMarkup)}</section>`}`;
 
 const reportMarkup = (address, reasons) => html`
@@ -114,7 +116,7 @@ const reportMarkup = (address, reasons) => html`
 // The end of a session. One that was stopped has no result yet, whatever the last fit said.
 const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
   ${verdict && (saved || verdict.final) && gradeMarkup(verdict, fit)}
-  ${saved && savedMarkup(saved)}
+  ${saved && savedMarkup(saved, verdict?.grade)}
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
   ${truth && truthMarkup(truth)}

@@ -23,7 +23,7 @@ let accepted_until = 0;
 // ---- The page after an event ----
 
 let attitude = lying([0, 0, 1]), heading = 0;
-// A simulated sensor is laid down here.
+// A simulated sensor is moved here.
 let is_in_hand = false;
 
 function update() {
@@ -75,7 +75,9 @@ function updateBoard() {
   // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
   const read = normalised(s?.attitude ?? [1, 0, 0, 0]);
   heading = (up && headingTo(lying(up), read)) ?? heading;
-  attitude = turnedLevel(heading, read);
+  const is_there = performance.now() > turned_until || s && turned && angleDeg(s.up, upOf(turned)) < 4;
+  if (!held && !turning && is_there) turned = null;
+  attitude = turned ?? turnedLevel(heading, read);
   drawAttitude($("#board"), attitude);
   const is_accepted = performance.now() < accepted_until;
   const [mark, word] = is_accepted ? ["done", "Done"] : posture(state);
@@ -96,6 +98,47 @@ function updateBoard() {
   }
   drawAttitude($("#next .drawing"), lying(up));
 }
+
+// ---- The hand of a simulated session turns the drawing, and lays the board down when it lets go ----
+
+// The attitude that is drawn until the board is there.
+let turned = null, turned_until = 0;
+// The last event of the mouse that drags it; the timer that ends a turn by keys.
+let held = null, turning = 0;
+
+// By these angles to the right and towards the camera.
+function turnBoard(right, near) {
+  turned = normalised(product(turn(NEAR, -right), product(turn(RIGHT, near), turned ?? attitude)));
+  drawAttitude($("#board"), turned);
+}
+
+function letGo() {
+  held = null;
+  turning = 0;
+  if (!turned) return;
+  turned_until = performance.now() + 2500;
+  send({ command: "hand", up: upOf(turned) });
+}
+
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+function turnByKey(key) {
+  turnBoard(...ARROWS[key].map(v => v * Math.PI / 15));
+  clearTimeout(turning);
+  turning = setTimeout(letGo, 450);
+}
+
+$("#board").addEventListener("pointerdown", e => {
+  if (!is_in_hand) return;
+  held = e;
+  $("#board").setPointerCapture(e.pointerId);
+  e.preventDefault();
+});
+$("#board").addEventListener("pointermove", e => {
+  if (!held) return;
+  turnBoard(0.011 * (e.clientX - held.clientX), 0.011 * (e.clientY - held.clientY));
+  held = e;
+});
+$("#board").addEventListener("lostpointercapture", letGo);
 
 const WORDS = { to_do: "To do", capturing: "Capturing", done: "Done", redo: "Redo" };
 function updateTiles() {
@@ -145,7 +188,7 @@ function announce(text) {
 // ---- Commands ----
 
 async function send(command) {
-  if (state.end) return;
+  if (state.end && command.command !== "resume") return;
   try {
     const answer = await fetch(address("command"), {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(command),
@@ -207,6 +250,11 @@ const ACTIONS = {
 
 function press(button) {
   const { command, face, port } = button.dataset;
+  if (button.closest("#hands, #tiles")) {
+    clearTimeout(turning);
+    turning = 0;
+    turned = null;
+  }
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
   else if (port) send({ command: "port", name: port });
@@ -244,8 +292,10 @@ document.addEventListener("keydown", e => {
   const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
   const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
   if (key === "Escape" && choosing) choose(false);
-  else if (!button) return;
-  else if (!e.repeat && !button.disabled) press(button);
+  else if (button) {
+    if (!e.repeat && !button.disabled) press(button);
+  } else if (is_in_hand && ARROWS[key]) turnByKey(key);
+  else return;
   e.preventDefault();
 });
 
