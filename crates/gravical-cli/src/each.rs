@@ -125,7 +125,7 @@ pub struct Plan<'a> {
     /// Ending of a result, with the dot.
     pub ending: &'static str,
     /// Columns of the summary behind the common ones.
-    pub numbers: &'static [&'static str],
+    pub numbers: &'a [&'static str],
     pub force: bool,
     pub quiet: bool,
 }

@@ -1,14 +1,12 @@
-//! `--report`, `--figures` and `--verbose`, and the check of all targets of a command.
+//! `--report` and `--verbose`, how a result is shown, and the check of all targets of a command.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
 use gravical::calibration_file::InputFile;
 use gravical::escape::path_text;
-use gravical::numfmt::count;
-use gravical::output::{is_special, write_text};
-use gravical::targets::{check_targets, place, same_target};
+use gravical::output::write_text;
+use gravical::targets::check_targets;
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
@@ -20,19 +18,12 @@ use crate::text;
 
 #[derive(Debug, Default, clap::Args)]
 pub struct ReportArgs {
-    /// Page with figures (.html) or Markdown (.md)
+    /// Page with figures (.html), or Markdown (.md) with a folder of them
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Print all tables, notes and findings
     #[arg(short, long)]
     verbose: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub struct FigureArgs {
-    /// Folder for each figure as SVG
-    #[arg(long, hide_short_help = true, value_name = "DIR")]
-    pub figures: Option<PathBuf>,
 }
 
 /// How much of a document is printed.
@@ -50,23 +41,30 @@ impl ReportArgs {
         detail(self.verbose)
     }
 
-    /// Whether a report is requested.
+    /// Whether a report, with its figures, is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
     }
 
-    /// Checks the targets of a command without `--figures`.
+    /// Checks everything that a command is going to write, before its work.
     ///
     /// # Errors
     ///
-    /// As [`check_outputs`].
+    /// `report-target` (usage) for an unknown format; those of [`check_targets`] and [`check_figures`].
     pub fn check<'a>(
         &self,
         output: Option<&Path>,
         inputs: impl IntoIterator<Item = &'a PathBuf>,
         force: bool,
     ) -> Result<()> {
-        check_outputs(output, self, None, inputs, force)
+        let report = self.report.as_deref();
+        if let Some(folder) = report.map(figures_beside).transpose()?.flatten() {
+            check_figures(&folder, force)?;
+        }
+        let files = [output, report].into_iter().flatten().map(Path::to_owned);
+        let files: Vec<PathBuf> = files.collect();
+        let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
+        check_targets(&files, &inputs, force)
     }
 
     /// Writes the report if requested, atomically.
@@ -81,28 +79,6 @@ impl ReportArgs {
         }
     }
 
-    /// Writes the report if requested, and prints the result: as JSON, or in words.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`write_report`] and of printing.
-    pub fn present(
-        &self,
-        result: &impl Serialize,
-        document: &Document<'_>,
-        json: bool,
-        force: bool,
-    ) -> anyhow::Result<()> {
-        self.write(force, document)?;
-        if json {
-            text::print_json(result)?;
-        } else {
-            text::print_report(&document.to_text(self.detail()))?;
-        }
-        self.say();
-        Ok(())
-    }
-
     /// Prints the path of the report on stderr.
     pub fn say(&self) {
         if let Some(path) = &self.report {
@@ -111,30 +87,50 @@ impl ReportArgs {
     }
 }
 
-impl FigureArgs {
-    /// Whether something is drawn.
-    pub fn are_wanted(&self, report: &ReportArgs) -> bool {
-        report.is_wanted() || self.figures.is_some()
-    }
+/// The options of a command that prints its result.
+#[derive(Debug, clap::Args)]
+pub struct ResultArgs {
+    #[command(flatten)]
+    pub report: ReportArgs,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+    /// Print the result as JSON instead of the report
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
 
-    /// Writes the figures if requested, and reports that on stderr.
+impl ResultArgs {
+    /// [`ReportArgs::check`].
     ///
     /// # Errors
     ///
-    /// Those of [`write_figures`].
-    pub fn write(&self, figures: &[Figure], force: bool, quiet: bool) -> Result<()> {
-        let Some(folder) = &self.figures else {
-            return Ok(());
-        };
-        write_figures(figures, folder, force)?;
-        if !quiet {
-            let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
-            text::say(&format!(
-                "{} in {}: {}",
-                count(names.len(), "figure"),
-                path_text(folder),
-                names.join(", ")
-            ));
+    /// Those of [`ReportArgs::check`].
+    pub fn check<'a>(
+        &self,
+        output: Option<&Path>,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<()> {
+        self.report.check(output, inputs, self.force)
+    }
+
+    /// Writes the report if requested, and prints the result: as JSON, or in words.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`write_report`] and of printing.
+    pub fn present(&self, result: &impl Serialize, document: &Document<'_>) -> anyhow::Result<()> {
+        self.report.write(self.force, document)?;
+        if self.json {
+            text::print_json(result)?;
+        } else if !self.quiet {
+            text::print_report(&document.to_text(self.report.detail()))?;
+        }
+        if !self.quiet {
+            self.report.say();
         }
         Ok(())
     }
@@ -196,37 +192,4 @@ pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document
         created: &gravical::calibration_file::creation_time(),
         inputs,
     })
-}
-
-/// Checks everything that a command is going to write, before its work.
-///
-/// # Errors
-///
-/// `report-target` (usage) for an unknown format; `same-target` (usage) for two results in one place;
-/// those of [`check_targets`] and [`check_figures`].
-pub fn check_outputs<'a>(
-    output: Option<&Path>,
-    report: &ReportArgs,
-    figures: Option<&FigureArgs>,
-    inputs: impl IntoIterator<Item = &'a PathBuf>,
-    force: bool,
-) -> Result<()> {
-    let report = report.report.as_deref();
-    let beside = report.map(figures_beside).transpose()?.flatten();
-    let figures = figures.and_then(|figures| figures.figures.clone());
-    let folders: Vec<PathBuf> = beside.into_iter().chain(figures).collect();
-    for folder in &folders {
-        check_figures(folder, force)?;
-    }
-    let files = [output, report].into_iter().flatten().map(Path::to_owned);
-    let files: Vec<PathBuf> = files.collect();
-    // Files and folders alike: no two results in one place.
-    let mut places = HashSet::new();
-    for path in folders.iter().chain(&files) {
-        if !is_special(path) && !places.insert(place(path)) {
-            return Err(same_target(path));
-        }
-    }
-    let inputs: Vec<PathBuf> = inputs.into_iter().cloned().collect();
-    check_targets(&files, &inputs, force)
 }

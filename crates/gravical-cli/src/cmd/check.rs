@@ -15,7 +15,7 @@ use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::quality;
 use crate::options::{GravityArgs, SWAPPED, reading};
-use crate::report::{ReportArgs, with_origin};
+use crate::report::{ResultArgs, with_origin};
 
 /// Test whether a calibration still fits new recordings at rest
 ///
@@ -37,19 +37,10 @@ pub struct Args {
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     #[command(flatten)]
-    report: ReportArgs,
+    result: ResultArgs,
     /// Gyroscope in a second file, joined by time
     #[arg(long, value_name = "FILE")]
     gyro: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
-    /// With --each: print only what does not fit
-    #[arg(short, long, requires = "each")]
-    quiet: bool,
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
@@ -71,13 +62,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options()?;
     let calibrations = files_of(&args.calibration);
     let files = calibrations.iter().chain(&args.recordings);
-    args.report
-        .check(None, files.chain(&args.gyro), args.force)?;
+    args.result.check(None, files.chain(&args.gyro))?;
+    let quiet = args.result.json || args.result.quiet;
     let read_options = reading(&args.recording, true);
     let inputs = &args.recordings;
-    let calibration =
-        args.origin
-            .read(&args.calibration, inputs, &read_options, SWAPPED, args.json)?;
+    let calibration = args
+        .origin
+        .read(&args.calibration, inputs, &read_options, SWAPPED, quiet)?;
     let (result, recordings) = compute(
         args,
         &calibration.file,
@@ -89,8 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut inputs = InputFile::of(&recordings);
     inputs.push(calibration.input);
     let document = with_origin(report::check(&result), &inputs);
-    args.report
-        .present(&result, &document, args.json, args.force)?;
+    args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))
 }
 
@@ -102,8 +92,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.gyro.is_some()),
-        ("--report", args.report.is_wanted()),
-        ("--json", args.json),
+        ("--report", args.result.report.is_wanted()),
+        ("--json", args.result.json),
     ])?;
     args.origin.refuse(&args.calibration)?;
     let why = "check writes no results that a second run could keep";
@@ -129,8 +119,8 @@ fn check_each(args: &Args) -> anyhow::Result<ExitCode> {
             "predicted_rms_mps2",
             "p_value",
         ],
-        force: args.force,
-        quiet: args.quiet,
+        force: args.result.force,
+        quiet: args.result.quiet,
     };
     let path = &args.calibration;
     let check = |session: &Path, _: Option<&Path>| {

@@ -17,7 +17,7 @@ use gravical_report::report;
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{FigureArgs, ReportArgs, check_outputs, with_origin};
+use crate::report::{ReportArgs, with_origin};
 use crate::table::{TableArgs, Target};
 
 /// Compute velocity and position with error bands
@@ -39,8 +39,6 @@ pub struct Args {
     output: TableArgs,
     #[command(flatten)]
     report: ReportArgs,
-    #[command(flatten)]
-    figures: FigureArgs,
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(short, long, value_name = "CAL")]
     calibration: Option<PathBuf>,
@@ -98,13 +96,8 @@ impl Args {
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let TableArgs { force, quiet, .. } = args.output;
-    check_outputs(
-        args.output.target().file(),
-        &args.report,
-        Some(&args.figures),
-        &args.files(),
-        force,
-    )?;
+    let target = args.output.target();
+    args.report.check(target.file(), &args.files(), force)?;
     let noise = args.noise.as_deref().map(read_noise).transpose()?;
     let options = MotionOptions {
         noise: noise.as_ref().map(|(result, _)| result.section()),
@@ -143,18 +136,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs.push(reference.input());
     }
 
-    let target = args.output.target();
     if target != Target::Nowhere {
         let path = target.file().unwrap_or(Path::new("standard output"));
         args.output.write(|out| table(&motion, path, out))?;
     }
-    let figures = if args.figures.are_wanted(&args.report) {
-        figure::motion::figures(&motion)
-    } else {
-        Vec::new()
-    };
-    args.figures.write(&figures, force, quiet)?;
     if args.report.is_wanted() {
+        let figures = figure::motion::figures(&motion);
         let document = report::motion(&motion.result, &recording, &figures);
         args.report.write(force, &with_origin(document, &inputs))?;
     }

@@ -62,11 +62,11 @@ fn the_figure_of_the_readme_is_what_the_demo_draws() {
     let folder = tempfile::tempdir().unwrap();
     for line in [
         "demo -o here",
-        "motion here/line/line.csv -c here/calibration.json --figures figures --json --quiet",
+        "motion here/line/line.csv -c here/calibration.json --report r.md --json --quiet",
     ] {
         ends(folder.path(), line, 0);
     }
-    let drawn = fs::read_to_string(folder.path().join("figures/position.svg")).unwrap();
+    let drawn = fs::read_to_string(folder.path().join("r_figures/position.svg")).unwrap();
     let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");
     if std::env::var_os("GRAVICAL_BLESS").is_some() {
         fs::write(&shown, &drawn).unwrap();

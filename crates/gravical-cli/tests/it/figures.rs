@@ -1,4 +1,4 @@
-//! `--figures DIR` of calibrate and motion.
+//! The figures beside a report in Markdown.
 
 use std::path::Path;
 
@@ -29,13 +29,11 @@ fn drawings(folder: &Path) -> Vec<String> {
 fn a_calibration_is_drawn() {
     let folder = six_files(&Sensor::default());
     let path = folder.path();
-    let err = ends(path, "calibrate . --figures plots --json", 0).err;
-    assert!(
-        err.contains("3 figures in plots: norm, sphere, captures"),
-        "{err}"
-    );
-    drawings(&path.join("plots"));
-    let forced = ends(path, "calibrate . --figures plots --force --quiet", 0);
+    ends(path, "calibrate . --report r.md --json", 0);
+    let mut drawn = drawings(&path.join("r_figures"));
+    drawn.sort();
+    assert_eq!(drawn, ["captures", "norm", "sphere"]);
+    let forced = ends(path, "calibrate . --report r.md --force --quiet", 0);
     assert_eq!(forced.err, "");
 }
 
@@ -44,13 +42,13 @@ fn a_calibration_is_drawn() {
 fn a_forced_run_takes_away_what_the_earlier_one_left() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let plots = path.join("plots");
+    let plots = path.join("r_figures");
     line(path);
     let rows = (0..1200).map(|i| format!("{},0.1,0.2,9.8{}\n", 10 * i, i % 3));
     let rest = format!("t_ms,ax,ay,az\n{}", rows.collect::<String>());
     write(path, "rest.csv", &rest);
     let draw = |what: &str, code: i32| {
-        json(path, &format!("motion {what} --figures plots"), code);
+        json(path, &format!("motion {what} --report r.md"), code);
     };
     draw("line/line.csv -c cal.json", 0);
     assert!(drawings(&plots).contains(&"trajectory".to_owned()));
@@ -90,14 +88,14 @@ fn recordings_with_hardly_anything_in_them() {
         ("huge", rows(600, "9.8e60")),
     ] {
         write(path, &format!("{name}.csv"), &text);
-        let line = format!("motion {name}.csv --figures {name} --json --quiet");
+        let line = format!("motion {name}.csv --report {name}.md --json --quiet");
         let run = run_in(path, words(&line));
-        let plots = path.join(name);
+        let plots = path.join(format!("{name}_figures"));
         if plots.exists() {
             drawings(&plots);
         } else {
             assert!([2, 3].contains(&run.code), "{name}: {}{}", run.out, run.err);
         }
     }
-    assert!(path.join("constant/acceleration.svg").is_file());
+    assert!(path.join("constant_figures/acceleration.svg").is_file());
 }

@@ -12,7 +12,6 @@ fn wrong_calls() {
     for (options, code, named) in [
         ("--gravity 5", "option-range", "gravity"),
         ("--causal --smooth butter:4,5Hz", "option-range", "filters"),
-        ("--figures cal.json", "no-folder", ""),
         ("--truth -", "truth-stdin", ""),
         ("--gyro line/line.csv", "gyro-twice", ""),
         ("--truth line/line.csv", "truth-columns-missing", ""),

@@ -46,28 +46,26 @@ fn refused(folder: &Path, line: &str, code: &str) {
 const REFUSED: &str = "\
 motion line.csv -o a.html --report a.html --force: same-target
 motion line.csv -o a.html --report ./a.html: same-target
-motion line.csv --report f.html --figures f.html: same-target
 calibrate d/poses/poses.csv -o c.html --report c.html: same-target
 motion line.csv -o t.csv --report nope/x.html: no-folder
 calibrate d/poses/poses.csv -o no/such/c.json: no-folder
 calibrate d/poses/poses.csv -o c.json --report nope/x.html: no-folder
 motion line.csv -o t.csv --report d.html --force: is-folder
-motion line.csv -o t.csv --figures -: no-folder
 motion line.csv -o t.csv --report -: report-target
 calibrate d/poses/poses.csv --report page.pdf: report-target
 motion line.csv -o t.csv --report page.html.gz: report-target
 motion line.csv -o t.csv --report d/motion.html: exists
-motion line.csv -o t.csv --figures drawn: exists";
+motion line.csv -o t.csv --report drawn.md: exists";
 
 #[test]
 fn what_cannot_be_written_is_said_before_the_work() {
     let folder = folder();
     let at = folder.path();
-    for name in ["figs", "d.html", "drawn"] {
+    for name in ["figs", "d.html", "drawn_figures"] {
         fs::create_dir(at.join(name)).unwrap();
     }
     let figure = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=\"9\"/>";
-    write(at, "drawn/position.svg", figure);
+    write(at, "drawn_figures/position.svg", figure);
     for row in REFUSED.lines() {
         let (line, code) = row.split_once(": ").unwrap();
         refused(at, line, code);
@@ -193,7 +191,7 @@ fn results_in_an_input_folder_are_replaced_with_force() {
     for line in [
         "calibrate s -o s/cal.json --report s/cal.html",
         "calibrate s -o s/cal.txt",
-        "calibrate s --report s/report.md --figures s/drawn",
+        "calibrate s --report s/report.md",
         "calibrate --each s -o s --summary s/all.csv",
         "calibrate --each s -o s/out --summary s/all.csv.gz",
         "check cal.json s --each --summary s/checked.csv",

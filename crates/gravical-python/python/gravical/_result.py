@@ -58,7 +58,7 @@ def parsed(text: str) -> Any:
 
 
 class Figure(NamedTuple):
-    """A figure: its name (as of ``--figures``), what it shows, and the SVG."""
+    """A figure: its name, what it shows, and the SVG."""
 
     name: str
     title: str
