@@ -2,30 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibration_file::{
-    CalibrationFile, FoundCalibration, RecordingOrigin, find_calibration, json_files,
-};
+use gravical::calibration_file::{CalibrationFile, FoundCalibration, find_calibration, json_files};
 use gravical::escape::path_text;
-use gravical::recording::{ReadOptions, read_head};
+use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::session::{files_in, is_something_else};
-use gravical::utc::UtcTime;
 use gravical::{Category, Error, Result};
 
 use crate::text;
 
-/// The recording, for a folder of calibrations.
+/// The sensor, for a folder of calibrations.
 #[derive(Debug, Default, clap::Args)]
 pub struct OriginArgs {
     /// In a folder: the sensor [default: as recorded]
     #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
-    /// In a folder: for this date [default: as recorded]
-    #[arg(long, hide_short_help = true, value_name = "DATE", value_parser = end_of_day)]
-    recorded: Option<UtcTime>,
 }
 
 impl OriginArgs {
-    /// Refuses a folder, and the options that choose in one, where one calibration is for all.
+    /// Refuses a folder, and the option that chooses in one, where one calibration is for all.
     ///
     /// # Errors
     ///
@@ -39,13 +33,13 @@ impl OriginArgs {
             .at(path, None)
             .with_hint("name the file of one calibration, or run the command for one recording"));
         }
-        if self.sensor_id.is_some() || self.recorded.is_some() {
+        if self.sensor_id.is_some() {
             return Err(Error::usage(
                 "origin-unused",
-                "--sensor-id and --recorded choose among the calibrations of a folder, and this is a file",
+                "--sensor-id chooses among the calibrations of a folder, and this is a file",
             )
             .at(path, None)
-            .with_hint("leave them out, or name a folder"));
+            .with_hint("leave it out, or name a folder"));
         }
         Ok(())
     }
@@ -68,11 +62,8 @@ impl OriginArgs {
             self.refuse(path)?;
             return read_file(path, inputs.first().map(PathBuf::as_path), swap);
         }
-        let origin = RecordingOrigin {
-            sensor_id: self.sensor_id.clone(),
-            recorded: self.recorded,
-        };
-        let found = find_calibration(path, &heads(inputs, options)?, &origin)?;
+        let heads = heads(inputs, options)?;
+        let found = find_calibration(path, &heads, self.sensor_id.as_deref())?;
         if !quiet {
             text::say(&format!(
                 "Calibration: {}, {}",
@@ -82,15 +73,6 @@ impl OriginArgs {
         }
         Ok(found)
     }
-}
-
-/// The time in words of the user; a day without a time is its last second.
-fn end_of_day(text: &str) -> Result<UtcTime> {
-    const DAY: usize = "2026-03-09".len();
-    if text.len() == DAY {
-        return format!("{text}T23:59:59Z").parse();
-    }
-    text.parse()
 }
 
 /// Reads a calibration file. If the file is none but `recording` is, the hint is `swap`.
@@ -125,7 +107,7 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 }
 
 /// The first rows of the recordings: files, or one folder.
-fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<gravical::recording::Recording>> {
+fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recording>> {
     let is_folder = inputs.len() == 1 && inputs[0].is_dir();
     let paths = if is_folder {
         files_in(&inputs[0])?
