@@ -47,19 +47,12 @@ class Motion:
     from the first 3 s of the first rest of the samples that come; until then the motion is not
     known. Where the whole recording is there, :func:`gravical.motion` is more accurate.
 
-    Parameters
-    ----------
-    first : path, recording or table
-        Some seconds that tell units and rate. Their samples are not taken: pass them to
-        :meth:`extend`, if they are part of the motion.
-    calibration : Calibration, path, or object of imucal, optional
-        Without it the nominal scales are used.
-    **options
-        Those of :func:`gravical.motion` that need no recording as a whole (else ``option-range``):
-        not ``smooth``, ``rests``, ``zero_velocity=False``, the initial mean.
+    - ``first``: some seconds that tell units and rate. Their samples are not taken: pass them to
+      :meth:`extend`, if they are part of the motion.
+    - ``calibration`` as of :func:`gravical.motion`, and those of its keywords that need no recording
+      as a whole (else ``option-range``): not ``smooth``, ``rests``, ``zero_velocity=False``, the
+      initial mean.
 
-    Examples
-    --------
     >>> line = gravical.simulate("line", seed=3).recordings["line.csv"]
     >>> live = gravical.Motion(line, calibration)
     >>> first = live.update(line.t[0], line.accel[0], line.gyro[0])
