@@ -88,7 +88,7 @@ impl EachArgs {
 /// # Errors
 ///
 /// `each-option` (usage).
-pub fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
+fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => {
             let error = Error::usage("each-option", format!("{option}: {why}"));

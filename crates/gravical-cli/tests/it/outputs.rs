@@ -92,7 +92,6 @@ calibrate --each s --thermal line.csv --summary: line.csv
 check o.md line.csv --report: o.md
 check cals o.md --report: o.md
 check cal.json line.csv --gyro o.md --report: o.md
-check cal.json --each s --summary: cal.json s/x_up.csv
 inspect o.md --report: o.md
 inspect line.csv --gyro o.md --report: o.md
 compare o.md cal.json --report: o.md
@@ -192,7 +191,6 @@ fn results_in_an_input_folder_are_replaced_with_force() {
         "calibrate s --report s/report.md",
         "calibrate --each s -o s --summary s/all.csv",
         "calibrate --each s -o s/out --summary s/all.csv.gz",
-        "check cal.json s --each --summary s/checked.csv",
         "inspect s --report s/poses.html",
         "apply s line.csv -o s/line.csv",
         "apply s line.csv -o s/line.csv.gz",
