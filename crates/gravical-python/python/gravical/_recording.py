@@ -173,8 +173,10 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     if isinstance(source, Recording):
         if name is None and not reading:
             return source
-        source = source._native
-    elif not is_path(source):
+        source = [source._native]
+    elif is_path(source):
+        source = [source]
+    else:
         if hasattr(source, "read") and not is_table(source):
             source, name = source.read(), name or str(getattr(source, "name", "file"))
         if isinstance(source, (bytes, bytearray, memoryview)):
