@@ -1,5 +1,6 @@
 //! Errors as text or JSON, and their exit codes.
 
+use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::num::{ParseFloatError, ParseIntError};
 use std::process::ExitCode;
@@ -70,10 +71,10 @@ impl RenderedError {
         ))
     }
 
-    /// Prints it as JSON on stdout, of `log` in one line, or in words on stderr. Returns its exit
-    /// code.
-    fn print(&self, json: bool) -> ExitCode {
-        let printed = json && {
+    /// Prints it with `--json` as JSON on stdout, of `log` in one line, else in words on stderr.
+    /// Returns its exit code.
+    fn print(&self) -> ExitCode {
+        let printed = wants_json() && {
             let is_log = std::env::args_os().nth(1).is_some_and(|word| word == "log");
             let text = if is_log {
                 self.object.to_string()
@@ -92,6 +93,11 @@ impl RenderedError {
     }
 }
 
+/// Also where the command line is not understood.
+fn wants_json() -> bool {
+    std::env::args_os().any(|word| word == "--json")
+}
+
 /// A paragraph on a terminal, a whole line for log files.
 fn line(first: &str, text: &str) -> String {
     if io::stderr().is_terminal() {
@@ -102,9 +108,9 @@ fn line(first: &str, text: &str) -> String {
 }
 
 /// Prints `error` and returns its exit code.
-pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
+pub fn report(error: &anyhow::Error) -> ExitCode {
     match RenderedError::of(error) {
-        Some(rendered) => rendered.print(json),
+        Some(rendered) => rendered.print(),
         None => ExitCode::SUCCESS,
     }
 }
@@ -112,16 +118,13 @@ pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
 /// Prints a usage error, or the help or version that was requested.
 pub fn usage(error: &clap::Error) -> ExitCode {
     let exit = u8::try_from(error.exit_code()).unwrap_or(2);
-    let words: Vec<String> = std::env::args_os()
-        .map(|word| word.to_string_lossy().into_owned())
-        .collect();
-    let json = exit != 0 && words.iter().any(|word| word == "--json");
     if let Some(refused) = refused(error) {
-        return refused.print(json);
+        return refused.print();
     }
     // A message of clap quotes the words of the user.
-    if json || words.iter().any(|word| shown(word) != *word) {
-        return of_clap(error, exit).print(json);
+    let is_hostile = |word: OsString| shown(&word.to_string_lossy()) != word.to_string_lossy();
+    if exit != 0 && (wants_json() || std::env::args_os().any(is_hostile)) {
+        return of_clap(error, exit).print();
     }
     let _ = error.print();
     ExitCode::from(exit)

@@ -106,24 +106,15 @@ fn with_common_options(verb: clap::Command) -> clap::Command {
     }
 }
 
-/// Whether errors are written as JSON on stdout.
-fn wants_json(words: &clap::ArgMatches) -> bool {
-    let json = words.try_get_one::<bool>("json").ok().flatten();
-    let verb = words.subcommand();
-    json == Some(&true) || verb.is_some_and(|(_, words)| wants_json(words))
-}
-
 fn main() -> ExitCode {
     crash::watch();
-    let parsed = program()
-        .try_get_matches()
-        .and_then(|words| Ok((wants_json(&words), Cli::from_arg_matches(&words)?)));
-    let (json, cli) = match parsed {
-        Ok(parsed) => parsed,
+    let words = program().try_get_matches();
+    let cli = match words.and_then(|words| Cli::from_arg_matches(&words)) {
+        Ok(cli) => cli,
         Err(error) => return failure::usage(&error),
     };
     progress::watch();
     let done = cli.verb.run();
     progress::end();
-    done.unwrap_or_else(|error| failure::report(&error, json))
+    done.unwrap_or_else(|error| failure::report(&error))
 }

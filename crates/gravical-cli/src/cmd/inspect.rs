@@ -63,7 +63,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
                 .into(),
         );
     }
-    let (mut found, mut failed, mut is_bad) = (Vec::new(), Vec::new(), false);
+    let (mut found, mut is_bad) = (Vec::new(), false);
+    let mut failed: Vec<anyhow::Error> = Vec::new();
     for (path, listed) in &files {
         let recording = match read_one(args, path, *listed, &options) {
             Ok(recording) => recording,
@@ -100,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let mut code = ExitCode::SUCCESS;
     for error in &failed {
-        code = failure::report(error, false);
+        code = failure::report(error);
     }
     Ok(code)
 }
