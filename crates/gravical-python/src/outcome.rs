@@ -163,6 +163,7 @@ impl Outcome {
                 .with_hint(format!("one of {}", names.join(", ")))
         };
         let target = Target::find(to).ok_or_else(unknown)?;
+        target.check(options)?;
         let written = match &self.kind {
             Kind::Noise(result) if target.name == "kalibr" => {
                 kalibr(&result.section(), options.upper_limit)?

@@ -68,6 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         std::slice::from_ref(calibration),
         args.force,
     )?;
+    target.check(&args.options)?;
     let noise = (target.name == "kalibr").then(|| read_noise(calibration));
     let written = match noise {
         Some(Ok((noise, _))) => kalibr(&noise.section(), args.options.upper_limit)?,
