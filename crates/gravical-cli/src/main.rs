@@ -67,11 +67,10 @@ const GROUPS: [(&str, &[&str]); 4] = [
 
 /// The program with its verbs in groups.
 fn program() -> clap::Command {
-    let command = if std::env::args_os().any(|word| word == "--help") {
-        Cli::command().mut_subcommands(with_every_option)
-    } else {
-        Cli::command().mut_subcommands(with_common_options)
-    };
+    let mut command = Cli::command();
+    if std::env::args_os().any(|word| word == "--help") {
+        command = command.mut_subcommands(with_every_option);
+    }
     let mut groups = String::new();
     for (title, verbs) in GROUPS {
         groups += &format!("{title}:\n");
@@ -95,15 +94,6 @@ fn with_every_option(verb: clap::Command) -> clap::Command {
     verb.mut_args(|arg| arg.hide_short_help(false).long_help(None::<&str>))
         .mut_subcommands(with_every_option)
         .long_about(None::<&str>)
-}
-
-/// `-h`: without the options that few need.
-fn with_common_options(verb: clap::Command) -> clap::Command {
-    let hides = verb.get_arguments().any(|arg| arg.is_hide_short_help_set());
-    match (hides, verb.get_after_help().map(ToString::to_string)) {
-        (true, Some(text)) => verb.after_help(format!("{text}\nMore options: --help")),
-        _ => verb,
-    }
 }
 
 fn main() -> ExitCode {
