@@ -25,23 +25,21 @@ impl OriginArgs {
     ///
     /// `origin-unused` (usage).
     pub fn refuse(&self, path: &Path) -> Result<()> {
-        if path.is_dir() {
-            return Err(Error::usage(
-                "origin-unused",
+        let (what, hint) = if path.is_dir() {
+            (
                 "a folder of calibrations has one for each recording, and many recordings are read here",
+                "name the file of one calibration, or run the command for one recording",
             )
-            .at(path, None)
-            .with_hint("name the file of one calibration, or run the command for one recording"));
-        }
-        if self.sensor_id.is_some() {
-            return Err(Error::usage(
-                "origin-unused",
+        } else if self.sensor_id.is_some() {
+            (
                 "--sensor-id chooses among the calibrations of a folder, and this is a file",
+                "leave it out, or name a folder",
             )
-            .at(path, None)
-            .with_hint("leave it out, or name a folder"));
-        }
-        Ok(())
+        } else {
+            return Ok(());
+        };
+        let error = Error::usage("origin-unused", what);
+        Err(error.at(path, None).with_hint(hint))
     }
 
     /// The calibration at `path`; of a folder, that for `inputs`, which is said unless `quiet`.
