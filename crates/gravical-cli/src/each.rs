@@ -49,7 +49,8 @@ pub struct EachArgs {
 /// One of several runs over the same inputs, from 1, and how many they are.
 fn parse_shard(text: &str) -> Result<(usize, usize), String> {
     let parts = text.split_once('/');
-    let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let parts: Option<(usize, usize)> =
+        parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     parts
         .filter(|(index, count)| (1..=*count).contains(index))
         .ok_or_else(|| "1/8 to 8/8 are the eight parts of a run".to_owned())
