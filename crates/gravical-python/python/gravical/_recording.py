@@ -206,14 +206,14 @@ def session_of(session: Any, options: dict[str, Any]) -> tuple[list[Any], dict[s
         raise UsageError("the session is empty", hint="give the recordings of the sensor at rest")
     if all(name is None and is_path(one) for name, one in parts):
         return [one for _, one in parts], options
-    reading = {key: options[key] for key in _gravical.READING if key in options}
-    is_read = [not isinstance(one, Recording) for _, one in parts]
+    reading: dict[str, Any] = {}
+    if not all(isinstance(one, Recording) for _, one in parts):
+        reading = {key: options[key] for key in _gravical.READING if key in options}
     sources = [
-        read(one, name=name, **(reading if new else {}))._native
-        for (name, one), new in zip(parts, is_read)
+        read(one, name=name, **({} if isinstance(one, Recording) else reading))._native
+        for name, one in parts
     ]
-    left = {key: value for key, value in options.items() if key not in reading}
-    return sources, left if any(is_read) else options
+    return sources, {key: value for key, value in options.items() if key not in reading}
 
 
 def _is_columns(mapping: Mapping[Any, Any]) -> bool:
