@@ -2,52 +2,44 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibration_file::{
-    CalibrationFile, FoundCalibration, RecordingOrigin, find_calibration, json_files,
-};
+use gravical::calibration_file::{CalibrationFile, FoundCalibration, find_calibration, json_files};
 use gravical::escape::path_text;
-use gravical::recording::{ReadOptions, read_head};
+use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::session::{files_in, is_something_else};
-use gravical::utc::UtcTime;
 use gravical::{Category, Error, Result};
 
 use crate::text;
 
-/// The recording, for a folder of calibrations.
+/// The sensor, for a folder of calibrations.
 #[derive(Debug, Default, clap::Args)]
 pub struct OriginArgs {
     /// In a folder: the sensor [default: as recorded]
     #[arg(long, hide_short_help = true, value_name = "TEXT")]
     sensor_id: Option<String>,
-    /// In a folder: for this date [default: as recorded]
-    #[arg(long, hide_short_help = true, value_name = "DATE", value_parser = end_of_day)]
-    recorded: Option<UtcTime>,
 }
 
 impl OriginArgs {
-    /// Refuses a folder, and the options that choose in one, where one calibration is for all.
+    /// Refuses a folder, and the option that chooses in one, where one calibration is for all.
     ///
     /// # Errors
     ///
     /// `origin-unused` (usage).
     pub fn refuse(&self, path: &Path) -> Result<()> {
-        if path.is_dir() {
-            return Err(Error::usage(
-                "origin-unused",
+        let (what, hint) = if path.is_dir() {
+            (
                 "a folder of calibrations has one for each recording, and many recordings are read here",
+                "name the file of one calibration, or run the command for one recording",
             )
-            .at(path, None)
-            .with_hint("name the file of one calibration, or run the command for one recording"));
-        }
-        if self.sensor_id.is_some() || self.recorded.is_some() {
-            return Err(Error::usage(
-                "origin-unused",
-                "--sensor-id and --recorded choose among the calibrations of a folder, and this is a file",
+        } else if self.sensor_id.is_some() {
+            (
+                "--sensor-id chooses among the calibrations of a folder, and this is a file",
+                "leave it out, or name a folder",
             )
-            .at(path, None)
-            .with_hint("leave them out, or name a folder"));
-        }
-        Ok(())
+        } else {
+            return Ok(());
+        };
+        let error = Error::usage("origin-unused", what);
+        Err(error.at(path, None).with_hint(hint))
     }
 
     /// The calibration at `path`; of a folder, that for `inputs`, which is said unless `quiet`.
@@ -68,11 +60,8 @@ impl OriginArgs {
             self.refuse(path)?;
             return read_file(path, inputs.first().map(PathBuf::as_path), swap);
         }
-        let origin = RecordingOrigin {
-            sensor_id: self.sensor_id.clone(),
-            recorded: self.recorded,
-        };
-        let found = find_calibration(path, &heads(inputs, options)?, &origin)?;
+        let heads = heads(inputs, options)?;
+        let found = find_calibration(path, &heads, self.sensor_id.as_deref())?;
         if !quiet {
             text::say(&format!(
                 "Calibration: {}, {}",
@@ -82,15 +71,6 @@ impl OriginArgs {
         }
         Ok(found)
     }
-}
-
-/// The time in words of the user; a day without a time is its last second.
-fn end_of_day(text: &str) -> Result<UtcTime> {
-    const DAY: usize = "2026-03-09".len();
-    if text.len() == DAY {
-        return format!("{text}T23:59:59Z").parse();
-    }
-    text.parse()
 }
 
 /// Reads a calibration file. If the file is none but `recording` is, the hint is `swap`.
@@ -125,7 +105,7 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 }
 
 /// The first rows of the recordings: files, or one folder.
-fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<gravical::recording::Recording>> {
+fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recording>> {
     let is_folder = inputs.len() == 1 && inputs[0].is_dir();
     let paths = if is_folder {
         files_in(&inputs[0])?

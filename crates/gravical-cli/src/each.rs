@@ -4,11 +4,8 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::str::FromStr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -37,8 +34,8 @@ pub struct EachArgs {
     #[arg(long, hide_short_help = true)]
     pub resume: bool,
     /// Every N-th session from the I-th: 1/8 to 8/8
-    #[arg(long, hide_short_help = true, value_name = "I/N")]
-    pub shard: Option<Shard>,
+    #[arg(long, hide_short_help = true, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<(usize, usize)>,
     /// Sessions at a time [default: one for each core]
     #[arg(
         long,
@@ -49,24 +46,14 @@ pub struct EachArgs {
     pub threads: Option<u16>,
 }
 
-/// One run of several over the same inputs.
-#[derive(Debug, Clone, Copy)]
-pub struct Shard {
-    index: usize,
-    count: usize,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/');
-        let parts = parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-        match parts {
-            Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
-            _ => Err("1/8 to 8/8 are the eight parts of a run".to_owned()),
-        }
-    }
+/// One of several runs over the same inputs, from 1, and how many they are.
+fn parse_shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/');
+    let parts: Option<(usize, usize)> =
+        parts.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts
+        .filter(|(index, count)| (1..=*count).contains(index))
+        .ok_or_else(|| "1/8 to 8/8 are the eight parts of a run".to_owned())
 }
 
 impl EachArgs {
@@ -102,7 +89,7 @@ impl EachArgs {
 /// # Errors
 ///
 /// `each-option` (usage).
-pub fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
+fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
     match options.iter().find(|(_, given)| *given) {
         Some((option, _)) => {
             let error = Error::usage("each-option", format!("{option}: {why}"));
@@ -125,7 +112,7 @@ pub struct Plan<'a> {
     /// Ending of a result, with the dot.
     pub ending: &'static str,
     /// Columns of the summary behind the common ones.
-    pub numbers: &'static [&'static str],
+    pub numbers: &'a [&'static str],
     pub force: bool,
     pub quiet: bool,
 }
@@ -168,11 +155,10 @@ pub fn run(
         .into_iter()
         .chain(plan.each.summary.as_deref())
         .collect();
-    let (given, lists) = given(plan.inputs)?;
-    let paths = paths(plan, &given, &outputs)?;
+    let paths = paths(plan, &outputs)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
-    if let Some(Shard { index, count }) = plan.each.shard {
+    if let Some((index, count)) = plan.each.shard {
         items = items.into_iter().skip(index - 1).step_by(count).collect();
     }
     if let Some(folder) = plan.output {
@@ -180,11 +166,11 @@ pub fn run(
     }
     let results = items.iter().filter_map(|item| item.result.as_ref());
     let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
-    let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
-    check_targets(&targets, &inputs.concat(), force)?;
+    let inputs = [&plan.shared[..], plan.inputs, &paths[..]].concat();
+    check_targets(&targets, &inputs, force)?;
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
     let width = widths.max().unwrap_or(0).min(40);
-    progress::count(items.len() as u64);
+    let bar = progress::of_sessions(items.len());
     let next = AtomicUsize::new(0);
     let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
     let one = |item: &Item| {
@@ -204,11 +190,12 @@ pub fn run(
                 let at = next.fetch_add(1, Ordering::Relaxed);
                 let Some(item) = items.get(at) else { return };
                 let row = one(item);
-                progress::counted(row.is_poor);
                 if !plan.quiet || row.is_poor {
+                    let line = row.line(&item.path, width);
                     // A reader who has gone does not end the work.
-                    let _ = text::print_line(&row.line(&item.path, width));
+                    let _ = bar.suspend(|| text::print(&line));
                 }
+                bar.inc(1);
                 if let Ok(mut rows) = rows.lock() {
                     rows.insert(at, row);
                 }
@@ -218,6 +205,7 @@ pub fn run(
             scope.spawn(work);
         }
     });
+    bar.finish_and_clear();
     let rows = rows
         .into_inner()
         .map_err(|_| anyhow::anyhow!("a thread ended early"))?;
@@ -235,59 +223,22 @@ fn threads(each: &EachArgs) -> usize {
     each.threads.map_or_else(cores, usize::from)
 }
 
-/// Bytes of a list of paths.
-const MAX_LIST_BYTES: u64 = 1 << 24;
-
-fn read_list(list: &Path) -> Result<String> {
-    let mut text = String::new();
-    let file = File::open(list).map_err(|e| Error::io(list, e))?;
-    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
-    match read.map_err(|e| Error::io(list, e))? as u64 {
-        ..=MAX_LIST_BYTES => Ok(text),
-        _ => Err(Error::input("too-large", "more than 16 MiB: not a list of paths").at(list, None)),
-    }
-}
-
-/// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
-///
-/// # Errors
-///
-/// `each-input` (usage) for standard input; errors of reading a list.
-fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
-    let (mut found, mut lists) = (Vec::new(), Vec::new());
-    for argument in arguments {
-        if argument == Path::new("-") {
-            return Err(Error::usage(
-                "each-input",
-                "standard input is one recording, and many are read here",
-            )
-            .with_hint("give files or folders, or @LIST for the paths in a file"));
-        }
-        let text = argument.to_string_lossy();
-        match text.strip_prefix('@').filter(|_| !argument.exists()) {
-            Some(list) => {
-                let list = Path::new(list);
-                let text = read_list(list)?;
-                let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
-                let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
-                found.extend(lines.map(PathBuf::from));
-                lists.push(list.to_owned());
-            }
-            None => found.push(argument.clone()),
-        }
-    }
-    Ok((found, lists))
-}
-
 /// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
 ///
 /// # Errors
 ///
-/// `no-recordings` (input); errors of reading a folder.
-fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<PathBuf>> {
+/// `each-input` (usage) for standard input; `no-recordings` (input); errors of reading a folder.
+fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
     let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     let mut paths = Vec::new();
-    for path in given {
+    for path in plan.inputs {
+        if path == Path::new("-") {
+            return Err(Error::usage(
+                "each-input",
+                "standard input is one recording, and many are read here",
+            )
+            .with_hint("give files or folders"));
+        }
         if !path.is_dir() || plan.folders && is_session(path) {
             paths.push(path.clone());
             continue;
@@ -404,7 +355,7 @@ impl Outcome {
         };
         let reason = self.reasons.first().map_or("", String::as_str);
         let (path, reason) = (path_text(path), one_line(reason));
-        format!("{:<14}  {path:<width$}  {code}{reason}", self.grade)
+        format!("{:<14}  {path:<width$}  {code}{reason}\n", self.grade)
     }
 }
 

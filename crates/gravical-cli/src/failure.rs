@@ -1,5 +1,6 @@
 //! Errors as text or JSON, and their exit codes.
 
+use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::num::{ParseFloatError, ParseIntError};
 use std::process::ExitCode;
@@ -69,6 +70,32 @@ impl RenderedError {
             hint.as_deref(),
         ))
     }
+
+    /// Prints it with `--json` as JSON on stdout, of `log` in one line, else in words on stderr.
+    /// Returns its exit code.
+    fn print(&self) -> ExitCode {
+        let printed = wants_json() && {
+            let is_log = std::env::args_os().nth(1).is_some_and(|word| word == "log");
+            let text = if is_log {
+                self.object.to_string()
+            } else {
+                format!("{:#}", self.object)
+            };
+            let mut out = io::stdout().lock();
+            let written = writeln!(out, "{}", shown_json(&text));
+            written.and_then(|()| out.flush()).is_ok()
+        };
+        // If stderr cannot be written, nothing is left to report that.
+        if !printed {
+            let _ = io::stderr().write_all(self.text.as_bytes());
+        }
+        ExitCode::from(self.exit)
+    }
+}
+
+/// Also where the command line is not understood.
+fn wants_json() -> bool {
+    std::env::args_os().any(|word| word == "--json")
 }
 
 /// A paragraph on a terminal, a whole line for log files.
@@ -81,60 +108,41 @@ fn line(first: &str, text: &str) -> String {
 }
 
 /// Prints `error` and returns its exit code.
-pub fn report(error: &anyhow::Error, json: bool) -> ExitCode {
-    let Some(rendered) = RenderedError::of(error) else {
-        return ExitCode::SUCCESS;
-    };
-    let printed = json && {
-        let text = format!("{:#}", rendered.object);
-        let mut out = io::stdout().lock();
-        writeln!(out, "{}", shown_json(&text))
-            .and_then(|()| out.flush())
-            .is_ok()
-    };
-    // If stderr cannot be written, nothing is left to report that.
-    if !printed {
-        let _ = io::stderr().write_all(rendered.text.as_bytes());
+pub fn report(error: &anyhow::Error) -> ExitCode {
+    match RenderedError::of(error) {
+        Some(rendered) => rendered.print(),
+        None => ExitCode::SUCCESS,
     }
-    ExitCode::from(rendered.exit)
 }
 
 /// Prints a usage error, or the help or version that was requested.
 pub fn usage(error: &clap::Error) -> ExitCode {
-    let code = u8::try_from(error.exit_code()).unwrap_or(2);
-    let words: Vec<String> = std::env::args_os()
-        .map(|word| word.to_string_lossy().into_owned())
-        .collect();
-    let json = code != 0 && words.iter().any(|word| word == "--json");
-    match refused(error) {
-        Some(refused) if json => print_object(&refused.object, &words),
-        Some(refused) => {
-            let _ = io::stderr().write_all(refused.text.as_bytes());
-        }
-        None if json => {
-            let text = error.render().to_string();
-            let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
-            // All lines before the tip and the usage: a list of arguments has one line each.
-            let ends = ["tip: ", "Usage: ", "For more information"];
-            let message: Vec<&str> = lines()
-                .take_while(|line| !ends.iter().any(|end| line.starts_with(end)))
-                .collect();
-            let object = serde_json::json!({
-                "code": "usage",
-                "message": message.join(" ").trim_start_matches("error: "),
-                "hint": lines().find_map(|l| l.strip_prefix("tip: ")),
-            });
-            print_object(&object, &words);
-        }
-        // The message quotes the words of the user.
-        None if words.iter().any(|word| shown(word) != *word) => {
-            let _ = writeln!(io::stderr(), "{}", shown(&error.render().to_string()));
-        }
-        None => {
-            let _ = error.print();
-        }
+    let exit = u8::try_from(error.exit_code()).unwrap_or(2);
+    if let Some(refused) = refused(error) {
+        return refused.print();
     }
-    ExitCode::from(code)
+    // A message of clap quotes the words of the user.
+    let is_hostile = |word: OsString| shown(&word.to_string_lossy()) != word.to_string_lossy();
+    if exit != 0 && (wants_json() || std::env::args_os().any(is_hostile)) {
+        return of_clap(error, exit).print();
+    }
+    let _ = error.print();
+    ExitCode::from(exit)
+}
+
+/// A message of clap: its lines before the tip and the usage, a list of arguments having one line
+/// each.
+fn of_clap(error: &clap::Error, exit: u8) -> RenderedError {
+    let text = error.render().to_string();
+    let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let ends = ["tip: ", "Usage: ", "For more information"];
+    let message: Vec<&str> = lines()
+        .take_while(|line| !ends.iter().any(|end| line.starts_with(end)))
+        .collect();
+    let message = message.join(" ");
+    let hint = lines().find_map(|l| l.strip_prefix("tip: "));
+    let message = message.trim_start_matches("error: ");
+    RenderedError::new(exit, "usage", message, hint)
 }
 
 /// A value that an option refused, as an error of this program.
@@ -146,33 +154,17 @@ fn refused(error: &clap::Error) -> Option<RenderedError> {
     let option = context(ContextKind::InvalidArg)?.split(' ').next()?;
     let value = context(ContextKind::InvalidValue)?;
     let cause = std::error::Error::source(error)?;
-    let own = cause.downcast_ref::<gravical::Error>();
-    let number = cause.is::<ParseFloatError>() || cause.is::<ParseIntError>();
-    let (code, message, hint) = match own {
-        Some(own) => (
-            own.code(),
-            format!("{option}: {}", own.worded(flag)),
-            own.worded_hint(flag),
-        ),
-        None if number => (
-            "usage",
-            format!("{option}: {value} is not a number"),
-            value
-                .contains(',')
-                .then(|| "write numbers with a point: 48.1".to_owned()),
-        ),
-        None => return None,
-    };
-    Some(RenderedError::new(2, code, &message, hint.as_deref()))
-}
-
-/// `log` writes one JSON object per line.
-fn print_object(object: &serde_json::Value, words: &[String]) {
-    let text = match words.get(1).map(|w| w == "log") {
-        Some(true) => object.to_string(),
-        _ => format!("{object:#}"),
-    };
-    let _ = writeln!(io::stdout(), "{}", shown_json(&text));
+    if let Some(own) = cause.downcast_ref::<gravical::Error>() {
+        let (message, hint) = (own.worded(flag), own.worded_hint(flag));
+        let message = format!("{option}: {message}");
+        return Some(RenderedError::new(2, own.code(), &message, hint.as_deref()));
+    }
+    let is_number = cause.is::<ParseFloatError>() || cause.is::<ParseIntError>();
+    let message = format!("{option}: {value} is not a number");
+    let hint = value
+        .contains(',')
+        .then_some("write numbers with a point: 48.1");
+    is_number.then(|| RenderedError::new(2, "usage", &message, hint))
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

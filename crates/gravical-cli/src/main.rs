@@ -67,11 +67,10 @@ const GROUPS: [(&str, &[&str]); 4] = [
 
 /// The program with its verbs in groups.
 fn program() -> clap::Command {
-    let command = if std::env::args_os().any(|word| word == "--help") {
-        Cli::command().mut_subcommands(with_every_option)
-    } else {
-        Cli::command().mut_subcommands(with_common_options)
-    };
+    let mut command = Cli::command();
+    if std::env::args_os().any(|word| word == "--help") {
+        command = command.mut_subcommands(with_every_option);
+    }
     let mut groups = String::new();
     for (title, verbs) in GROUPS {
         groups += &format!("{title}:\n");
@@ -97,33 +96,15 @@ fn with_every_option(verb: clap::Command) -> clap::Command {
         .long_about(None::<&str>)
 }
 
-/// `-h`: without the options that few need.
-fn with_common_options(verb: clap::Command) -> clap::Command {
-    let hides = verb.get_arguments().any(|arg| arg.is_hide_short_help_set());
-    match (hides, verb.get_after_help().map(ToString::to_string)) {
-        (true, Some(text)) => verb.after_help(format!("{text}\nMore options: --help")),
-        _ => verb,
-    }
-}
-
-/// Whether errors are written as JSON on stdout.
-fn wants_json(words: &clap::ArgMatches) -> bool {
-    let json = words.try_get_one::<bool>("json").ok().flatten();
-    let verb = words.subcommand();
-    json == Some(&true) || verb.is_some_and(|(_, words)| wants_json(words))
-}
-
 fn main() -> ExitCode {
     crash::watch();
-    let parsed = program()
-        .try_get_matches()
-        .and_then(|words| Ok((wants_json(&words), Cli::from_arg_matches(&words)?)));
-    let (json, cli) = match parsed {
-        Ok(parsed) => parsed,
+    let words = program().try_get_matches();
+    let cli = match words.and_then(|words| Cli::from_arg_matches(&words)) {
+        Ok(cli) => cli,
         Err(error) => return failure::usage(&error),
     };
     progress::watch();
     let done = cli.verb.run();
     progress::end();
-    done.unwrap_or_else(|error| failure::report(&error, json))
+    done.unwrap_or_else(|error| failure::report(&error))
 }

@@ -70,36 +70,30 @@ impl Drop for Sink {
 /// A queue of messages, and the thread that writes them.
 pub struct Outlet {
     queue: SyncSender<Vec<u8>>,
-    sent: usize,
-    written: Arc<AtomicUsize>,
+    /// Messages that are not written yet.
+    waiting: Arc<AtomicUsize>,
     /// Why a message could not be written.
     failed: Arc<OnceLock<io::ErrorKind>>,
     dropped: u64,
-    /// Messages written when waiting for a reader was given up.
-    given_up_at: Option<usize>,
+    /// Nobody reads: the end is not waited for any more.
+    is_given_up: bool,
 }
 
 impl Outlet {
     /// Writes to `to` in a thread of its own, which is not waited for.
     pub fn new(to: impl Write + Send + 'static) -> Self {
         let (queue, messages) = sync_channel(ROOM);
-        let written = Arc::new(AtomicUsize::new(0));
-        let count = Arc::clone(&written);
+        let waiting = Arc::new(AtomicUsize::new(0));
         let failed = Arc::new(OnceLock::new());
-        let failure = Arc::clone(&failed);
+        let (count, failure) = (Arc::clone(&waiting), Arc::clone(&failed));
         std::thread::spawn(move || write(to, &messages, &count, &failure));
         Outlet {
             queue,
-            sent: 0,
-            written,
+            waiting,
             failed,
             dropped: 0,
-            given_up_at: None,
+            is_given_up: false,
         }
-    }
-
-    fn written(&self) -> usize {
-        self.written.load(Ordering::SeqCst)
     }
 
     fn failure(&self) -> io::Result<()> {
@@ -107,14 +101,15 @@ impl Outlet {
     }
 
     fn waiting(&self) -> usize {
-        self.sent.saturating_sub(self.written())
+        self.waiting.load(Ordering::SeqCst)
     }
 
     /// Sends a message if there is room; otherwise it is dropped, and counted.
     pub fn send(&mut self, message: Vec<u8>) {
-        match self.queue.try_send(message) {
-            Ok(()) => self.sent += 1,
-            Err(_) => self.dropped += 1,
+        self.waiting.fetch_add(1, Ordering::SeqCst);
+        if self.queue.try_send(message).is_err() {
+            self.waiting.fetch_sub(1, Ordering::SeqCst);
+            self.dropped += 1;
         }
     }
 
@@ -133,13 +128,13 @@ impl Outlet {
 
     /// Waits until all is written, as long as somebody reads.
     pub fn drain(&mut self) {
-        let mut last = (Instant::now(), self.written());
-        while self.waiting() > 0 && self.given_up_at != Some(self.written()) {
+        let mut last = (Instant::now(), self.waiting());
+        while self.waiting() > 0 && !self.is_given_up {
             std::thread::sleep(Duration::from_millis(2));
-            if self.written() != last.1 {
-                last = (Instant::now(), self.written());
-            } else if last.0.elapsed() >= PATIENCE {
-                self.given_up_at = Some(last.1);
+            if self.waiting() != last.1 {
+                last = (Instant::now(), self.waiting());
+            } else {
+                self.is_given_up = last.0.elapsed() >= PATIENCE;
             }
         }
     }
@@ -148,7 +143,7 @@ impl Outlet {
 fn write(
     mut to: impl Write,
     messages: &Receiver<Vec<u8>>,
-    written: &AtomicUsize,
+    waiting: &AtomicUsize,
     failed: &OnceLock<io::ErrorKind>,
 ) {
     for message in messages {
@@ -156,7 +151,7 @@ fn write(
         if let Err(error) = to.write_all(&message).and_then(|()| to.flush()) {
             failed.get_or_init(|| error.kind());
         }
-        written.fetch_add(1, Ordering::SeqCst);
+        waiting.fetch_sub(1, Ordering::SeqCst);
     }
 }
 

@@ -1,7 +1,7 @@
-//! A progress bar on a terminal when reading, or a run over many sessions, takes longer than a second.
+//! A progress bar on a terminal when reading takes longer than a second, or for a run over many
+//! sessions.
 
 use std::io::{self, IsTerminal as _};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, OnceLock};
 use std::thread;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 const PATIENCE: Duration = Duration::from_secs(1);
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// State of the bar.
+/// State of the bar of reading.
 static SHOWN: Mutex<Shown> = Mutex::new(Shown::NotYet);
 
 enum Shown {
@@ -24,43 +24,11 @@ enum Shown {
     Over,
 }
 
-/// The items of a run over many sessions.
-struct Count {
-    total: u64,
-    done: AtomicU64,
-    /// Those that failed among them.
-    failed: AtomicU64,
-}
-
-static COUNT: OnceLock<Count> = OnceLock::new();
-
-/// From now on items are counted, `total` of them, in place of bytes.
-pub fn count(total: u64) {
-    let (done, failed) = (AtomicU64::new(0), AtomicU64::new(0));
-    COUNT.get_or_init(|| Count {
-        total,
-        done,
-        failed,
-    });
-}
-
-/// One more item is done.
-pub fn counted(failed: bool) {
-    if let Some(count) = COUNT.get() {
-        count.done.fetch_add(1, Ordering::Relaxed);
-        count.failed.fetch_add(u64::from(failed), Ordering::Relaxed);
-    }
-}
-
-/// Prints something while the bar stays.
-pub fn aside<T>(print: impl FnOnce() -> T) -> T {
-    let Ok(shown) = SHOWN.lock() else {
-        return print();
-    };
-    match &*shown {
-        Shown::Bar(bar) => bar.suspend(print),
-        Shown::NotYet | Shown::Over => print(),
-    }
+/// A bar of `total` sessions; none where standard error is not a terminal.
+pub fn of_sessions(total: usize) -> ProgressBar {
+    let bar = new_bar(Some(total as u64));
+    set_template(&bar, "{bar:24}  {pos} of {len}, {eta} left");
+    bar
 }
 
 /// Counts the bytes read from all recordings.
@@ -98,53 +66,36 @@ fn refresh() -> bool {
     };
     let now = meter().progress();
     // Nothing is being read.
-    if now.name.is_empty() && COUNT.get().is_none() {
+    if now.name.is_empty() {
         return !matches!(*shown, Shown::Over);
     }
     if let Shown::NotYet = *shown {
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        *shown = Shown::Bar(bar);
+        *shown = Shown::Bar(new_bar(None));
     }
     let Shown::Bar(bar) = &*shown else {
         return false;
     };
-    if let Some(count) = COUNT.get() {
-        let failed = match count.failed.load(Ordering::Relaxed) {
-            0 => String::new(),
-            n => format!(", {n} failed"),
-        };
-        bar.set_length(count.total);
-        draw(
-            bar,
-            "{bar:24}  {pos} of {len}{msg}, {eta} left",
-            failed,
-            count.done.load(Ordering::Relaxed),
-        );
-        return true;
-    }
-    let (template, message) = match now.total {
+    let template = match now.total {
         Some(total) if now.read < total => {
             bar.set_length(total);
-            (
-                "reading {msg}  {bar:24}  {percent}%, {eta} left",
-                one_line(&now.name).into_owned(),
-            )
+            "reading {msg}  {bar:24}  {percent}%, {eta} left"
         }
-        Some(_) => ("{spinner} computing{msg}", String::new()),
-        None => (
-            "{spinner} reading {msg}, {bytes}",
-            one_line(&now.name).into_owned(),
-        ),
+        Some(_) => "{spinner} computing",
+        None => "{spinner} reading {msg}, {bytes}",
     };
-    draw(bar, template, message, now.read);
+    set_template(bar, template);
+    bar.set_message(one_line(&now.name).into_owned());
+    bar.set_position(now.read);
+    bar.tick();
     true
 }
 
-fn draw(bar: &ProgressBar, template: &str, message: String, position: u64) {
+fn new_bar(length: Option<u64>) -> ProgressBar {
+    ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr())
+}
+
+fn set_template(bar: &ProgressBar, template: &str) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("█▌░"));
     }
-    bar.set_message(message);
-    bar.set_position(position);
-    bar.tick();
 }

@@ -1,4 +1,4 @@
-//! `--report` and `--verbose`, and the check of all targets of a command.
+//! `--report` and `--verbose`, how a result is shown, and the check of all targets of a command.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use crate::text;
 
 #[derive(Debug, Default, clap::Args)]
 pub struct ReportArgs {
-    /// Page with figures (.html) or Markdown (.md)
+    /// Page with figures (.html), or Markdown (.md) with a folder of them
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Print all tables, notes and findings
@@ -41,7 +41,7 @@ impl ReportArgs {
         detail(self.verbose)
     }
 
-    /// Whether a report is requested.
+    /// Whether a report, with its figures, is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
     }
@@ -82,33 +82,60 @@ impl ReportArgs {
         }
     }
 
-    /// Writes the report if requested, and prints the result: as JSON, or in words.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`write_report`] and of printing.
-    pub fn present(
-        &self,
-        result: &impl Serialize,
-        document: &Document<'_>,
-        json: bool,
-        force: bool,
-    ) -> anyhow::Result<()> {
-        self.write(force, document)?;
-        if json {
-            text::print_json(result)?;
-        } else {
-            text::print_report(&document.to_text(self.detail()))?;
-        }
-        self.say();
-        Ok(())
-    }
-
     /// Prints the path of the report on stderr.
     pub fn say(&self) {
         if let Some(path) = &self.report {
             text::say(&format!("Report: {}", path_text(path)));
         }
+    }
+}
+
+/// The options of a command that prints its result.
+#[derive(Debug, clap::Args)]
+pub struct ResultArgs {
+    #[command(flatten)]
+    pub report: ReportArgs,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+    /// Print the result as JSON instead of the report
+    #[arg(long)]
+    pub json: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+impl ResultArgs {
+    /// [`ReportArgs::check`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ReportArgs::check`].
+    pub fn check<'a>(
+        &self,
+        output: Option<&Path>,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<()> {
+        self.report.check(output, inputs, self.force)
+    }
+
+    /// Writes the report if requested, and prints the result: as JSON, or in words.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`write_report`] and of printing.
+    pub fn present(&self, result: &impl Serialize, document: &Document<'_>) -> anyhow::Result<()> {
+        self.report.write(self.force, document)?;
+        if self.json {
+            text::print_json(result)?;
+        } else if !self.quiet {
+            text::print_report(&document.to_text(self.report.detail()))?;
+        }
+        if !self.quiet {
+            self.report.say();
+        }
+        Ok(())
     }
 }
 

@@ -21,19 +21,6 @@ pub fn print(text: &str) -> Result<()> {
     written.and_then(|()| out.flush()).map_err(not_printed)
 }
 
-/// Prints a line on stdout, control characters escaped; a progress bar stays.
-///
-/// # Errors
-///
-/// As [`print`].
-pub fn print_line(line: &str) -> Result<()> {
-    progress::aside(|| {
-        let mut out = io::stdout().lock();
-        let written = writeln!(out, "{}", shown(line));
-        written.and_then(|()| out.flush()).map_err(not_printed)
-    })
-}
-
 fn not_printed(error: io::Error) -> Error {
     Error::io(Path::new("standard output"), error)
 }

@@ -3,15 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gravical::apply::{Applied, ApplySummary};
+use gravical::apply::Applied;
 use gravical::calibration_file::{
     CalibrationFile, InputFile, InputRole, NoiseSection, creation_time,
 };
-use gravical::check::CheckReport;
-use gravical::compare::Comparison;
-use gravical::denoise::DenoiseSummary;
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
-use gravical::inspect::Inspection;
 use gravical::motion::{Motion, table_columns, write_table};
 use gravical::noise::{self, NoiseResult};
 use gravical::output::{self, write_atomic};
@@ -24,48 +20,80 @@ use gravical_report::figure::{self, Figure, svg};
 use gravical_report::report::{self, Provenance};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use serde::Serialize;
 
 use crate::error::OrRaise;
 use crate::keywords::Keywords;
-use crate::recording::{Recording, json, view};
+use crate::recording::{Recording, view};
 
 /// What was found, and what its figures need.
 pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
     Calibration(Arc<CalibrationFile>, Option<Box<SessionCalibration>>),
-    /// Of `inspect`.
-    Inspection(Box<Inspection>),
-    /// Of `apply`, with the calibrated channels if they stay in memory.
-    Apply(Box<ApplySummary>, Option<Table>),
-    /// Of `check`.
-    Check(Box<CheckReport>),
-    /// Of `compare`.
-    Comparison(Box<Comparison>),
     /// Of `noise`.
-    Noise(Box<NoiseResult>),
-    /// Of `denoise`, with the filtered recording if it stays in memory.
-    Denoise(Box<DenoiseSummary>, Option<Arc<recording::Recording>>),
-    /// Of `motion`, with its recording and its table.
-    Motion(Box<Motion>, Arc<recording::Recording>, Table),
+    Noise(Arc<NoiseResult>),
+    /// Of `motion`, with its recording.
+    Motion(Arc<Motion>, Arc<recording::Recording>),
+    /// The report of any other verb, which has no figures.
+    Plain(Document<'static>),
 }
 
 /// A result and its files.
 #[pyclass(frozen, module = "gravical._gravical")]
 pub struct Outcome {
     kind: Kind,
+    /// The document of the program.
+    #[pyo3(get)]
+    json: String,
     inputs: Vec<InputFile>,
+    /// The calibrated channels, or the rows of a motion.
+    table: Option<Table>,
+    /// What was filtered.
+    filtered: Option<Arc<recording::Recording>>,
 }
 
 impl Outcome {
     /// A result of these files.
-    pub fn new(kind: Kind, inputs: Vec<InputFile>) -> Self {
-        Outcome { kind, inputs }
+    pub fn new(kind: Kind, result: &impl Serialize, inputs: Vec<InputFile>) -> Result<Self> {
+        let json = serde_json::to_string(result);
+        Ok(Outcome {
+            kind,
+            json: json.map_err(|e| Error::io(Path::new("the result"), e.into()))?,
+            inputs,
+            table: None,
+            filtered: None,
+        })
     }
 
     /// A calibration.
-    pub fn calibration(file: CalibrationFile, session: Option<Box<SessionCalibration>>) -> Self {
-        let inputs = file.inputs.clone();
-        Self::new(Kind::Calibration(Arc::new(file), session), inputs)
+    pub fn calibration(
+        file: CalibrationFile,
+        session: Option<Box<SessionCalibration>>,
+    ) -> Result<Self> {
+        let (inputs, file) = (file.inputs.clone(), Arc::new(file));
+        Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
+    }
+
+    /// The noise of a sensor.
+    pub fn of_noise(result: NoiseResult, inputs: Vec<InputFile>) -> Result<Self> {
+        let result = Arc::new(result);
+        Self::new(Kind::Noise(result.clone()), &*result, inputs)
+    }
+
+    /// The same with the table that belongs to it.
+    pub fn with_table(self, table: Table) -> Self {
+        Outcome {
+            table: Some(table),
+            ..self
+        }
+    }
+
+    /// The same with the filtered recording.
+    pub fn with_filtered(self, recording: recording::Recording) -> Self {
+        Outcome {
+            filtered: Some(Arc::new(recording)),
+            ..self
+        }
     }
 
     /// The calibration that this is.
@@ -96,23 +124,17 @@ impl Outcome {
                 figure::calibration::figures(file, session)
             }
             Kind::Noise(result) => figure::noise::figures(result),
-            Kind::Motion(motion, ..) => figure::motion::figures(motion),
-            _ => Vec::new(),
+            Kind::Motion(motion, _) => figure::motion::figures(motion),
+            Kind::Plain(_) => Vec::new(),
         }
     }
 
     fn build_document<'a>(&self, figures: &'a [Figure]) -> Document<'a> {
         let document = match &self.kind {
             Kind::Calibration(file, _) => return report::calibration(file, None, figures),
-            Kind::Inspection(result) => report::inspection(result),
-            Kind::Apply(..) => Document::default(),
-            Kind::Check(result) => report::check(result),
-            Kind::Comparison(result) => report::comparison(result),
             Kind::Noise(result) => report::noise(result, figures),
-            Kind::Denoise(result, _) => report::denoise(result),
-            Kind::Motion(motion, recording, _) => {
-                report::motion(&motion.result, recording, figures)
-            }
+            Kind::Motion(motion, rows) => report::motion(&motion.result, rows, figures),
+            Kind::Plain(document) => document.clone(),
         };
         document.with_provenance(&Provenance {
             tool: TOOL,
@@ -141,6 +163,7 @@ impl Outcome {
                 .with_hint(format!("one of {}", names.join(", ")))
         };
         let target = Target::find(to).ok_or_else(unknown)?;
+        target.check(options)?;
         let written = match &self.kind {
             Kind::Noise(result) if target.name == "kalibr" => {
                 kalibr(&result.section(), options.upper_limit)?
@@ -153,19 +176,6 @@ impl Outcome {
 
 #[pymethods]
 impl Outcome {
-    fn json(&self) -> PyResult<String> {
-        match &self.kind {
-            Kind::Calibration(file, _) => json(&**file),
-            Kind::Inspection(result) => json(result),
-            Kind::Apply(result, _) => json(result),
-            Kind::Check(result) => json(result),
-            Kind::Comparison(result) => json(result),
-            Kind::Noise(result) => json(result),
-            Kind::Denoise(result, _) => json(result),
-            Kind::Motion(motion, ..) => json(&motion.result),
-        }
-    }
-
     /// Name, title, caption and SVG of each.
     fn figures(&self, py: Python<'_>) -> Vec<(String, String, String, String)> {
         py.detach(|| {
@@ -179,9 +189,6 @@ impl Outcome {
 
     /// The report: `html`, `md`, `txt`, or the text in short.
     fn document(&self, py: Python<'_>, format: &str) -> String {
-        if let Kind::Apply(summary, _) = &self.kind {
-            return format!("{}: {} rows calibrated\n", summary.input, summary.rows);
-        }
         py.detach(|| {
             let figures = self.draw_figures();
             let document = self.build_document(&figures);
@@ -213,21 +220,15 @@ impl Outcome {
 
     /// The table beside the document: names of its columns, and its values row by row.
     fn table<'py>(this: &Bound<'py, Self>) -> Option<(Vec<String>, Bound<'py, PyArray1<f64>>)> {
-        let (Kind::Apply(_, Some(table)) | Kind::Motion(.., table)) = &this.get().kind else {
-            return None;
-        };
+        let table = this.get().table.as_ref()?;
         let values = view(&table.values, this.clone().into_any());
         Some((table.columns.clone(), values))
     }
 
     /// The filtered recording.
     fn recording(&self) -> Option<Recording> {
-        match &self.kind {
-            Kind::Denoise(_, Some(rows)) => Some(Recording {
-                shared: rows.clone(),
-            }),
-            _ => None,
-        }
+        let shared = self.filtered.clone()?;
+        Some(Recording { shared })
     }
 }
 
@@ -273,7 +274,7 @@ impl Table {
 #[pyfunction]
 pub fn read_noise(py: Python<'_>, path: PathBuf) -> PyResult<Outcome> {
     let (result, input) = noise::read_noise(&path).or_raise(py)?;
-    Ok(Outcome::new(Kind::Noise(Box::new(result)), vec![input]))
+    Outcome::of_noise(result, vec![input]).or_raise(py)
 }
 
 /// A calibration from its file, or from the text of it.
@@ -287,7 +288,8 @@ pub fn read_calibration(
         Some(path) => py.detach(|| CalibrationFile::read(&path)),
         None => CalibrationFile::parse(text.unwrap_or_default().as_bytes()),
     };
-    Ok(Outcome::calibration(file.or_raise(py)?, None))
+    file.and_then(|file| Outcome::calibration(file, None))
+        .or_raise(py)
 }
 
 /// Targets of an export, and what each holds.

@@ -40,14 +40,12 @@ pub fn json(value: &impl serde::Serialize) -> PyResult<String> {
 /// What a recording is made of.
 #[derive(FromPyObject)]
 pub enum Source<'py> {
-    /// One in memory, for another name.
-    Recording(Py<Recording>),
-    /// A file.
-    Path(PathBuf),
     /// The content of a file.
     Bytes(Vec<u8>),
     /// Names of columns, and columns.
     Table(Vec<String>, Vec<Column<'py>>),
+    /// One file, or one recording in memory, for another name.
+    One(Inputs),
 }
 
 /// A column of a table, held by Python.
@@ -68,25 +66,21 @@ pub fn read(
     mut keywords: Keywords,
 ) -> PyResult<Recording> {
     let meter = Meter::default();
-    let options = match source {
-        Source::Recording(_) => ReadOptions::default(),
-        _ => keywords.reading(&meter).or_raise(py)?,
-    };
-    let gyro = match source {
-        Source::Path(_) => keywords.path("gyro").or_raise(py)?,
-        _ => None,
-    };
-    keywords.end().or_raise(py)?;
     let given = name.clone().unwrap_or_default();
     let mut rows = match source {
-        Source::Recording(recording) => (*recording.get().shared).clone(),
-        Source::Path(path) => task::run(py, &meter, move || {
-            read_file(&path, gyro.as_deref(), &options)
+        Source::One(inputs) => task::run(py, &meter.clone(), move || {
+            let reading = Reading::new(inputs, &mut keywords, &meter)?;
+            keywords.end()?;
+            Ok(Arc::unwrap_or_clone(reading.one()?))
         })?,
-        Source::Bytes(bytes) => task::run(py, &meter, move || {
+        Source::Bytes(bytes) => task::run(py, &meter.clone(), move || {
+            let options = keywords.reading(&meter)?;
+            keywords.end()?;
             recording::read_bytes(&bytes, &given, &options)
         })?,
         Source::Table(names, columns) => {
+            let options = keywords.reading(&meter).or_raise(py)?;
+            keywords.end().or_raise(py)?;
             let columns = columns.iter().map(|column| match column {
                 Column::Numbers(numbers) => Ok(TableColumn::Numbers(numbers.as_slice()?)),
                 Column::Texts(texts) => Ok(TableColumn::Texts(texts)),

@@ -1,15 +1,14 @@
 //! The verbs of the program: each takes its options from the keywords, then it runs.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::slice::from_ref;
 use std::sync::Arc;
 
-use gravical::apply::{ApplyOptions, apply_recording};
+use gravical::apply::{ApplyOptions, ApplySummary, apply_recording};
 use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
 use gravical::check::CheckOptions;
-use gravical::denoise::{DenoiseOptions, denoise_file};
+use gravical::denoise::DenoiseOptions;
 use gravical::inspect::InspectOptions;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
@@ -20,6 +19,8 @@ use gravical::session::{Session, SessionFiles, calibrate_recordings, read_sessio
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
+use gravical_report::document::Document;
+use gravical_report::report;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -37,7 +38,8 @@ struct Call {
     calibrations: Vec<(Arc<CalibrationFile>, String)>,
     /// With its file, if it was read.
     noise: Option<(NoiseSection, Vec<InputFile>)>,
-    output: Option<Output>,
+    /// A file to write, and whether it may be there.
+    output: Option<(PathBuf, bool)>,
     meter: Meter,
 }
 
@@ -49,32 +51,6 @@ impl Call {
     }
 }
 
-/// A file that is written, and whether it may be there.
-#[derive(FromPyObject)]
-pub struct Output(PathBuf, bool);
-
-impl Output {
-    /// From the one file that is read to this one.
-    fn write<T>(
-        &self,
-        reading: &Reading,
-        write: impl FnOnce(&Path, &mut dyn Write) -> Result<T>,
-    ) -> Result<T> {
-        let Output(path, force) = self;
-        let Some([input]) = reading.paths() else {
-            let what = "output=: it goes from one file to another";
-            return Err(Error::usage("usage", what)
-                .with_hint("give the path of the recording, or leave out output="));
-        };
-        let inputs: Vec<PathBuf> = std::iter::once(input)
-            .chain(&reading.gyro)
-            .cloned()
-            .collect();
-        check_targets(from_ref(path), &inputs, *force)?;
-        write_atomic(path, *force, |out| write(input, out))
-    }
-}
-
 /// Runs a verb.
 #[pyfunction]
 pub fn run(
@@ -83,7 +59,7 @@ pub fn run(
     inputs: Inputs,
     calibrations: Vec<(Py<Outcome>, String)>,
     noise: Option<Py<Outcome>>,
-    output: Option<Output>,
+    output: Option<(PathBuf, bool)>,
     mut keywords: Keywords,
 ) -> PyResult<Outcome> {
     let work: fn(Call) -> Result<Outcome> = match verb {
@@ -119,7 +95,7 @@ fn inspect(mut call: Call) -> Result<Outcome> {
     let rows = call.reading.one()?;
     let found = gravical::inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
-    Ok(Outcome::new(Kind::Inspection(Box::new(found)), inputs))
+    Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
 }
 
 fn calibrate(mut call: Call) -> Result<Outcome> {
@@ -151,26 +127,20 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
         done.file.inputs.extend(inputs);
     }
     let file = done.file.clone();
-    Ok(Outcome::calibration(file, Some(Box::new(done))))
+    Outcome::calibration(file, Some(Box::new(done)))
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {
     let mut options: ApplyOptions = call.keywords.last()?;
     let (file, _) = call.calibration()?;
     let reading = call.reading;
-    let (summary, table) = if let Some(output) = call.output {
-        options.gyro.clone_from(&reading.gyro);
-        options.read = ReadOptions {
-            hash: false,
-            ..reading.options.clone()
-        };
-        let summary = output.write(&reading, |path, out| {
-            let input = source::open(path, &options.read)?;
-            let name = path.display().to_string();
-            gravical::apply::apply(&file, input, &name, out, &options)
-        })?;
-        (summary, None)
-    } else {
+    let outcome = |summary: &ApplySummary| {
+        let said = format!("{}: {} rows calibrated", summary.input, summary.rows);
+        let mut document = Document::new(&said).with_findings(&summary.findings, false);
+        document.subject.push(said);
+        Outcome::new(Kind::Plain(document), summary, Vec::new())
+    };
+    let Some((path, force)) = call.output else {
         if options.keep_raw {
             let what = "keep_raw=: columns in memory stay as they are";
             return Err(Error::usage("usage", what).with_hint("it needs output="));
@@ -178,33 +148,37 @@ fn apply(mut call: Call) -> Result<Outcome> {
         let rows = reading.one()?;
         let done = apply_recording(&file, &rows, &options)?;
         let table = Table::of_applied(&done, rows.time_s.as_deref());
-        (done.summary, Some(table))
+        return Ok(outcome(&done.summary)?.with_table(table));
     };
-    let kind = Kind::Apply(Box::new(summary), table);
-    Ok(Outcome::new(kind, Vec::new()))
+    let Some([input]) = reading.paths() else {
+        let what = "output=: it goes from one file to another";
+        let hint = "give the path of the recording, or leave out output=";
+        return Err(Error::usage("usage", what).with_hint(hint));
+    };
+    let inputs: Vec<PathBuf> = [input].into_iter().chain(&reading.gyro).cloned().collect();
+    check_targets(from_ref(&path), &inputs, force)?;
+    options.gyro.clone_from(&reading.gyro);
+    options.read = ReadOptions {
+        hash: false,
+        ..reading.options.clone()
+    };
+    let source = source::open(input, &options.read)?;
+    let name = input.display().to_string();
+    let summary = write_atomic(&path, force, |out| {
+        gravical::apply::apply(&file, source, &name, out, &options)
+    })?;
+    outcome(&summary)
 }
 
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let reading = call.reading;
-    let (summary, filtered, inputs) = if let Some(output) = call.output {
-        if reading.gyro.is_some() {
-            let what = "gyro=: one file is filtered at a time";
-            return Err(Error::usage("usage", what).with_hint("leave out output= or gyro="));
-        }
-        let (summary, inputs) = output.write(&reading, |path, out| {
-            denoise_file(path, &reading.options, &options, out)
-        })?;
-        (summary, None, inputs)
-    } else {
-        let rows = reading.one()?;
-        let inputs = InputFile::of(from_ref(&*rows));
-        let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
-        (done.summary, Some(Arc::new(done.recording)), inputs)
-    };
-    let kind = Kind::Denoise(Box::new(summary), filtered);
-    Ok(Outcome::new(kind, inputs))
+    let rows = call.reading.one()?;
+    let inputs = InputFile::of(from_ref(&*rows));
+    let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
+    let kind = Kind::Plain(report::denoise(&done.summary));
+    let outcome = Outcome::new(kind, &done.summary, inputs)?;
+    Ok(outcome.with_filtered(done.recording))
 }
 
 fn estimate_noise(call: Call) -> Result<Outcome> {
@@ -215,7 +189,7 @@ fn estimate_noise(call: Call) -> Result<Outcome> {
         _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
     };
     let inputs = result.inputs.clone();
-    Ok(Outcome::new(Kind::Noise(Box::new(result)), inputs))
+    Outcome::of_noise(result, inputs)
 }
 
 fn check(mut call: Call) -> Result<Outcome> {
@@ -233,7 +207,7 @@ fn check(mut call: Call) -> Result<Outcome> {
     let mut result = gravical::check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
     let inputs = InputFile::of(&rows);
-    Ok(Outcome::new(Kind::Check(Box::new(result)), inputs))
+    Outcome::new(Kind::Plain(report::check(&result)), &result, inputs)
 }
 
 fn compare(mut call: Call) -> Result<Outcome> {
@@ -242,7 +216,8 @@ fn compare(mut call: Call) -> Result<Outcome> {
     let (first, first_name) = call.calibration()?;
     let names = [first_name.as_str(), second_name.as_str()];
     let result = gravical::compare::compare(&first, &second, names)?;
-    Ok(Outcome::new(Kind::Comparison(Box::new(result)), Vec::new()))
+    let kind = Kind::Plain(report::comparison(&result));
+    Outcome::new(kind, &result, Vec::new())
 }
 
 fn motion(mut call: Call) -> Result<Outcome> {
@@ -265,9 +240,10 @@ fn motion(mut call: Call) -> Result<Outcome> {
         add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());
     }
-    let table = Table::of_motion(&motion);
-    let kind = Kind::Motion(Box::new(motion), rows, table);
-    Ok(Outcome::new(kind, inputs))
+    let motion = Arc::new(motion);
+    let kind = Kind::Motion(motion.clone(), rows);
+    let outcome = Outcome::new(kind, &motion.result, inputs)?;
+    Ok(outcome.with_table(Table::of_motion(&motion)))
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.

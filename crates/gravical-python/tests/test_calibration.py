@@ -98,19 +98,6 @@ def test_exports(calibration: gravical.Calibration) -> None:
     assert "imucal" in (error.value.hint or "") and "to=" in error.value.message
 
 
-def test_imucal_in_and_out(calibration: gravical.Calibration, line: gravical.Recording) -> None:
-    imucal = pytest.importorskip("imucal")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        theirs: Any = imucal.CalibrationInfo.from_json(calibration.export("imucal"))
-    accel, _ = theirs.calibrate(line.accel, line.gyro, "m/s^2", "rad/s")
-    own = gravical.apply(calibration, line)
-    assert np.allclose(accel, own.accel, rtol=0, atol=1e-9)
-    # It is a calibration wherever one is taken.
-    assert np.allclose(gravical.apply(theirs, line).accel, own.accel, rtol=0, atol=1e-9)
-    assert gravical.compare(calibration, theirs).verdict.judgement == "undecided"
-
-
 def test_noise_goes_into_a_calibration(poses: gravical.Recording, tmp_path: Path) -> None:
     rest = gravical.simulate("static", duration=120, seed=4).recordings["static.csv"]
     noise = gravical.noise(rest)

@@ -47,21 +47,6 @@ def test_a_motion_is_a_view_too(
     assert np.array_equal(position, copy)
 
 
-def test_from_arrays_calibrates_as_the_file(
-    poses: gravical.Recording, calibration: gravical.Calibration
-) -> None:
-    own = gravical.Recording.from_arrays(
-        t=poses.t, accel=poses.accel, gyro=poses.gyro, temperature=poses.temperature,
-        accel_unit="m/s^2", gyro_unit="rad/s",
-    )  # fmt: skip
-    again = gravical.calibrate(own, gravity=9.80665)
-    assert np.allclose(again.accelerometer.bias, calibration.accelerometer.bias, rtol=0, atol=1e-9)
-    assert np.allclose(
-        again.accelerometer.matrix, calibration.accelerometer.matrix, rtol=0, atol=1e-9
-    )
-    assert again.verdict.grade == calibration.verdict.grade
-
-
 @pytest.mark.parametrize(
     "change",
     [

@@ -157,14 +157,12 @@ def test_noise(path: str, program: Program, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS)
 def test_denoise(path: str, program: Program, tmp_path: Path) -> None:
-    filters, a, b = ["hampel:7,3", "butter:4,5Hz"], tmp_path / "a.csv", tmp_path / "b.csv"
-    words = ["-f", filters[0], "-f", filters[1], "--json", "-q", "-o", a]
+    filters = ["hampel:7,3", "butter:4,5Hz"]
+    words = ["-f", filters[0], "-f", filters[1], "--json", "-q", "-o", tmp_path / "a.csv"]
     theirs = program("denoise", path, *words)
-    both(lambda: gravical.denoise(path, filters, output=b), theirs)
-    if "code" not in theirs:
-        assert a.read_bytes() == b.read_bytes()
-        # In memory the numbers are the same.
-        alike(gravical.denoise(path, filters).filters, theirs["filters"])
+    # What is read of a file, and how, is of the program.
+    shown = theirs if "code" in theirs else {"filters": theirs["filters"]}
+    both(lambda: {"filters": gravical.denoise(path, filters).filters}, shown)
 
 
 @pytest.mark.parametrize("name", ["examples/demo/line/line.csv", "examples/demo/poses/poses.csv"])

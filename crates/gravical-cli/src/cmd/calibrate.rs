@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Grade, InputFile};
+use gravical::calibration_file::{CalibrationFile, Deviations, Grade, InputFile, InputRole};
 use gravical::escape::path_word;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::poses::SegmentOptions;
@@ -18,7 +18,7 @@ use gravical_report::report;
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::failure::quality;
 use crate::options::{GravityArgs, command_line, reading};
-use crate::report::ReportArgs;
+use crate::report::ResultArgs;
 use crate::text;
 
 /// Calibrate a sensor from recordings of static poses
@@ -36,16 +36,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    report: ReportArgs,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print the calibration as JSON instead of the report
-    #[arg(long)]
-    json: bool,
-    /// Print errors only
-    #[arg(short, long)]
-    quiet: bool,
+    result: ResultArgs,
     #[command(flatten)]
     each: EachArgs,
     #[command(flatten)]
@@ -78,53 +69,42 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return calibrate_each(args);
     }
     args.each.refuse_alone()?;
-    // Checked before the work starts.
-    let others = args.other_files();
-    let files = args.inputs.iter().chain(&others);
-    args.report
-        .check(args.output.as_deref(), files, args.force)?;
+    let (output, others) = (args.output.as_deref(), args.other_files());
+    args.result
+        .check(output, args.inputs.iter().chain(&others))?;
     let options = args.options()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
-    let read_options = reading(&args.recording, true);
-    let computed = compute(args, &args.inputs, &read_options, &options, noise.as_ref())?;
-    let SessionCalibration {
-        file,
-        segmentation,
-        recordings,
-    } = computed;
-    if let Some(path) = &args.output {
-        file.write(path, args.force)?;
+    let read = reading(&args.recording, true);
+    let done = compute(args, &args.inputs, &read, &options, noise.as_ref())?;
+    let ResultArgs {
+        report: asked,
+        force,
+        json,
+        quiet,
+    } = &args.result;
+    if let Some(path) = output {
+        done.file.write(path, *force)?;
     }
-    let session = Session {
-        recordings: &recordings,
-        segmentation: &segmentation,
-    };
-    let figures = if args.report.is_wanted() {
-        figure::calibration::figures(&file, Some(session))
+    let figures = if asked.is_wanted() {
+        let session = Session {
+            recordings: &done.recordings,
+            segmentation: &done.segmentation,
+        };
+        figure::calibration::figures(&done.file, Some(session))
     } else {
         Vec::new()
     };
-    let document = report::calibration(&file, args.output.as_deref(), &figures);
-    args.report.write(args.force, &document)?;
-    if !args.quiet {
-        args.report.say();
+    let document = report::calibration(&done.file, output, &figures);
+    args.result.present(&done.file, &document)?;
+    let verdict = &done.file.verdict;
+    let is_poor = verdict.grade == Grade::Poor;
+    if *quiet && !json && is_poor {
+        text::say(&format!("verdict: poor: {}", verdict.reasons.join("; ")));
     }
-    if args.json {
-        text::print_json(&file)?;
-    } else if args.quiet {
-        if file.verdict.grade == Grade::Poor {
-            text::say(&format!(
-                "verdict: poor: {}",
-                file.verdict.reasons.join("; ")
-            ));
-        }
-    } else {
-        text::print_report(&document.to_text(args.report.detail()))?;
-        if let Some(path) = &args.output {
-            text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
-        }
+    if let Some(path) = output.filter(|_| !quiet && !json) {
+        text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
     }
-    Ok(quality(file.verdict.grade == Grade::Poor))
+    Ok(quality(is_poor))
 }
 
 /// Runs the command for each of its sessions.
@@ -135,8 +115,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
-        ("--report", args.report.is_wanted()),
-        ("--json", args.json),
+        ("--report", args.result.report.is_wanted()),
+        ("--json", args.result.json),
         ("--recorded", args.method.record.recorded.is_some()),
         ("--sensor-id", args.method.record.sensor_id.is_some()),
     ])?;
@@ -148,6 +128,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     read.validate()?;
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
+    let numbers = COLUMNS.map(|(name, _)| name);
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,
@@ -155,9 +136,9 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         folders: true,
         output: args.output.as_deref(),
         ending: ".json",
-        numbers: &NUMBERS,
-        force: args.force,
-        quiet: args.quiet,
+        numbers: &numbers,
+        force: args.result.force,
+        quiet: args.result.quiet,
     };
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
@@ -176,58 +157,56 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 /// Columns of the summary of `--each`, in the units of each calibration.
-const NUMBERS: [&str; 20] = [
-    "sensor_id",
-    "input_unit",
-    "bias_x",
-    "bias_y",
-    "bias_z",
-    "bias_x_sd",
-    "bias_y_sd",
-    "bias_z_sd",
-    "scale_x",
-    "scale_y",
-    "scale_z",
-    "scale_x_sd",
-    "scale_y_sd",
-    "scale_z_sd",
-    "worst_direction_error_mps2",
-    "predicted_norm_error_mps2",
-    "leave_one_out_rms_mps2",
-    "poses",
-    "temperature_c",
-    "sha256",
+const COLUMNS: [(&str, fn(&CalibrationFile) -> Option<String>); 20] = [
+    ("sensor_id", |f| f.sensor.id.clone()),
+    ("input_unit", |f| {
+        Some(f.accelerometer.input_unit.name().to_owned())
+    }),
+    ("bias_x", |f| number(f.accelerometer.bias[0])),
+    ("bias_y", |f| number(f.accelerometer.bias[1])),
+    ("bias_z", |f| number(f.accelerometer.bias[2])),
+    ("bias_x_sd", |f| number(deviations(f)?.bias[0])),
+    ("bias_y_sd", |f| number(deviations(f)?.bias[1])),
+    ("bias_z_sd", |f| number(deviations(f)?.bias[2])),
+    ("scale_x", |f| number(f.accelerometer.scale[0])),
+    ("scale_y", |f| number(f.accelerometer.scale[1])),
+    ("scale_z", |f| number(f.accelerometer.scale[2])),
+    ("scale_x_sd", |f| number(deviations(f)?.scale[0])),
+    ("scale_y_sd", |f| number(deviations(f)?.scale[1])),
+    ("scale_z_sd", |f| number(deviations(f)?.scale[2])),
+    ("worst_direction_error_mps2", |f| {
+        number(f.accelerometer.worst_direction.as_ref()?.error_mps2)
+    }),
+    ("predicted_norm_error_mps2", |f| {
+        number(f.accelerometer.predicted_norm_error_mps2?)
+    }),
+    ("leave_one_out_rms_mps2", |f| {
+        number(f.accelerometer.leave_one_out_rms_mps2?)
+    }),
+    ("poses", |f| Some(f.accelerometer.poses.len().to_string())),
+    ("temperature_c", |f| number(f.temperature_c?.mean)),
+    ("sha256", |f| {
+        let sums = f.inputs.iter().filter_map(|i| i.sha256.as_deref());
+        Some(sums.collect::<Vec<_>>().join(" "))
+    }),
 ];
 
+fn number(value: f64) -> Option<String> {
+    Some(value.to_string())
+}
+
+fn deviations(file: &CalibrationFile) -> Option<&Deviations> {
+    file.accelerometer.deviations.as_ref()
+}
+
 fn outcome(file: &CalibrationFile) -> Outcome {
-    let a = &file.accelerometer;
-    let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
-    let mut numbers = vec![
-        file.sensor.id.clone().unwrap_or_default(),
-        a.input_unit.name().to_owned(),
-    ];
-    let sd = a.deviations.as_ref();
-    for (values, sd) in [(a.bias, sd.map(|d| d.bias)), (a.scale, sd.map(|d| d.scale))] {
-        numbers.extend(values.map(|v| number(Some(v))));
-        numbers.extend([0, 1, 2].map(|axis| number(sd.map(|sd| sd[axis]))));
-    }
-    numbers.extend([
-        number(a.worst_direction.as_ref().map(|w| w.error_mps2)),
-        number(a.predicted_norm_error_mps2),
-        number(a.leave_one_out_rms_mps2),
-        a.poses.len().to_string(),
-        number(file.temperature_c.map(|t| t.mean)),
-    ]);
-    let sums = file
-        .inputs
-        .iter()
-        .filter_map(|input| input.sha256.as_deref());
-    numbers.push(sums.collect::<Vec<_>>().join(" "));
     Outcome {
         grade: file.verdict.grade.to_string(),
         is_poor: file.verdict.grade == Grade::Poor,
         reasons: file.verdict.reasons.clone(),
-        numbers,
+        numbers: COLUMNS
+            .map(|(_, cell)| cell(file).unwrap_or_default())
+            .to_vec(),
         ..Outcome::default()
     }
 }

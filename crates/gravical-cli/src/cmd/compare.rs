@@ -8,7 +8,7 @@ use gravical::compare::compare;
 use gravical_report::report::comparison;
 
 use crate::failure::quality;
-use crate::report::{ReportArgs, with_origin};
+use crate::report::{ResultArgs, with_origin};
 
 /// Test whether two calibrations of a sensor agree
 ///
@@ -28,25 +28,17 @@ pub struct Args {
     #[arg(value_name = "B")]
     second: PathBuf,
     #[command(flatten)]
-    report: ReportArgs,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
+    result: ResultArgs,
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.report
-        .check(None, [&args.first, &args.second], args.force)?;
+    args.result.check(None, [&args.first, &args.second])?;
     let (a, first) = CalibrationFile::read_with_input(&args.first)?;
     let (b, second) = CalibrationFile::read_with_input(&args.second)?;
     let names = [&args.first, &args.second].map(|p| p.display().to_string());
     let result = compare(&a, &b, [&names[0], &names[1]])?;
     let document = with_origin(comparison(&result), &[first, second]);
-    args.report
-        .present(&result, &document, args.json, args.force)?;
+    args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))
 }

@@ -6,10 +6,11 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use clap::Parser as _;
+use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::escape::path_word;
 use gravical::motion::{Calibrated, MotionOptions, motion};
-use gravical::output::{check_target, make_folder};
+use gravical::output::make_folder;
 use gravical::recording::{ReadOptions, read};
 use gravical_core::matrix3::{norm, sub};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -29,18 +30,6 @@ const COMMANDS: [&str; 4] = [
     "simulate line -o DIR/line --seed 2 --wrong-header",
     "calibrate DIR/poses/poses.csv --gravity 9.80665 -o DIR/calibration.json --report DIR/calibration.html",
     "motion DIR/line/line.csv -c DIR/calibration.json -o DIR/track.csv --report DIR/motion.html",
-];
-
-/// What they write.
-const FILES: [&str; 8] = [
-    "poses/poses.csv",
-    "poses/truth.json",
-    "line/line.csv",
-    "line/truth.json",
-    "calibration.json",
-    "calibration.html",
-    "track.csv",
-    "motion.html",
 ];
 
 const NEXT: &str = "
@@ -82,10 +71,12 @@ fn free_folder(force: bool) -> PathBuf {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let folder = args.output.clone();
     let folder = folder.unwrap_or_else(|| free_folder(args.force));
-    for file in FILES {
-        check_target(&folder.join(file), args.force).map_err(|e| {
-            e.with_hint("name another folder, or add --force to overwrite the earlier demo")
-        })?;
+    let mut files = std::fs::read_dir(&folder).into_iter().flatten();
+    if !args.force && files.next().is_some() {
+        let error = Error::usage("exists", "this folder is not empty; nothing was written");
+        let error = error.at(&folder, None);
+        let error = error.with_hint("name another folder, or overwrite the earlier demo");
+        return Err(error.advise("force", "true").into());
     }
     make_folder(&folder)?;
     text::say(INTRODUCTION);

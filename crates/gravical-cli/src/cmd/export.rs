@@ -6,7 +6,8 @@ use std::process::ExitCode;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
-use gravical::export::{ExportOptions, TARGETS, Target, export};
+use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
+use gravical::noise::read_noise;
 use gravical::output::write_text;
 use gravical::targets::check_targets;
 
@@ -20,7 +21,7 @@ Examples:
   gravical export cal.json --to c -o imu_left.h --name imu_left
   gravical export cal.json --to ros2 -o imu.yaml")]
 pub struct Args {
-    /// Calibration file, of gravical or imucal
+    /// Calibration, of gravical or imucal; for kalibr also the result of noise
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
     /// File to write [default: stdout]
@@ -67,8 +68,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         std::slice::from_ref(calibration),
         args.force,
     )?;
-    let file = CalibrationFile::read(calibration)?;
-    let written = export(&file, target, &args.options)?;
+    target.check(&args.options)?;
+    let noise = (target.name == "kalibr").then(|| read_noise(calibration));
+    let written = match noise {
+        Some(Ok((noise, _))) => kalibr(&noise.section(), args.options.upper_limit)?,
+        _ => export(&CalibrationFile::read(calibration)?, target, &args.options)?,
+    };
     match output {
         Some(path) => write_text(path, args.force, &written.text)?,
         None => text::print(&written.text)?,

@@ -76,8 +76,8 @@ impl Args {
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let TableArgs { force, quiet, .. } = args.output;
-    args.report
-        .check(args.output.target().file(), &args.files(), force)?;
+    let target = args.output.target();
+    args.report.check(target.file(), &args.files(), force)?;
     let options = MotionOptions {
         gravity: args.gravity.given()?,
         ..args.method.clone()
@@ -112,7 +112,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs.push(reference.input());
     }
 
-    let target = args.output.target();
     if target != Target::Nowhere {
         let path = target.file().unwrap_or(Path::new("standard output"));
         args.output.write(|out| table(&motion, path, out))?;

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use gravical::Error;
 use gravical::escape::path_text;
-use gravical::export::kalibr;
 use gravical::noise::noise;
 use gravical::output::write_text;
 use gravical::recording::ReadOptions;
@@ -13,7 +11,7 @@ use gravical_report::figure::noise::figures;
 use gravical_report::report;
 
 use crate::options::reading;
-use crate::report::{ReportArgs, with_origin};
+use crate::report::{ResultArgs, with_origin};
 use crate::text;
 
 /// Determine the noise of a sensor at rest (Allan deviation)
@@ -26,33 +24,18 @@ use crate::text;
 Examples:
   gravical noise desk.csv --report noise.html
   gravical noise desk.csv -o noise.json
-  gravical noise desk.csv --to kalibr -o imu.yaml
+  gravical export noise.json --to kalibr -o imu.yaml
 
 Two hours at a constant temperature show N and B; K takes longer.")]
 pub struct Args {
     /// Recording of a sensor at rest, plain or .gz; - reads standard input
     #[arg(value_name = "INPUT")]
     input: PathBuf,
-    /// The result as JSON, or that of --to
+    /// The result as JSON
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
-    report: ReportArgs,
-    /// kalibr: its imu.yaml, to -o or stdout
-    #[arg(long, value_name = "TARGET", value_parser = ["kalibr"], hide_possible_values = true)]
-    to: Option<String>,
-    /// With --to: limits for what is not determined
-    #[arg(long, requires = "to")]
-    upper_limit: bool,
-    /// Overwrite existing files
-    #[arg(long)]
-    force: bool,
-    /// Print errors only
-    #[arg(short, long)]
-    quiet: bool,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
+    result: ResultArgs,
     #[command(flatten)]
     recording: ReadOptions,
 }
@@ -65,51 +48,18 @@ pub struct Args {
 /// errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let output = args.output.as_deref();
-    if args.to.is_some() && args.json && output.is_none() {
-        return Err(Error::usage(
-            "json-needs-output",
-            "--json and --to would both write to stdout",
-        )
-        .with_hint("name the file of --to with -o")
-        .into());
+    args.result.check(output, [&args.input])?;
+    let named = args.result.report.is_wanted() || output.is_some();
+    let result = noise(&args.input, &reading(&args.recording, named))?;
+    if let Some(path) = output {
+        let text = serde_json::to_string_pretty(&result)? + "\n";
+        write_text(path, args.result.force, &text)?;
     }
-    args.report.check(output, [&args.input], args.force)?;
-    let named = args.report.is_wanted() || output.is_some();
-    let read = reading(&args.recording, named);
-    let result = noise(&args.input, &read)?;
     let figures = figures(&result);
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
-    args.report.write(args.force, &document)?;
-    if args.json {
-        text::print_json(&result)?;
-    } else if !args.quiet {
-        let report = document.to_text(args.report.detail());
-        if args.to.is_some() && output.is_none() {
-            text::say_report(report.trim_end());
-        } else {
-            text::print_report(&report)?;
-        }
-        args.report.say();
-    }
-    // What is refused here does not take the analysis away.
-    let written = if args.to.is_some() {
-        let export = kalibr(&result.section(), args.upper_limit)?;
-        for note in export.notes.iter().filter(|_| !args.quiet) {
-            text::say(&format!("note: {note}"));
-        }
-        export.text
-    } else {
-        serde_json::to_string_pretty(&result)? + "\n"
-    };
-    match output {
-        Some(path) => {
-            write_text(path, args.force, &written)?;
-            if !args.quiet {
-                text::say(&format!("Noise: {}", path_text(path)));
-            }
-        }
-        None if args.to.is_some() => text::print(&written)?,
-        None => {}
+    args.result.present(&result, &document)?;
+    if let Some(path) = output.filter(|_| !args.result.quiet) {
+        text::say(&format!("Noise: {}", path_text(path)));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -96,5 +96,5 @@ fn recordings_with_hardly_anything_in_them() {
             assert!([2, 3].contains(&run.code), "{name}: {}{}", run.out, run.err);
         }
     }
-    assert!(path.join("constant/acceleration.svg").is_file());
+    assert!(path.join("constant_figures/acceleration.svg").is_file());
 }

@@ -24,6 +24,28 @@ fn calibrated() -> tempfile::TempDir {
     }
     write(at, "cals/notes.json", "{}");
     ends(at, "simulate line -o line --seed 1 --rest 2 -q", 0);
+    // The same on days, by time stamps in seconds since 1970.
+    let text = read(at, "line/line.csv");
+    for (name, start_s) in [
+        ("january", 1_767_225_600.0),
+        ("april", 1_776_211_200.0),
+        ("june", 1_780_272_000.0),
+    ] {
+        let row = |line: &str| {
+            let (time, rest) = line.split_once(',').unwrap();
+            let time = match time.parse::<f64>() {
+                Ok(ms) => format!("{:.3}", start_s + ms / 1000.0),
+                Err(_) => "t_s".to_owned(),
+            };
+            format!("{time},{rest}\n")
+        };
+        let rows = text.lines().filter(|line| !line.starts_with('#'));
+        write(
+            at,
+            &format!("{name}.csv"),
+            &rows.map(row).collect::<String>(),
+        );
+    }
     folder
 }
 
@@ -33,24 +55,23 @@ fn the_last_of_the_sensor_before_the_recording_is_taken() {
     let at = folder.path();
     let done = |line: &str| ends(at, line, 0);
     let read = |name: &str| std::fs::read(at.join(name)).unwrap();
-    for (options, expected) in [
-        ("left --recorded 2026-04-15", "left-2026-03-01"),
-        ("left --recorded 2026-06-01", "left-2026-05-01"),
-        ("left", "left-2026-05-01"),
-        ("right", "right-2026-04-01"),
+    for (input, sensor, expected) in [
+        ("april.csv", "left", "left-2026-03-01"),
+        ("june.csv", "left", "left-2026-05-01"),
+        ("line/line.csv", "left", "left-2026-05-01"),
+        ("line/line.csv", "right", "right-2026-04-01"),
     ] {
-        let line = format!("apply cals line/line.csv -o a.csv --force --sensor-id {options}");
+        let line = format!("apply cals {input} -o a.csv --force --sensor-id {sensor}");
         let err = done(&line).err;
         let said = format!("Calibration: cals/{expected}.json, the last");
         assert!(err.contains(&said), "{err}");
-        let dated = options.contains("--recorded");
-        assert_ne!(err.contains("has no date"), dated, "{err}");
+        assert_eq!(err.contains("has no date"), input.contains("line"), "{err}");
         done(&format!(
-            "apply cals/{expected}.json line/line.csv -o b.csv --force"
+            "apply cals/{expected}.json {input} -o b.csv --force"
         ));
-        assert!(read("a.csv") == read("b.csv"), "{options}");
+        assert!(read("a.csv") == read("b.csv"), "{input}");
     }
-    let moved = done("motion line/line.csv -c cals --sensor-id left --recorded 2026-04-15 --json");
+    let moved = done("motion april.csv -c cals --sensor-id left --json");
     assert_eq!(moved.json()["calibration"], "cals/left-2026-03-01.json");
     done("check cals s3/poses.csv --sensor-id right --json");
     // Of one sensor no name is needed.
@@ -64,9 +85,6 @@ fn a_calibration_that_might_be_the_one_is_not_passed_over() {
     let folder = calibrated();
     let at = folder.path();
     let apply = "apply cals line/line.csv -o a.csv --force --sensor-id left";
-    // A day stands for its end.
-    let run = ends(at, &format!("{apply} --recorded 2026-05-01"), 0);
-    assert!(run.err.contains("left-2026-05-01"), "{}", run.err);
     let cut = std::fs::read_to_string(at.join("cals/left-2026-05-01.json")).unwrap();
     write(at, "cals/left-2026-05-01.json", &cut[..cut.len() / 2]);
     let run = ends(at, apply, 3);
@@ -87,7 +105,7 @@ fn a_calibration_that_might_be_the_one_is_not_passed_over() {
 const REFUSED: &str = "\
 apply cals line/line.csv -o a.csv | sensor-id-missing | right-2026-04-01.json: right
 apply cals line/line.csv -o a.csv --sensor-id foot | no-calibration | left-2026-03-01.json: left
-apply cals line/line.csv -o a.csv --sensor-id right --recorded 2026-01-01 | no-calibration | 2026-04-01
+apply cals january.csv -o a.csv --sensor-id right | no-calibration | 2026-04-01
 motion raw/line.csv -c cals --sensor-id left | no-calibration | in counts, 16384 per g
 apply cals/left-2026-03-01.json line/line.csv -o a.csv --sensor-id left | origin-unused | this is a file
 apply line line/line.csv -o a.csv | no-calibration | no calibration is in this folder";

@@ -16,9 +16,9 @@ fn noise_of_a_recording_at_rest_and_its_uses() {
     jsonschema::validate(&gravical::noise::NoiseResult::schema(), &json).unwrap();
 
     // Kalibr: refused without K, then with limits; the same from a calibration.
-    let refused = ends(path, "noise rest/static.csv --to kalibr -o imu.yaml", 3);
+    let refused = ends(path, "export noise.json --to kalibr -o imu.yaml", 3);
     assert!(refused.err.contains("--upper-limit"), "{}", refused.err);
-    done("noise rest/static.csv --to kalibr --upper-limit -o imu.yaml --quiet");
+    done("export noise.json --to kalibr --upper-limit -o imu.yaml");
     assert!(path.join("imu.yaml").exists());
     done("simulate poses -o poses --free 3 --quiet");
     done("calibrate poses/poses.csv --gravity 9.80665 --noise noise.json -o cal.json --quiet");

@@ -88,13 +88,11 @@ calibrate line.csv --noise o.csv -o: o.csv
 calibrate o.md --report: o.md
 calibrate --each s --summary: s/x_up.csv s/notes.txt
 calibrate --each live line.csv --summary: live/recording.csv line.csv
-calibrate --each @list --summary: list s/x_up.csv
 calibrate --each s --sections sections.csv --summary: sections.csv
 calibrate --each s --thermal line.csv --summary: line.csv
 check o.md line.csv --report: o.md
 check cals o.md --report: o.md
 check cal.json line.csv --gyro o.md --report: o.md
-check cal.json --each s --summary: cal.json s/x_up.csv
 inspect o.md --report: o.md
 inspect line.csv --gyro o.md --report: o.md
 compare o.md cal.json --report: o.md
@@ -137,7 +135,6 @@ fn what_is_read_is_never_replaced() {
     fs::copy(at.join("cal.json"), at.join("cals/cal.json")).unwrap();
     write(at, "s/notes.txt", "+x first");
     write(at, "live/session.ndjson", "");
-    write(at, "list", "s/x_up.csv\n");
     write(at, "sections.csv", "label,start,end\nx_up,0,100\n");
     ends(at, "convert line.csv -o s/converted.csv", 0);
     for row in READ.lines() {
@@ -194,7 +191,6 @@ fn results_in_an_input_folder_are_replaced_with_force() {
         "calibrate s --report s/report.md",
         "calibrate --each s -o s --summary s/all.csv",
         "calibrate --each s -o s/out --summary s/all.csv.gz",
-        "check cal.json s --each --summary s/checked.csv",
         "inspect s --report s/poses.html",
         "apply s line.csv -o s/line.csv",
         "apply s line.csv -o s/line.csv.gz",

@@ -76,20 +76,14 @@ class Recording:
     ) -> Recording:
         """A recording of samples in memory.
 
-        Parameters
-        ----------
-        accel, gyro : array of shape (n, 3), or a tuple of three arrays
-            Specific force and angular rate along x, y, z. NaN where a value is missing.
-        t, temperature : array of shape (n,), optional
-            Time stamps, numbers in ``time_unit`` (by default recognised by their steps) or
-            ``datetime64``; without them give ``rate``. Temperature of the sensor, °C.
-        labels : sequence of str, optional
-            Pose of each sample: ``+x``, ``-x`` …, or any name.
-        name, **reading
-            As of :func:`gravical.read`.
+        - ``accel``, ``gyro``: specific force and angular rate along x, y, z: arrays of shape (n, 3),
+          or tuples of three arrays. NaN where a value is missing.
+        - ``t``: time stamps, shape (n,), numbers in ``time_unit`` (by default recognised by their
+          steps) or ``datetime64``; without them give ``rate``.
+        - ``temperature`` of the sensor, °C, shape (n,).
+        - ``labels``: pose of each sample: ``+x``, ``-x`` …, or any name.
+        - ``name`` and the keywords of :func:`gravical.read`.
 
-        Examples
-        --------
         >>> import numpy as np
         >>> z_up = np.tile([0.0, 0.0, 9.81], (200, 1))
         >>> recording = Recording.from_arrays(t=np.arange(200) / 100, accel=z_up)
@@ -156,35 +150,20 @@ class Recording:
 def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     """Read a recording. All keywords are optional: by default the file says it itself.
 
-    Parameters
-    ----------
-    source : path, bytes, binary file, or table
-        Text or CSV in any of the formats that the program reads, plain or ``.gz``, or ``.cwa``; the
-        content of such a file; or a table in memory: a data frame of pandas or polars, or a
-        mapping from names to arrays. Its columns are recognised as those of a file; dates, integers
-        and columns of texts with the labels of poses are understood.
-    name : str, optional
-        Name in messages.
-    **reading
-        - ``gyro``: path of the gyroscope in a second file, joined by time.
-        - ``accel_unit``: ``"m/s^2"``, ``"g"``, ``"mg"``, ``"counts"``; ``gyro_unit``: ``"rad/s"``,
-          ``"deg/s"``, ``"counts"``.
-        - ``accel_range``, ``gyro_range``, ``zero_offset`` of counts: full scale in g and °/s; offset.
-        - ``columns``: what each holds: ``{"t": "Timestamp", "ax": "acc_x", "gx": None}``, or in
-          order ``"t,ax,ay,az,_,-"``.
-        - ``sensor``: which of several in the file.
-        - ``rate``, Hz, where there are no time stamps; ``time_unit``: ``"s"``, ``"ms"``, ``"us"``,
-          ``"ns"``.
+    - ``source``: path of text or CSV in any of the formats that the program reads, plain or ``.gz``,
+      or of a ``.cwa``; the content of such a file; or a table in memory: a data frame of pandas or
+      polars, or a mapping from names to arrays. Its columns are recognised as those of a file;
+      dates, integers and columns of texts with the labels of poses are understood.
+    - ``name`` in messages.
+    - ``gyro``: path of the gyroscope in a second file, joined by time.
+    - ``accel_unit``: ``"m/s^2"``, ``"g"``, ``"mg"``, ``"counts"``; ``gyro_unit``: ``"rad/s"``,
+      ``"deg/s"``, ``"counts"``.
+    - ``accel_range``, ``gyro_range``, ``zero_offset`` of counts: full scale in g and °/s; offset.
+    - ``columns``: what each holds: ``{"t": "Timestamp", "ax": "acc_x", "gx": None}``, or in order
+      ``"t,ax,ay,az,_,-"``.
+    - ``sensor``: which of several in the file.
+    - ``rate``, Hz, where there are no time stamps; ``time_unit``: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``.
 
-    Raises
-    ------
-    InputError
-        It is not there (:class:`gravical.NotFoundError`) or no recording: ``no-rows`` …
-    UsageError
-        ``option-range`` for a rate or range that no sensor has.
-
-    Examples
-    --------
     >>> text = b"t_ms,ax,ay,az\\n0,0.1,0.0,9.8\\n10,0.1,0.1,9.8\\n20,0.1,0.0,9.7\\n"
     >>> gravical.read(text)
     <Recording 'bytes': 3 rows, 100 Hz, m/s^2>
@@ -194,8 +173,10 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     if isinstance(source, Recording):
         if name is None and not reading:
             return source
-        source = source._native
-    elif not is_path(source):
+        source = [source._native]
+    elif is_path(source):
+        source = [source]
+    else:
         if hasattr(source, "read") and not is_table(source):
             source, name = source.read(), name or str(getattr(source, "name", "file"))
         if isinstance(source, (bytes, bytearray, memoryview)):
@@ -225,14 +206,14 @@ def session_of(session: Any, options: dict[str, Any]) -> tuple[list[Any], dict[s
         raise UsageError("the session is empty", hint="give the recordings of the sensor at rest")
     if all(name is None and is_path(one) for name, one in parts):
         return [one for _, one in parts], options
-    reading = {key: options[key] for key in _gravical.READING if key in options}
-    is_read = [not isinstance(one, Recording) for _, one in parts]
+    reading: dict[str, Any] = {}
+    if not all(isinstance(one, Recording) for _, one in parts):
+        reading = {key: options[key] for key in _gravical.READING if key in options}
     sources = [
-        read(one, name=name, **(reading if new else {}))._native
-        for (name, one), new in zip(parts, is_read)
+        read(one, name=name, **({} if isinstance(one, Recording) else reading))._native
+        for name, one in parts
     ]
-    left = {key: value for key, value in options.items() if key not in reading}
-    return sources, left if any(is_read) else options
+    return sources, {key: value for key, value in options.items() if key not in reading}
 
 
 def _is_columns(mapping: Mapping[Any, Any]) -> bool:

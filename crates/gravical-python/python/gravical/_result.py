@@ -58,7 +58,7 @@ def parsed(text: str) -> Any:
 
 
 class Figure(NamedTuple):
-    """A figure: its name (as of ``--report FILE.md``), what it shows, and the SVG."""
+    """A figure: its name, what it shows, and the SVG."""
 
     name: str
     title: str
@@ -101,7 +101,7 @@ class Result(Record):
             names, values = table
             groups = groups if names[0] == "t_s" else groups[1:]
             table = (names, values.reshape(-1, len(names)), groups)
-        return cls(parsed(native.json()), native, table, **others)
+        return cls(parsed(native.json), native, table, **others)
 
     def _computed(self) -> Any:
         native = vars(self)["_native"]

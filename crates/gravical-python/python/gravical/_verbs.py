@@ -24,56 +24,39 @@ def _run(
     options: dict[str, Any],
     *calibrations: Any,
     noise: Any = None,
-    output: Path | None = None,
-    force: bool = False,
+    target: tuple[Path, bool] | None = None,
 ) -> Any:
     sources, options = session_of(session, options)
-    target = None if output is None else (output, force)
     named = [calibration_of(calibration) for calibration in calibrations]
     return _gravical.run(verb, sources, named, noise_of(noise), target, keywords(options))
 
 
 def inspect(recording: Any, **options: Any) -> Result:
-    """Show what is in a recording, as of :func:`gravical.read`: columns, units, rate, defects, rests.
-
-    Its keywords are ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
-    """
+    """Show what is in a recording: columns, units, rate, defects, rests. Its keywords are ``axes``, as
+    of :func:`gravical.calibrate`, and those of :func:`gravical.read`."""
     return Result._of(_run("inspect", recording, options))
 
 
 def calibrate(session: Any, *, noise: Result | Path | None = None, **options: Any) -> Calibration:
-    """Calibrate a sensor from recordings of static poses.
+    """Calibrate a sensor from recordings of static poses. A result that cannot be trusted is no
+    exception: its verdict is ``"poor"``.
 
-    Parameters
-    ----------
-    session : path, recording, table, or several of them
-        The recordings of one session: files, a folder, :class:`Recording` objects, data frames, or
-        one continuous recording in which the poses are found. A mapping from the name of a pose
-        (``"+x"``, ``"-x"`` …) to a recording, table or array of shape (n, 3) names the poses.
-    noise : result of :func:`gravical.noise`, or path of its file, optional
-        Noise of the sensor, stored in the calibration.
-    **options
-        - ``gravity``, m/s², or ``latitude``, °, and ``altitude``, m; by default 9.80665 ± 0.15 %.
-        - ``method``: ``"joint"`` (face and free poses in one fit that allows for tilted faces) or
-          ``"ferraris"`` (six faces in closed form).
-        - ``pose_tilt``: expected tilt of the faces, ° (standard deviation); by default estimated.
-        - ``prior``: limits of the data sheet: ``"data-sheet"`` or ``"off"``.
-        - ``free_pose``, ``face_pose``: names of poses to be treated as free, or as faces.
-        - ``axes``: the sensor's axes that point along x, y and z of the case: ``"y,-x,z"``.
-        - ``gyro``: path of the gyroscope of the one recording.
-        - ``sections``: path of the poses as ranges of rows: JSON of imucal, or CSV label,start,end.
-        - ``thermal``: paths of recordings at rest while the sensor warms or cools.
-        - ``sensor_id``, ``sensor_model``, ``recorded``: what is stored of sensor and time.
-        - How recordings are read: those of :func:`gravical.read`.
+    - ``session``: the recordings of one session: files, a folder, :class:`Recording` objects, data
+      frames, or one continuous recording in which the poses are found. A mapping from the name of a
+      pose (``"+x"``, ``"-x"`` …) to a recording, table or array of shape (n, 3) names the poses.
+    - ``noise``: result of :func:`gravical.noise`, or path of its file; stored in the calibration.
+    - ``gravity``, m/s², or ``latitude``, °, and ``altitude``, m; by default 9.80665 ± 0.15 %.
+    - ``method``: ``"joint"`` (face and free poses in one fit that allows for tilted faces) or
+      ``"ferraris"`` (six faces in closed form).
+    - ``pose_tilt``: expected tilt of the faces, ° (standard deviation); by default estimated.
+    - ``prior``: limits of the data sheet: ``"data-sheet"`` or ``"off"``.
+    - ``free_pose``, ``face_pose``: names of poses to be treated as free, or as faces.
+    - ``axes``: the sensor's axes that point along x, y and z of the case: ``"y,-x,z"``.
+    - ``sections``: path of the poses as ranges of rows: JSON of imucal, or CSV label,start,end.
+    - ``thermal``: paths of recordings at rest while the sensor warms or cools.
+    - ``sensor_id``, ``sensor_model``, ``recorded``: what is stored of sensor and time.
+    - The keywords of :func:`gravical.read`.
 
-    Returns
-    -------
-    Calibration
-        A result that cannot be trusted is no exception: its verdict is ``"poor"``. Without any,
-        :class:`gravical.InputError`: ``underdetermined``, ``missing-face``, ``never-static`` …
-
-    Examples
-    --------
     >>> session = gravical.simulate("poses", free=8, seed=3)
     >>> calibration = gravical.calibrate(session.recordings, gravity=9.80665)
     >>> calibration.verdict.grade, len(calibration.accelerometer.bias)
@@ -90,71 +73,43 @@ def apply(
     force: bool = False,
     **options: Any,
 ) -> Result:
-    """Apply a calibration to a recording, whose unit and range are checked (``unit-mismatch``).
+    """Apply a calibration (a Calibration, path, or object of imucal) to a recording, whose unit and
+    range are checked (``unit-mismatch``). The arrays of the result are ``t``, ``accel``, ``gyro``.
 
-    Parameters
-    ----------
-    calibration, recording
-        What is applied: a Calibration, path, or object of imucal; to a path, recording or table.
-    output, force : path, bool
-        From file to file, in constant memory, as the program: all other columns are copied, values
-        have six decimals; ``force`` overwrites. Without it the channels are in memory, exact: ``t``,
-        ``accel``, ``gyro``.
-    **options
-        ``output_unit``: ``"m/s^2"`` (the default) or ``"g"``; ``keep_raw``: keep the raw columns of
-        the file; ``axes`` as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
+    - ``output``: go from file to file, in constant memory, as the program: all other columns are
+      copied, values have six decimals; ``force`` overwrites, ``keep_raw`` keeps the raw columns.
+    - ``output_unit``: ``"m/s^2"`` (the default) or ``"g"``.
+    - ``axes`` as of :func:`gravical.calibrate`, and the keywords of :func:`gravical.read`.
     """
-    done = _run("apply", recording, options, calibration, output=output, force=force)
+    target = None if output is None else (output, force)
+    done = _run("apply", recording, options, calibration, target=target)
     return Result._of(done, (("t", 1), ("accel", 3), ("gyro", 3)))
 
 
-def denoise(
-    recording: Any,
-    filter: Any,
-    *,
-    output: Path | None = None,
-    force: bool = False,
-    **options: Any,
-) -> Result:
-    """Filter a recording and report the effect on its noise.
+def denoise(recording: Any, filter: Any, **options: Any) -> Result:
+    """Filter a recording and report the effect on its noise: ``recording`` of the result. Breaks, gaps
+    and empty cells are respected; uneven time stamps are refused (``uneven-stamps``).
 
-    Parameters
-    ----------
-    recording : path, recording or table
-        Breaks, gaps and empty cells are respected; uneven time stamps are refused
-        (``uneven-stamps``).
-    filter : str or list of str
-        ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``, ``"highpass:…"``,
-        ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
-    output, force : path, bool
-        As of :func:`gravical.apply`. In memory it is ``recording`` of the result.
-    **options
-        Those of :func:`gravical.read`.
+    - ``filter``: one or a list of ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``,
+      ``"highpass:…"``, ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
+    - The keywords of :func:`gravical.read`.
     """
-    options["filter"] = filter
-    done = _run("denoise", recording, options, output=output, force=force)
-    rows = done.recording()
-    return Result._of(done, recording=None if rows is None else Recording(rows))
+    done = _run("denoise", recording, {**options, "filter": filter})
+    return Result._of(done, recording=Recording(done.recording()))
 
 
 def noise(recording: Any, **options: Any) -> Result:
-    """Determine the noise of a sensor from a recording at rest (Allan deviation).
-
-    Parameters
-    ----------
-    recording : path, recording or table
-        Of a sensor that lies still for ten seconds (else ``not-at-rest``); what moves is left out.
-    **options
-        Those of :func:`gravical.read`.
-    """
+    """Determine the noise of a sensor (Allan deviation) from a recording in which it lies still for
+    ten seconds (else ``not-at-rest``); what moves is left out. Keywords are those of
+    :func:`gravical.read`."""
     return Result._of(_run("noise", recording, options))
 
 
 def check(calibration: Any, session: Any, **options: Any) -> Result:
     """Test whether a calibration still fits new recordings at rest, of which one in any pose is enough.
 
-    Its keywords are ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration),
-    ``gyro`` and ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
+    Its keywords are ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and
+    ``axes``, as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
     ``verdict.judgement`` is ``"fits"``, ``"does-not-fit"`` or ``"undecided"``.
     """
     return Result._of(_run("check", session, options, calibration))
@@ -173,26 +128,18 @@ def compare(first: Any, second: Any) -> Result:
 def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     """Compute velocity and position with error bands.
 
-    Parameters
-    ----------
-    recording : path, recording or table
-        With rests of some seconds before and after each move.
-    calibration : Calibration, path, or object of imucal, optional
-        Without it the nominal scales are used.
-    **options
-        - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
-        - ``procedure``: ``"strapdown"``, ``"constant-tilt"``, or ``"report"`` for that of the student report.
-        - ``causal``: use the past only.
-        - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
-        - ``no_stances``: take no moment between swings for a foot in stance.
-        - ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and ``axes``
-          as of :func:`gravical.calibrate`, and those of :func:`gravical.read`.
+    The result has the arrays of :class:`Result`; its ``verdict.judgement`` is ``"bounded"``,
+    ``"partly-open"``, ``"open"``, ``"at-rest"`` or ``"not-usable"``.
 
-    Returns
-    -------
-    Result
-        With the arrays of :class:`Result`. ``verdict.judgement`` is ``"bounded"``, ``"partly-open"``,
-        ``"open"``, ``"at-rest"`` or ``"not-usable"``.
+    - ``recording``: with rests of some seconds before and after each move.
+    - ``calibration``: a Calibration, path, or object of imucal; without it the nominal scales.
+    - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
+    - ``procedure``: ``"strapdown"``, ``"constant-tilt"``, or ``"report"`` for that of the student report.
+    - ``causal``: use the past only.
+    - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
+    - ``no_stances``: take no moment between swings for a foot in stance.
+    - ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and ``axes`` as of
+      :func:`gravical.calibrate`, and the keywords of :func:`gravical.read`.
     """
     given = () if calibration is None else (calibration,)
     return Result._of(_run("motion", recording, options, *given), _MOTION)
@@ -201,19 +148,13 @@ def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
 def simulate(
     scenario: str, *, output: Path | None = None, force: bool = False, **options: Any
 ) -> Result:
-    """Simulate recordings of an MPU6050 with known true errors.
+    """Simulate recordings of an MPU6050 with known true errors. The result is the truth, ``truth.json``
+    of the program; ``recordings`` has the names of the files.
 
-    Parameters
-    ----------
-    scenario : str
-        ``"six-position"``, ``"poses"``, ``"static"`` or ``"line"``.
-    output, force : path, bool
-        Folder to write to, as the program. Without it nothing is left on the disk.
-    **options
-        As of ``gravical simulate SCENARIO --help``: ``seed``, ``free``, ``rate`` (Hz), ``tilt`` (°),
-        ``duration`` (s), ``distance`` (m), ``raw`` …
-
-    The result is the truth, ``truth.json`` of the program; ``recordings`` has the names of the files.
+    - ``scenario``: ``"six-position"``, ``"poses"``, ``"static"`` or ``"line"``.
+    - ``output``: folder to write to, as the program. Without it nothing is left on the disk.
+    - Others as of ``gravical simulate SCENARIO --help``: ``seed``, ``free``, ``rate`` (Hz), ``tilt``
+      (°), ``duration`` (s), ``distance`` (m), ``raw`` …
     """
     with tempfile.TemporaryDirectory(prefix="gravical-") as folder:
         target = folder if output is None else output

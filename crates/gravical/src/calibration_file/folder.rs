@@ -11,15 +11,6 @@ use crate::{Error, Result};
 /// Calibrations that an error lists.
 const MAX_LISTED: usize = 8;
 
-/// What the user says of a recording.
-#[derive(Debug, Clone, Default)]
-pub struct RecordingOrigin {
-    /// The sensor; default: the serial number that the recording names.
-    pub sensor_id: Option<String>,
-    /// When it was recorded; default: its time stamps, if they are dates.
-    pub recorded: Option<UtcTime>,
-}
-
 /// A calibration of a folder.
 #[derive(Debug, Clone)]
 pub struct FoundCalibration {
@@ -59,7 +50,8 @@ impl FoundCalibration {
 }
 
 /// The calibration in `folder` for `recordings` of one sensor, whose first rows are enough: of
-/// that sensor, for their unit and range, the last one before them. Without a date of the
+/// that sensor (`sensor_id`, else the serial number that they name), for their unit and range, the
+/// last one before them. Without a date of the
 /// recordings it is the last of all, which [`FoundCalibration::reason`] says. Files that are no
 /// calibration are not looked at, nor are folders in it.
 ///
@@ -71,14 +63,14 @@ impl FoundCalibration {
 pub fn find_calibration(
     folder: &Path,
     recordings: &[Recording],
-    origin: &RecordingOrigin,
+    sensor_id: Option<&str>,
 ) -> Result<FoundCalibration> {
     let named = match common_serial(recordings) {
         // The user says that they are of one sensor.
-        Err(_) if origin.sensor_id.is_some() => None,
+        Err(_) if sensor_id.is_some() => None,
         named => named?,
     };
-    if let (Some(named), Some(given)) = (&named, &origin.sensor_id)
+    if let (Some(named), Some(given)) = (&named, sensor_id)
         && named != given
     {
         let what = format!("the recording is of the sensor {named}, not of {given}");
@@ -87,7 +79,7 @@ pub fn find_calibration(
             .advise("sensor_id", ""));
     }
     let all = calibrations(folder)?;
-    let sensor = named.or_else(|| origin.sensor_id.clone());
+    let sensor = named.or_else(|| sensor_id.map(str::to_owned));
     // Calibrations that name no sensor may be of several.
     let is_one = |c: &FoundCalibration| c.sensor().is_some() && c.sensor() == all[0].sensor();
     if sensor.is_none() && all.len() > 1 && !all.iter().all(is_one) {
@@ -101,8 +93,7 @@ pub fn find_calibration(
             .advise("sensor_id", ""));
     }
     let scale = recordings.first().map(|r| r.accel_scale);
-    let stamps = recordings.iter().filter_map(Recording::recorded_at).min();
-    let recorded = origin.recorded.or(stamps);
+    let recorded = recordings.iter().filter_map(Recording::recorded_at).min();
     let fits = |c: &&FoundCalibration| {
         (sensor.is_none() || c.sensor() == sensor.as_deref())
             && scale.is_none_or(|scale| c.takes(scale))
@@ -111,7 +102,7 @@ pub fn find_calibration(
     if let Some(last) = all.iter().filter(fits).max_by_key(|c| c.time) {
         let reason = match recorded {
             Some(time) => format!("the last before the recording of {}", time.minute()),
-            None => "the last; the recording has no date, and none is given".to_owned(),
+            None => "the last; the recording has no date".to_owned(),
         };
         return Ok(FoundCalibration {
             reason,

@@ -110,7 +110,11 @@ impl Target {
     }
 
     /// Refuses options that mean nothing to this target, and values that it cannot use.
-    fn check(&self, options: &ExportOptions) -> Result<()> {
+    ///
+    /// # Errors
+    ///
+    /// `export-option` and `export-name` (usage).
+    pub fn check(&self, options: &ExportOptions) -> Result<()> {
         let given = [
             ("name", options.name.is_some()),
             ("counts_per_g", options.counts_per_g.is_some()),
