@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Deviations, Grade, InputFile, InputRole};
+use gravical::calibration_file::{CalibrationFile, Deviations, Grade, InputFile};
 use gravical::escape::path_word;
 use gravical::noise::{NoiseResult, read_noise};
 use gravical::poses::SegmentOptions;
