@@ -1,4 +1,4 @@
-//! `gravical convert`.
+//! `gravical convert`, and what every command makes of a `.cwa` file.
 
 use crate::support::*;
 
@@ -19,16 +19,12 @@ fn csv() -> String {
     )
 }
 
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("in.csv"), csv()).unwrap();
-    folder
-}
-
 #[test]
 fn a_table_in_si_or_in_g_with_breaks_and_labels() {
-    let folder = folder();
-    let run = ends(folder.path(), "convert in.csv -o - --quiet", 0);
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write(at, "in.csv", &csv());
+    let run = ends(at, "convert in.csv -o - --quiet", 0);
     let begin = "time_s,ax_m_s2,ay_m_s2,az_m_s2,temperature_c,label\n\
         0.000000,0.0980665,-2.4516625,9.80665,25.5,desk\n\
         0.010000,0.196133,-2.4516625,9.80665,25.5,\"a \"\"b\"\", c\"\n\
@@ -38,39 +34,25 @@ fn a_table_in_si_or_in_g_with_breaks_and_labels() {
         9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
     assert!(run.out.starts_with(begin), "{}", run.out);
     assert!(run.out.ends_with(end), "{}", run.out);
-    let run = ends(
-        folder.path(),
-        "convert in.csv --output-unit g --absolute-time",
-        0,
-    );
+    // Packed, it reads as what it is.
+    let summary = json(at, "convert in.csv -o out.csv.gz", 0);
+    assert_eq!(summary["start_unix_s"], 1_709_280_000.0);
+    let bytes = std::fs::read(at.join("out.csv.gz")).unwrap();
+    assert_eq!(bytes[..2], [0x1f, 0x8b]);
+    let read = ends(at, "convert out.csv.gz --quiet", 0);
+    assert!(read.out.ends_with(&end[end.len() - 50..]), "{}", read.out);
+
+    let run = ends(at, "convert in.csv --output-unit g --absolute-time", 0);
     let second = run.out.lines().nth(1).unwrap();
     // `date -u -d '2024-03-01 08:00' +%s`
     assert_eq!(second, "1709280000.000000,0.01,-0.25,1,25.5,desk");
-}
-
-#[test]
-fn a_packed_table_reads_as_what_it_is() {
-    let folder = folder();
-    let summary = json(folder.path(), "convert in.csv -o out.csv.gz", 0);
-    assert_eq!(summary["start_unix_s"], 1_709_280_000.0);
-    let bytes = std::fs::read(folder.path().join("out.csv.gz")).unwrap();
-    assert_eq!(bytes[..2], [0x1f, 0x8b]);
-    let read = run_in(folder.path(), words("convert out.csv.gz --quiet"));
-    let end = "9.000000,0.2941995,-2.4516625,9.80665,25.75,shelf\n";
-    assert!(read.out.ends_with(end), "{}", read.out);
-}
-
-#[test]
-fn what_cannot_be_converted_is_said() {
-    let folder = folder();
     let rows = (0..100).map(|i| format!("{i},7,8,{}\n", 40 + i % 2));
     let text = format!("t_ms,ax,ay,az\n{}", rows.collect::<String>());
-    write(folder.path(), "counts.csv", &text);
+    write(at, "counts.csv", &text);
     for (options, code) in [("counts", "unit-unknown"), ("g --absolute-time", "no-date")] {
         let line = format!("convert counts.csv --accel-unit {options} -o out.csv --json");
-        let run = run_in(folder.path(), words(&line));
-        assert_eq!(run.json()["code"], code, "{line}");
-        assert!(!folder.path().join("out.csv").exists());
+        assert_eq!(run_in(at, words(&line)).json()["code"], code, "{line}");
+        assert!(!at.join("out.csv").exists());
     }
 }
 
@@ -80,9 +62,6 @@ fn every_command_reads_a_cwa_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = data.join("skdh-axivity/ax6_sample.cwa");
     let cwa = path.to_str().unwrap();
-    let recording = &json(folder.path(), &format!("inspect {cwa}"), 0)["recordings"][0];
-    assert_eq!(recording["serial"], "6011802");
-    assert_eq!(recording["accelerometer"]["unit"], "g");
     // Two minutes of wear cover no directions: that is said, not fitted.
     json(folder.path(), &format!("calibrate {cwa} -o cal.json"), 3);
     assert!(!folder.path().join("cal.json").exists());

@@ -78,12 +78,12 @@ fn each_result_is_that_of_the_command_alone() {
 }
 
 #[test]
-fn a_second_run_does_what_is_not_done() {
+fn a_second_run_does_what_is_not_done_and_keeps_nothing_of_another_session() {
     let folder = fleet(3);
     let at = folder.path();
-    let line = "calibrate --each fleet -o out --summary all.csv";
+    let line = "calibrate --each fleet -o out --summary fleet/all.csv";
     ends(at, line, 0);
-    let first = fs::read_to_string(at.join("all.csv")).unwrap();
+    let first = read(at, "fleet/all.csv");
     ends(at, line, 2);
     let written = |name: &str| fs::metadata(at.join(name)).unwrap().modified().unwrap();
     let before = ["out/unit-1.json", "out/unit-2.json"].map(written);
@@ -93,21 +93,33 @@ fn a_second_run_does_what_is_not_done() {
         .unwrap();
     let later = SystemTime::now() + Duration::from_secs(60);
     session.set_modified(later).unwrap();
+    // The result of another session.
+    fs::copy(at.join("out/unit-2.json"), at.join("out/unit-3.json")).unwrap();
     ends(at, &format!("{line} --resume"), 0);
-    assert_eq!(fs::read_to_string(at.join("all.csv")).unwrap(), first);
+    // The summary of the first run is no session.
+    assert_eq!(read(at, "fleet/all.csv"), first);
     assert_eq!(written("out/unit-1.json"), before[0]);
     assert_ne!(written("out/unit-2.json"), before[1]);
-    for i in 1..=2 {
+    for (row, i) in rows(&at.join("fleet/all.csv")).iter().zip(1..) {
+        let file: Value = serde_json::from_str(&read(at, &format!("out/unit-{i}.json"))).unwrap();
+        assert_eq!(file["inputs"][0]["path"], format!("fleet/unit-{i}.csv"));
+        assert_eq!(row["bias_x"], file["accelerometer"]["bias"][0].to_string());
+    }
+    // A result that cannot be read, and a session that fails now.
+    write(at, "out/unit-1.json", "{");
+    write(at, "fleet/unit-3.csv", "t,ax,ay,az\n1,2\n");
+    ends(at, &format!("{line} --resume"), 4);
+    let now = rows(&at.join("fleet/all.csv"));
+    assert!(now[2]["result"].is_empty() && !now[0]["bias_x"].is_empty());
+    fs::remove_file(at.join("fleet/all.csv")).unwrap();
+    for (i, code) in [(1, 4), (2, 0)] {
         ends(
             at,
             &format!("calibrate --each fleet -o part --shard {i}/2"),
-            0,
+            code,
         );
     }
-    assert_eq!(
-        listed(&at.join("part")),
-        ["unit-1.json", "unit-2.json", "unit-3.json"]
-    );
+    assert_eq!(listed(&at.join("part")), ["unit-1.json", "unit-2.json"]);
 }
 
 #[test]
@@ -124,34 +136,6 @@ fn names_that_several_share_are_told_apart() {
     assert_eq!(listed(&at.join("out")), ["a-s.json", "b-S.json"]);
     let err = ends(at, "calibrate --each b -o both", 2).err;
     assert!(err.contains("code: same-target"), "{err}");
-}
-
-#[test]
-fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
-    let folder = fleet(2);
-    let at = folder.path();
-    // The result of another session, one that cannot be read, and one that fails now.
-    ends(
-        at,
-        "calibrate --each fleet -o out --summary fleet/all.csv",
-        0,
-    );
-    fs::copy(at.join("out/unit-2.json"), at.join("out/unit-1.json")).unwrap();
-    write(at, "out/unit-2.json", "{");
-    write(at, "out/unit-3.json", "{}");
-    write(at, "fleet/unit-3.csv", "t,ax,ay,az\n1,2\n");
-    let line = "calibrate --each fleet -o out --summary fleet/all.csv --resume";
-    ends(at, line, 4);
-    let rows = rows(&at.join("fleet/all.csv"));
-    // The summary of the first run is no session.
-    assert_eq!(rows.len(), 3);
-    assert_eq!(rows[2]["result"], "");
-    for (row, name) in rows.iter().zip(["unit-1", "unit-2"]) {
-        let file = fs::read(at.join(format!("out/{name}.json"))).unwrap();
-        let file: Value = serde_json::from_slice(&file).unwrap();
-        assert_eq!(file["inputs"][0]["path"], format!("fleet/{name}.csv"));
-        assert_eq!(row["bias_x"], file["accelerometer"]["bias"][0].to_string());
-    }
 }
 
 #[test]

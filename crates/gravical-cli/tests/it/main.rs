@@ -14,17 +14,13 @@ mod convert;
 mod demo;
 mod denoise;
 mod docs_complete;
-mod docs_links;
 mod each;
 mod every_recording;
 mod export;
 mod figures;
 mod files;
 mod folder;
-mod gyro;
 mod imucal;
-mod inputs;
-mod joint;
 #[cfg(unix)]
 mod live;
 #[cfg(all(unix, feature = "live"))]
@@ -35,7 +31,6 @@ mod motion_real;
 mod noise;
 mod outputs;
 mod recordings;
-mod report;
 mod reports;
 mod sessions;
 mod shell;

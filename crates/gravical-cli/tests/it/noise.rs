@@ -8,36 +8,39 @@ use crate::support::*;
 fn noise_of_a_recording_at_rest_and_its_uses() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let done = |line: &str| ends(path, line, 0);
-    done("simulate static -o rest --duration 300 --temperature-rise 0 --quiet");
-    done("noise rest/static.csv -o noise.json");
+    for line in [
+        "simulate static -o rest --duration 300 --temperature-rise 0 --quiet",
+        "noise rest/static.csv -o noise.json",
+        "noise rest/static.csv --to kalibr --upper-limit -o imu.yaml --quiet",
+        "simulate poses -o poses --free 3 --quiet",
+        "calibrate poses/poses.csv --gravity 9.80665 --noise noise.json -o cal.json --quiet",
+        "simulate line -o line --quiet",
+        "simulate static -o short --duration 5 --quiet",
+    ] {
+        ends(path, line, 0);
+    }
     let json: Value = serde_json::from_str(&read(path, "noise.json")).unwrap();
     assert_eq!(json["format"], "gravical-noise/1");
     jsonschema::validate(&gravical::noise::NoiseResult::schema(), &json).unwrap();
-
-    // Kalibr: refused without K, then with limits; the same from a calibration.
-    let refused = ends(path, "noise rest/static.csv --to kalibr -o imu.yaml", 3);
-    assert!(refused.err.contains("--upper-limit"), "{}", refused.err);
-    done("noise rest/static.csv --to kalibr --upper-limit -o imu.yaml --quiet");
-    assert!(path.join("imu.yaml").exists());
-    done("simulate poses -o poses --free 3 --quiet");
-    done("calibrate poses/poses.csv --gravity 9.80665 --noise noise.json -o cal.json --quiet");
-    let yaml = done("export cal.json --to kalibr --upper-limit").out;
+    assert!(read(path, "imu.yaml").contains("gyroscope_random_walk: "));
+    let yaml = ends(path, "export cal.json --to kalibr --upper-limit", 0).out;
     assert!(yaml.contains("gyroscope_random_walk: "), "{yaml}");
-    ends(path, "export cal.json --to c --upper-limit", 2);
-
-    done("simulate line -o line --quiet");
-    let said = done("motion line/line.csv --noise noise.json -o track.csv --verbose").err;
+    let line = "motion line/line.csv --noise noise.json -o track.csv --verbose";
+    let said = ends(path, line, 0).err;
     assert!(said.contains("noise-used"), "{said}");
-}
-
-#[test]
-fn what_is_no_rest_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    ends(path, "simulate static -o rest --duration 5 --quiet", 0);
-    let refused = ends(path, "noise rest/static.csv", 3);
-    assert!(refused.err.contains("not-at-rest"), "{}", refused.err);
-    let refused = ends(path, "motion rest/static.csv --noise rest/truth.json", 3);
-    assert!(refused.err.contains("gravical noise"), "{}", refused.err);
+    // Refused without K.
+    for (line, said) in [
+        (
+            "noise rest/static.csv --to kalibr -o k.yaml",
+            "--upper-limit",
+        ),
+        ("noise short/static.csv", "not-at-rest"),
+        (
+            "motion line/line.csv --noise rest/truth.json",
+            "gravical noise",
+        ),
+    ] {
+        let err = ends(path, line, 3).err;
+        assert!(err.contains(said), "{line}: {err}");
+    }
 }

@@ -1,7 +1,6 @@
 //! Where results go: nothing is replaced by another result, or by what is made of
 //! it, and what cannot be written is said before the work.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -20,17 +19,9 @@ fn folder() -> tempfile::TempDir {
 }
 
 /// Every file below the folder with its content.
-fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            all.extend(files(&path));
-        } else {
-            all.insert(path.clone(), fs::read(path).unwrap());
-        }
-    }
-    all
+fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let content = |path: PathBuf| (path.clone(), fs::read(path).unwrap());
+    below(folder).into_iter().map(content).collect()
 }
 
 /// Refused with this code, and every file is as it was.
@@ -192,15 +183,10 @@ fn results_in_an_input_folder_are_replaced_with_force() {
     let at = folder.path();
     for line in [
         "calibrate s -o s/cal.json --report s/cal.html",
-        "calibrate s -o s/cal.txt",
         "calibrate s --report s/report.md --figures s/drawn",
-        "calibrate --each s -o s --summary s/all.csv",
         "calibrate --each s -o s/out --summary s/all.csv.gz",
         "check cal.json s --each --summary s/checked.csv",
-        "inspect s --report s/poses.html",
-        "apply s line.csv -o s/line.csv",
         "apply s line.csv -o s/line.csv.gz",
-        "motion line.csv -c s -o s/track.csv",
         "convert line.csv -o s/si.csv",
     ] {
         fs::create_dir(at.join("s")).unwrap();
@@ -217,7 +203,6 @@ fn results_in_an_input_folder_are_replaced_with_force() {
 #[test]
 #[cfg(unix)]
 fn a_pipe_and_a_device_take_what_a_file_takes() {
-    use std::io::Read as _;
     let folder = folder();
     let at = folder.path();
     let pipe = at.join("pipe");
@@ -226,27 +211,16 @@ fn a_pipe_and_a_device_take_what_a_file_takes() {
     for line in [
         "calibrate d/poses/poses.csv",
         "apply cal.json line.csv",
-        "denoise line.csv --filter mean:5",
         "motion line.csv",
-        "export cal.json --to imucal",
     ] {
         let own = pipe.clone();
-        let reader = std::thread::spawn(move || {
-            let mut text = String::new();
-            fs::File::open(own)
-                .unwrap()
-                .read_to_string(&mut text)
-                .unwrap();
-            text
-        });
+        let reader = std::thread::spawn(move || fs::read_to_string(own).unwrap());
         ends(at, &format!("{line} -o pipe"), 0);
         let through = reader.join().unwrap();
         let run = ends(at, &format!("{line} -o /dev/stdout"), 0);
         let first = |text: &str| text.lines().next().unwrap().to_owned();
         assert!(run.out.starts_with(&first(&through)), "{line}: {}", run.out);
-        ends(at, &format!("{line} -o /dev/null"), 0);
     }
-    assert!(Path::new("/dev/null").exists());
 }
 
 #[test]
