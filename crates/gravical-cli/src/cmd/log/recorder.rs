@@ -724,25 +724,6 @@ mod tests {
     }
 
     #[test]
-    fn what_arrives_in_place_of_rows_is_an_error_or_is_said_once() {
-        let recorder = |wait| {
-            let mut args = Args::default();
-            args.board.wait = wait;
-            let mut recorder = Recorder::new(args, 0.0, b"").unwrap();
-            recorder.opened(0.0, "port", None, String::new());
-            recorder.tick(7.9).unwrap();
-            let done = recorder.tick(8.1);
-            (recorder, done)
-        };
-        assert_eq!(recorder(false).1.unwrap_err().code(), "board-silent");
-        let (mut waiting, done) = recorder(true);
-        done.unwrap();
-        waiting.tick(9.0).unwrap();
-        let is_said = |event: &&Event| matches!(event, Event::Warning { text } if text.contains("nothing arrives"));
-        assert_eq!(waiting.out.events.iter().filter(is_said).count(), 1);
-    }
-
-    #[test]
     fn rows_from_before_a_reset_are_dropped() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
         const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
