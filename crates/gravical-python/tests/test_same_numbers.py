@@ -36,14 +36,12 @@ RECORDINGS = [
     "examples/demo/line/line.csv",
     "examples/demo/poses/poses.csv",
     "examples/simulated-six-position/x_axis_pos.csv",
-    "examples/report-six-means.csv",
 ]
 DATA_RECORDINGS = [
     "broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz",
     "pabrod-elevator/skyscrapper_up.csv",
     "xio-gait/short_walk.csv",
     "bennyhui-phone/Accelerometer.csv",
-    "tomisuarez-mpu6050/calibration.csv",
     "ggir-stills/stills_10s.csv.gz",
     "opensim-imu/apdm_imuData01.csv.gz",
 ]
@@ -180,10 +178,9 @@ def test_apply(
     assert a.read_bytes() == b.read_bytes()
     # In memory: the same before it is rounded to six decimals.
     names, written = table_of(a)
-    for column, values in gravical.apply(cal, path, output_unit=unit).to_pandas().items():
-        if column == "t_s":
-            continue
-        assert np.abs(values - written[:, names.index(column)]).max() <= 0.5e-6 + 1e-12, column
+    frame = gravical.apply(cal, path, output_unit=unit).to_pandas().drop(columns="t_s")
+    columns = written[:, [names.index(name) for name in frame]]
+    assert np.abs(frame.to_numpy() - columns).max() <= 0.5e-6 + 1e-12
 
 
 def test_compare(program: Program, calibration: gravical.Calibration, tmp_path: Path) -> None:
