@@ -684,31 +684,6 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_a_pause_are_neither_stored_nor_missing() {
-        let mut bench = Bench::new(Args::default());
-        bench.rows(150);
-        bench.recorder.toggle_pause(bench.now_s).unwrap();
-        bench.rows(30);
-        bench.stamp_ms = 0;
-        bench
-            .recorder
-            .bytes(bench.now_s, b"torn\n# a note\n")
-            .unwrap();
-        bench.rows(30);
-        bench.recorder.toggle_pause(bench.now_s).unwrap();
-        bench.rows(20);
-        // That the board was reset meanwhile is one, of no row.
-        let counts = bench.recorder.counts;
-        assert_eq!((counts.rows, counts.rejected, counts.gaps), (170, 0, 1));
-        let (_, after) = bench.text.split_once("# a note\n\n\n\n").unwrap();
-        let reset = "# gap: the board was reset: 0 rows are missing, 0.0 s, the clock of the board restarts\n300,";
-        assert!(after.starts_with(reset), "{after}");
-        assert!(!bench.recorder.is_incomplete);
-        let elapsed_s = bench.recorder.elapsed_s(bench.now_s);
-        assert!((elapsed_s - 1.7).abs() < 1e-6, "{elapsed_s}");
-    }
-
-    #[test]
     fn rows_of_a_slow_board_are_written_before_a_second_of_a_hundred_rows() {
         // The first row of a slower one may be from before its reset.
         for (step_s, rows) in [(1.0, 8), (2.0, 7)] {
