@@ -116,17 +116,18 @@ def test_calibrate_and_check(
     both(lambda: gravical.check(file, path, **reading), theirs)
 
 
+@pytest.mark.parametrize(
+    ("verb", "options"), [("inspect", {}), ("motion", {}), ("motion", {"causal": True}), ("noise", {})]
+)
 @pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS)
-def test_inspect(path: str, program: Program) -> None:
-    theirs = program("inspect", path, "--json")
-    both(lambda: gravical.inspect(path), (theirs["recordings"] or theirs["errors"])[0])
-
-
-@pytest.mark.parametrize("options", [{}, {"causal": True}])
-@pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS)
-def test_motion(path: str, options: dict[str, Any], program: Program) -> None:
-    theirs = program("motion", path, "--json", "--quiet", *flags(options))
-    both(lambda: gravical.motion(path, **options), theirs)
+def test_a_recording(
+    path: str, verb: str, options: dict[str, Any], program: Program, tmp_path: Path
+) -> None:
+    words = {"motion": ["-q"], "noise": ["-q", "-o", tmp_path / "noise.json"]}.get(verb, [])
+    theirs = program(verb, path, "--json", *words, *flags(options))
+    if verb == "inspect":
+        theirs = (theirs["recordings"] or theirs["errors"])[0]
+    both(lambda: getattr(gravical, verb)(path, **options), theirs)
 
 
 def test_motion_with_a_calibration_and_its_table(
@@ -144,13 +145,6 @@ def test_motion_with_a_calibration_and_its_table(
     frame = own.to_pandas()
     assert list(frame) == names
     assert np.allclose(frame.to_numpy(dtype=float), written, rtol=0, atol=1e-6, equal_nan=True)
-
-
-@pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS[:5])
-def test_noise(path: str, program: Program, tmp_path: Path) -> None:
-    words = ["--json", "-q", "-o", tmp_path / "noise.json"]
-    theirs = program("noise", path, *words)
-    both(lambda: gravical.noise(path), theirs)
 
 
 @pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS)

@@ -684,21 +684,6 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_a_slow_board_are_written_before_a_second_of_a_hundred_rows() {
-        // The first row of a slower one may be from before its reset.
-        for (step_s, rows) in [(1.0, 8), (2.0, 7)] {
-            let mut bench = Bench::new(Args::default());
-            for _ in 0..8 {
-                bench.rows(1);
-                bench.stamp_ms += (1e3 * step_s) as u32 - 10;
-                bench.pass(step_s - 0.01);
-            }
-            assert_eq!(bench.recorder.counts.rows, rows, "{step_s}");
-            assert!(bench.gaps().is_empty());
-        }
-    }
-
-    #[test]
     fn rows_from_before_a_reset_are_dropped() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
         const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
