@@ -18,6 +18,14 @@ fn counts(reading: &Reading, lsb_per_g: f64, lsb_per_deg_s: f64) -> [i32; 7] {
     [ax, ay, az, temperature, gx, gy, gz]
 }
 
+/// From the reading that fits the first row on each fits its own.
+fn are_fed(rows: &[Vec<f64>], fed: &[Reading], fits: impl Fn(&[f64], &Reading) -> bool) {
+    let at = fed.iter().position(|r| fits(&rows[0], r)).unwrap();
+    for (row, reading) in rows.iter().zip(&fed[at..]) {
+        assert!(fits(row, reading), "{row:?} {reading:?}");
+    }
+}
+
 #[test]
 fn it_says_what_it_is_and_the_reader_reads_it() {
     let Some(mut board) = board("") else {
@@ -49,7 +57,6 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert!((recording.timing.rate_hz().unwrap() - 100.0).abs() < 0.1);
 
     // Every row is what the sensor was fed, within its rounding.
-    let fed = board.fed.borrow();
     let rows = rows(whole);
     let fits = |row: &[f64], reading: &Reading| {
         let counts = counts(reading, 16384.0, 65.5).map(f64::from);
@@ -62,11 +69,9 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
             (row[i + 1] - exact).abs() < 0.51 * last_digit + 1e-5 * exact.abs()
         })
     };
-    let at = fed.iter().position(|r| fits(&rows[0], r)).unwrap();
-    assert!(at < 5, "{at}");
-    for (row, reading) in rows.iter().zip(&fed[at..]) {
-        assert!(fits(row, reading), "{row:?} {reading:?}");
-    }
+    let fed = board.fed.borrow();
+    assert!(fed.iter().take(5).any(|r| fits(&rows[0], r)));
+    are_fed(&rows, &fed, fits);
 }
 
 #[test]
@@ -111,13 +116,8 @@ fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
     let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
     let (rate_hz, _) = line(&stamps);
     assert!((rate_hz - 200.0).abs() < 0.05, "{rate_hz}");
-    let fed = board.fed.borrow();
-    let fed = fed.iter().map(|r| counts(r, 16384.0, 65.5).map(f64::from));
-    let fed: Vec<[f64; 7]> = fed.collect();
-    let at = fed.iter().position(|counts| counts[..] == rows[0][1..]);
-    for (row, fed) in rows.iter().zip(&fed[at.unwrap()..]) {
-        assert_eq!(row[1..], *fed);
-    }
+    let fits = |row: &[f64], r: &Reading| row[1..] == counts(r, 16384.0, 65.5).map(f64::from);
+    are_fed(rows, &board.fed.borrow(), fits);
 }
 
 #[test]
