@@ -90,17 +90,25 @@ def test_an_unknown_export_is_told(calibration: gravical.Calibration) -> None:
     assert "imucal" in (error.value.hint or "") and "to=" in error.value.message
 
 
-def test_imucal_in_and_out(calibration: gravical.Calibration, line: gravical.Recording) -> None:
+@pytest.mark.parametrize("raw", [False, True])
+def test_imucal_in_and_out(raw: bool) -> None:
     imucal = pytest.importorskip("imucal")
+    made = gravical.simulate("six-position", continuous=True, hold=4.0, rest=2.0, seed=11, raw=raw)
+    session = made.recordings["session.csv"]
+    calibration = gravical.calibrate(session)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         theirs: Any = imucal.CalibrationInfo.from_json(calibration.export("imucal"))
-    accel, _ = theirs.calibrate(line.accel, line.gyro, "m/s^2", "rad/s")
-    own = gravical.apply(calibration, line)
-    assert np.allclose(accel, own.accel, rtol=0, atol=1e-9)
-    # It is a calibration wherever one is taken.
-    assert np.allclose(gravical.apply(theirs, line).accel, own.accel, rtol=0, atol=1e-9)
-    assert gravical.compare(calibration, theirs).verdict.judgement == "undecided"
+    units = (theirs.from_acc_unit, theirs.from_gyr_unit)
+    accel, gyro = theirs.calibrate(session.accel, session.gyro, *units)
+    own = gravical.apply(calibration, session)
+    assert np.allclose(accel, own.accel, rtol=0, atol=1e-9 * np.abs(accel).max())
+    # imucal gives °/s.
+    assert np.allclose(gyro, np.degrees(own.gyro), rtol=0, atol=1e-9 * np.abs(gyro).max())
+    if not raw:
+        # It is a calibration wherever one is taken.
+        assert np.allclose(gravical.apply(theirs, session).accel, own.accel, rtol=0, atol=1e-9)
+        assert gravical.compare(calibration, theirs).verdict.judgement == "undecided"
 
 
 def test_noise_goes_into_a_calibration(poses: gravical.Recording, tmp_path: Path) -> None:

@@ -1,8 +1,8 @@
 //! Acceptance tests of the program: real recordings, the report's numbers, bad
-//! input and its exit codes, files and pipes, imucal.
+//! input and its exit codes, files and pipes.
 //!
 //! Real recordings are found through `GRAVICAL_DATA`; without it those tests say
-//! that they are skipped. `GRAVICAL_IMUCAL_PYTHON` does the same for imucal.
+//! that they are skipped.
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -20,7 +20,6 @@ mod export;
 mod figures;
 mod files;
 mod folder;
-mod imucal;
 #[cfg(unix)]
 mod live;
 #[cfg(all(unix, feature = "live"))]
