@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use crate::board::Board;
-use crate::logger::{Logger, Terminal, run, until, words};
+use crate::logger::{Logger, Terminal, program, run, until};
 use crate::recording;
 
 fn rows_of(path: &Path) -> usize {
@@ -82,7 +82,7 @@ fn closing_the_terminal_ends_the_recording_cleanly() {
     command
         .arg("--ctty")
         .arg(env!("CARGO_BIN_EXE_gravical"))
-        .args(words(&format!("log x --json --port {}", board.port())))
+        .args(format!("log x --json --port {}", board.port()).split_whitespace())
         .current_dir(folder.path());
     let mut log = Logger::start_command_in(command, &terminal);
     board.greet();
@@ -103,9 +103,7 @@ fn a_reader_who_stops_reading_stops_nothing() {
     for (name, json) in [("x", " --json"), ("y", "")] {
         let mut board = Board::new(folder.path());
         let line = format!("log {name}{json} --port {}", board.port());
-        let mut silent = Command::new(env!("CARGO_BIN_EXE_gravical"))
-            .args(words(&line))
-            .current_dir(folder.path())
+        let mut silent = program(folder.path(), &line)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
