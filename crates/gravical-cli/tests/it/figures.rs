@@ -38,7 +38,7 @@ fn a_forced_run_takes_away_what_the_earlier_one_left() {
     let draw = |what: &str, code: i32| {
         json(path, &format!("{what} --figures plots"), code);
     };
-    draw("calibrate poses/poses.csv", 0);
+    draw("calibrate poses/poses.csv --gravity 9.80665", 0);
     assert_eq!(drawings(&plots), ["captures", "norm", "sphere"]);
     draw("motion line/line.csv -c cal.json", 2);
     assert_eq!(listed(&plots).len(), 3);
