@@ -39,12 +39,6 @@ fn refused(folder: &Path, line: &str, code: &str) -> String {
         .to_owned()
 }
 
-/// The names of the files fit what was up.
-fn names_fit(file: &Value) {
-    let is_of_names = |k: &String| k.starts_with("names-") || k == "orientation-mismatch";
-    assert!(!kinds(file).iter().any(is_of_names), "{file}");
-}
-
 #[test]
 fn serial_numbers_go_into_the_calibration_and_two_are_no_session() {
     let folder = six_files(&Sensor::default());
@@ -119,40 +113,28 @@ fn the_gyroscope_of_the_only_recording_is_joined() {
     );
 }
 
-/// Signs of a phone, and a board that lies turned in its case: the axes that are printed mend both.
+/// Signs of a phone, and a board that lies turned in its case, where what is called x lies along the
+/// board's y, and y along its −x: the axes that are printed mend both.
 #[test]
 fn names_that_do_not_fit_are_mended_by_the_axes_that_are_printed() {
-    let sensor = Sensor::default();
-    let phone = Sensor {
-        matrix: sensor.matrix.map(|row| row.map(|v| -v)),
-        ..Sensor::default()
-    };
-    let folder = six_files(&phone);
-    let at = folder.path();
-    let file = calibrate(at, ". --gravity 9.81", 0);
-    let advised = &finding(&file, "names-reversed")["options"][0];
-    assert_eq!(advised["value"], "-x,-y,-z");
-    let mended = calibrate(at, ". --gravity 9.81 --axes -x,-y,-z", 0);
-    names_fit(&mended);
-
-    // What is called x lies along the board's y, and y along its −x.
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    let called = [
-        "y_axis_neg",
-        "y_axis_pos",
-        "x_axis_pos",
-        "x_axis_neg",
-        "z_axis_pos",
-        "z_axis_neg",
-    ];
-    for (name, (_, up)) in called.iter().zip(FACES) {
-        write(at, &format!("{name}.csv"), &sensor.file(up, 500, 100));
+    let reversed = "x_axis_neg x_axis_pos y_axis_neg y_axis_pos z_axis_neg z_axis_pos";
+    let turned = "y_axis_neg y_axis_pos x_axis_pos x_axis_neg z_axis_pos z_axis_neg";
+    for (called, kind) in [(reversed, "names-reversed"), (turned, "names-turned")] {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path();
+        for (name, (i, (_, up))) in called.split(' ').zip(FACES.iter().enumerate()) {
+            let text = Sensor::default().file(*up, 500, 100 + i as u64);
+            write(at, &format!("{name}.csv"), &text);
+        }
+        let file = calibrate(at, ". --gravity 9.81", 0);
+        let map = finding(&file, kind)["options"][0]["value"]
+            .as_str()
+            .unwrap();
+        assert!(kind != "names-reversed" || map == "-x,-y,-z", "{map}");
+        let mended = calibrate(at, &format!(". --gravity 9.81 --axes {map}"), 0);
+        let of_names = |k: &String| k.starts_with("names-") || k == "orientation-mismatch";
+        assert!(!kinds(&mended).iter().any(of_names), "{mended}");
     }
-    let file = calibrate(at, ". --gravity 9.81", 0);
-    let advised = &finding(&file, "names-turned")["options"][0];
-    let map = advised["value"].as_str().unwrap();
-    names_fit(&calibrate(at, &format!(". --gravity 9.81 --axes {map}"), 0));
 }
 
 #[test]
