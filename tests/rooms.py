@@ -13,47 +13,24 @@ import sys
 
 
 def without_tests(text):
-    """The text without comments and without what only tests compile."""
+    """The text without comments and without what only tests compile; lists inside lists of names are left out."""
     text = re.sub(r"//.*", "", text)
-    start = text.find("#[cfg(test)]")
-    while start >= 0:
-        depth, end = 0, start
-        while end < len(text):
-            if text[end] == "{":
-                depth += 1
-            elif text[end] == "}":
-                depth -= 1
-            if depth == 0 and text[end] in "};":
-                break
-            end += 1
-        text = text[:start] + text[end + 1 :]
-        start = text.find("#[cfg(test)]")
+    item = r"(?ms)^( *)#\[cfg\(test\)\]\n(?:\1#.*?\n)*\1\S[^\n]*?(?:;\n|\{\n.*?^\1\}\S*\n)"
+    text = re.sub(item, "", text)
+    inner = r"(::\{[^{}]*?\b\w+)::\{[^{}]*\}"
+    while re.search(inner, text):
+        text = re.sub(inner, r"\1", text)
     return text
 
 
 def targets(text, module):
     """Paths from the root of the crate, one for each name of a list in braces."""
-    for match in re.finditer(r"\b(crate|super(?:::super)*)::((?:\w+::)*)(\w+|\{)", text):
-        root, path, last = match.groups()
+    for root, path, last in re.findall(r"\b(crate|super(?:::super)*)::((?:\w+::)*)(\w+|\{[^{}]*\})", text):
         if root != "crate":
             above = module[: -(root.count("super"))]
             path = "".join(f"{name}::" for name in above) + path
-        if last != "{":
-            yield path + last
-            continue
-        depth, name = 0, ""
-        for c in text[match.end() - 1 :]:
-            if c == "{":
-                depth += 1
-            elif c == "}":
-                depth -= 1
-            if (c == "," and depth == 1) or depth == 0:
-                yield path + name.strip()
-                name = ""
-            elif not (c in "{}" or (depth > 1)):
-                name += c
-            if depth == 0:
-                break
+        for name in last.strip("{}").split(","):
+            yield path + name.strip()
 
 
 def module(path):

@@ -44,29 +44,3 @@ fn one(line: &str, after_blank: bool) -> String {
     }
     line.to_owned()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const TEXT: &str = "a.csv\n  still   100 %\n\nFindings\n  ! gap: 3 rows: lost\n\nVerdict: poor\n  - why\n\nMoves, m (± 1σ)\n";
-
-    #[test]
-    fn nothing_but_colours_is_added() {
-        let plain = anstream::adapter::strip_str(&report(TEXT)).to_string();
-        assert_eq!(plain, TEXT);
-    }
-
-    #[test]
-    fn verdicts_warnings_and_headings_stand_out() {
-        let text = report(TEXT);
-        assert!(text.contains("\u{1b}[31m") && text.contains("\u{1b}[33m"));
-        assert!(text.contains("! gap:\u{1b}[0m 3 rows: lost"));
-        assert!(text.contains("\u{1b}[1mMoves\u{1b}[0m, m"));
-        assert!(
-            text.starts_with("a.csv\n  still   100 %\n"),
-            "data stay plain"
-        );
-        assert!(report("Verdict: good").contains("\u{1b}[32m"));
-    }
-}

@@ -61,38 +61,32 @@ fn no_sensor_at_all_and_another_one() {
 /// temperature shows.
 #[test]
 fn relatives_of_the_mpu6050_are_used_with_a_note() {
-    for (id, note, settings, celsius) in [
+    let celsius = |faults: &str| -> Option<(f64, String)> {
+        let text = board(faults)?.text(2.0);
+        let row = text.lines().filter(|l| l.split(',').count() == 8).nth(5);
+        let cell = row.unwrap().split(',').nth(4).unwrap().parse();
+        Some((cell.unwrap(), text))
+    };
+    let Some((plain, _)) = celsius("") else {
+        return;
+    };
+    for (id, note, settings, wanted) in [
         (
             "0x70",
             "# who-am-i 0x70: MPU-6500 or a clone;",
             ", MPU6500, accelerometer",
-            (|mpu6050| (mpu6050 - 36.53) * 340.0 / 333.87 + 21.0) as fn(f64) -> f64,
+            (plain - 36.53) * 340.0 / 333.87 + 21.0,
         ),
         (
             "0x98",
             "# who-am-i 0x98: not an MPU6050 (0x68), used as one",
             ", MPU6050, accelerometer",
-            |mpu6050| mpu6050,
+            plain,
         ),
     ] {
-        let Some(mut plain) = board("") else {
-            return;
-        };
-        let Some(mut other) = board(&format!("who-am-i={id}@0-90")) else {
-            return;
-        };
-        let temperature = |text: &str| -> f64 {
-            let row = text.lines().filter(|l| l.split(',').count() == 8).nth(5);
-            row.unwrap().split(',').nth(4).unwrap().parse().unwrap()
-        };
-        let reference = temperature(&plain.text(2.0));
-        let text = other.text(2.0);
+        let (found, text) = celsius(&format!("who-am-i={id}@0-90")).unwrap();
         assert!(text.contains(note) && text.contains(settings), "{text}");
-        let found = temperature(&text);
-        assert!(
-            (found - celsius(reference)).abs() < 0.2,
-            "{found} {reference}"
-        );
+        assert!((found - wanted).abs() < 0.2, "{found} {wanted}");
     }
 }
 

@@ -3,7 +3,7 @@
 
 mod board;
 
-use board::{board, line, notices, print_rate, rows};
+use board::{board, line, notices, rows};
 use gravical::recording::{ReadOptions, read_bytes};
 use virtual_board::sensor::Reading;
 
@@ -16,6 +16,14 @@ fn counts(reading: &Reading, lsb_per_g: f64, lsb_per_deg_s: f64) -> [i32; 7] {
     let [gx, gy, gz] = reading.gyro_deg_s.map(|v| round(v * lsb_per_deg_s));
     let temperature = round((reading.temperature_c - 36.53) * 340.0);
     [ax, ay, az, temperature, gx, gy, gz]
+}
+
+/// From the reading that fits the first row on each fits its own.
+fn are_fed(rows: &[Vec<f64>], fed: &[Reading], fits: impl Fn(&[f64], &Reading) -> bool) {
+    let at = fed.iter().position(|r| fits(&rows[0], r)).unwrap();
+    for (row, reading) in rows.iter().zip(&fed[at..]) {
+        assert!(fits(row, reading), "{row:?} {reading:?}");
+    }
 }
 
 #[test]
@@ -49,7 +57,6 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert!((recording.timing.rate_hz().unwrap() - 100.0).abs() < 0.1);
 
     // Every row is what the sensor was fed, within its rounding.
-    let fed = board.fed.borrow();
     let rows = rows(whole);
     let fits = |row: &[f64], reading: &Reading| {
         let counts = counts(reading, 16384.0, 65.5).map(f64::from);
@@ -62,16 +69,14 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
             (row[i + 1] - exact).abs() < 0.51 * last_digit + 1e-5 * exact.abs()
         })
     };
-    let at = fed.iter().position(|r| fits(&rows[0], r)).unwrap();
-    assert!(at < 5, "{at}");
-    for (row, reading) in rows.iter().zip(&fed[at..]) {
-        assert!(fits(row, reading), "{row:?} {reading:?}");
-    }
+    let fed = board.fed.borrow();
+    assert!(fed.iter().take(5).any(|r| fits(&rows[0], r)));
+    are_fed(&rows, &fed, fits);
 }
 
 #[test]
 fn stamps_show_the_clock_of_the_sensor() {
-    for ppm in [0.0, 8000.0, -8000.0] {
+    for ppm in [8000.0, -8000.0] {
         let Some(mut board) = board("") else {
             return;
         };
@@ -111,13 +116,8 @@ fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
     let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
     let (rate_hz, _) = line(&stamps);
     assert!((rate_hz - 200.0).abs() < 0.05, "{rate_hz}");
-    let fed = board.fed.borrow();
-    let fed = fed.iter().map(|r| counts(r, 16384.0, 65.5).map(f64::from));
-    let fed: Vec<[f64; 7]> = fed.collect();
-    let at = fed.iter().position(|counts| counts[..] == rows[0][1..]);
-    for (row, fed) in rows.iter().zip(&fed[at.unwrap()..]) {
-        assert_eq!(row[1..], *fed);
-    }
+    let fits = |row: &[f64], r: &Reading| row[1..] == counts(r, 16384.0, 65.5).map(f64::from);
+    are_fed(rows, &board.fed.borrow(), fits);
 }
 
 #[test]
@@ -128,14 +128,10 @@ fn commands() {
     board.text(0.5);
     for (command, says) in [
         ("a4\n", "accelerometer +-4 g"),
-        ("a16\r\n", "accelerometer +-16 g"),
-        ("a5\n", "accelerometer +-8 g"),
-        ("g2000\n", "gyroscope +-2000 deg/s"),
+        ("a5\r\n", "accelerometer +-8 g"),
         ("g 250\n", "gyroscope +-250 deg/s"),
-        ("d184\n", "low-pass 184 Hz"),
         ("d260\n", "low-pass 184 Hz"),
         ("d5\n", "low-pass 5 Hz"),
-        ("r50\n", "rate 50.00 Hz"),
         ("r0\n", "rate 4.00 Hz"),
         ("r100\n", "rate 100.00 Hz"),
         ("f7\n", "format 0"),
@@ -146,10 +142,8 @@ fn commands() {
     ] {
         let text = board.say(command, 0.8);
         // To say all of it takes longer than two samples.
-        let said: Vec<&str> = notices(&text)
-            .into_iter()
-            .filter(|l| !l.starts_with("# overruns"))
-            .collect();
+        let mut said = notices(&text);
+        said.retain(|l| !l.starts_with("# overruns"));
         assert_eq!(said.len(), 1, "{command:?} {said:?}");
         assert!(said[0].contains(says), "{command:?} {said:?}");
         let norm = rows(text.rsplit_once("(deg/s)\n").unwrap().1)
@@ -161,12 +155,8 @@ fn commands() {
         );
     }
     let text = board.say("x\nhello\n\n\n99\n", 0.5);
-    assert!(
-        notices(&text)
-            .iter()
-            .all(|l| l.starts_with("# not a command"))
-    );
-    assert!(!notices(&text).is_empty());
+    let said = notices(&text);
+    assert!(!said.is_empty() && said.iter().all(|l| l.starts_with("# not a command")));
     board.say("p\n", 0.1);
     assert!(rows(&board.text(1.0)).is_empty());
     board.say("s\n", 0.1);
@@ -185,15 +175,9 @@ fn too_fast_is_said() {
     board.say("r250\n", 0.3);
     let (samples, unread) = board.uno.sensor().samples();
     let text = board.text(5.0);
-    let lines = notices(&text);
-    let overruns = |l: &&str| {
-        l.strip_prefix("# overruns ")?
-            .split(',')
-            .next()?
-            .parse()
-            .ok()
-    };
-    let reported: Vec<u64> = lines.iter().filter_map(overruns).collect();
+    let lines = notices(&text).into_iter();
+    let overruns = lines.filter_map(|l| l.strip_prefix("# overruns ")?.split(',').next());
+    let reported: Vec<u64> = overruns.map(|count| count.parse().unwrap()).collect();
     let (all, lost) = board.uno.sensor().samples();
     let lost = lost - unread;
     assert!(lost < all - samples, "{lost}");
@@ -202,19 +186,4 @@ fn too_fast_is_said() {
     // the ends.
     let share = (last - first) as f64 / lost as f64;
     assert!((0.5..1.05).contains(&share), "{share}");
-}
-
-#[test]
-#[ignore = "prints the figures of docs/firmware.md"]
-fn figures() {
-    for (format, rates) in [(0, &[100, 125, 166, 200, 250][..]), (1, &[200, 250])] {
-        for rate in rates {
-            let Some(mut board) = board("") else {
-                return;
-            };
-            // As far off as the data sheet allows, so that stamps meet every phase.
-            board.uno.sensor().clock_error_ppm = 3100.0;
-            print_rate(&mut board, format, *rate);
-        }
-    }
 }

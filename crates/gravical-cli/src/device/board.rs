@@ -99,23 +99,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_and_whether_they_are_met() {
-        let line = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
-        let settings = Settings::parse(line).unwrap();
-        let mut wanted = Wanted {
-            range_g: Some(4),
-            rate_hz: Some(64),
-            ..Wanted::default()
-        };
-        assert_eq!(wanted.commands(), "a4\nr64\n");
-        // 1000 / 64 is 15 ms, so that the rate is 66.7 Hz.
-        assert!(wanted.is_met_by(&settings));
-        wanted.low_pass_hz = Some(21);
-        assert!(!wanted.is_met_by(&settings));
-        assert_eq!(Wanted::default().commands(), "");
-    }
-
-    #[test]
     fn rates_that_the_line_does_not_carry_are_refused() {
         for (rate, format, fits) in [
             (3, None, false),

@@ -91,37 +91,3 @@ pub fn no_rows(port: &str, bytes: &[u8]) -> Error {
     };
     Error::device(code, text).with_hint(hint)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn busy_missing_and_not_a_serial_port() {
-        let busy = serialport::Error::new(ErrorKind::NoDevice, "busy");
-        assert_eq!(opening("/dev/null", &busy).code(), "port-busy");
-        let missing = serialport::Error::new(ErrorKind::Io(io::ErrorKind::NotFound), "no");
-        assert_eq!(opening("/dev/no-such", &missing).code(), "no-such-port");
-        let denied = ErrorKind::Io(io::ErrorKind::PermissionDenied);
-        let error = opening("/dev/no-such", &serialport::Error::new(denied, "no"));
-        assert_eq!(error.code(), "port-permission");
-        let odd = serialport::Error::new(ErrorKind::Unknown, "Not a typewriter");
-        let error = opening("/dev/null", &odd);
-        assert_eq!(error.code(), "port-failed");
-        assert!(error.to_string().contains("Not a typewriter"));
-    }
-
-    #[test]
-    fn nothing_text_and_garbage() {
-        let is = |bytes: &[u8]| no_rows("port", bytes).message().to_owned();
-        let quoted = |line: &str| format!("port sends text that is no row of a sensor: {line:?}");
-        assert!(is(b"").contains("nothing arrives"));
-        assert_eq!(is(b"Hello\r\nI blink!\r\n\r\nhal"), quoted("I blink!"));
-        assert_eq!(is(b"no end"), quoted("no end"));
-        // A byte that is hurt.
-        assert_eq!(is(b"\xffone two three\n"), quoted("\u{fffd}one two three"));
-        // 115200 baud read at 9600.
-        assert!(is(b"\x00\xf8\x80\xfe\x1c\n").contains("is no text"));
-    }
-}

@@ -1,21 +1,16 @@
 //! Bad input: each case its exit code and its `code`, as JSON and in words, with
 //! the next thing to do; and nothing is written when there is nothing to write.
 
-mod faces;
-mod options;
-mod sensor;
+use std::path::Path;
 
 use crate::support::*;
-use std::path::Path;
 
 /// The call has to fail with `exit` and `code`, in both forms, and to name what
 /// is wrong with every one of `named`.
 pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
-    let output = folder.join("refused.json");
-    let line = if line.starts_with("calibrate") {
-        format!("{line} -o refused.json")
-    } else {
-        line.to_owned()
+    let line = match line.strip_prefix("calibrate") {
+        Some(rest) => format!("calibrate -o refused.json{rest}"),
+        None => line.to_owned(),
     };
     let run = ends(folder, &format!("{line} --json"), exit);
     assert!(run.err.is_empty(), "{}", run.err);
@@ -33,7 +28,7 @@ pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str])
     for part in [message, format!("code: {code}").as_str(), "try: "] {
         assert!(text.err.contains(part), "{}", text.err);
     }
-    assert!(!output.exists(), "{line} wrote a file");
+    assert!(!folder.join("refused.json").exists(), "{line} wrote a file");
 }
 
 /// The call has to give a calibration of verdict `poor` for the reason `kind`,
@@ -46,37 +41,29 @@ fn poor(folder: &Path, line: &str, kind: &str) {
     let reasons = file["verdict"]["reasons"].as_array().unwrap();
     assert!(reasons.contains(&reason), "{reasons:?}");
     assert!(folder.join("poor.json").exists(), "written anyway");
-    let text = ends(folder, &format!("calibrate {line}"), 4);
-    assert!(text.out.contains("Verdict: poor"), "{}", text.out);
 }
 
-/// A file, the code that it is refused with, and what is named.
-const ODD: &str = "\
-LICENSE.txt no-rows LICENSE
-empty.csv empty-file empty
-other.csv no-accelerometer other.csv
-five.csv columns-unknown five.csv
-zeros.csv all-zero 300";
-
-#[test]
-fn what_cannot_be_calibrated() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    refused(at, "calibrate .", 3, "no-recordings", &["."]);
-    write(at, "LICENSE.txt", "Permission is hereby granted\n");
-    write(at, "empty.csv", "");
-    let other = format!("p,q,r\n{}", "4,1,2\n".repeat(50));
-    write(at, "other.csv", &other);
-    write(at, "five.csv", &"1,2,3,4,5\n".repeat(50));
-    let zeros: String = (0..300).map(|i| format!("{},0,0,0\n", 10 * i)).collect();
-    write(at, "zeros.csv", &format!("t_ms,ax,ay,az\n{zeros}"));
-    for row in ODD.lines() {
-        let [file, code, named] = row.split(' ').collect::<Vec<_>>()[..] else {
-            panic!("{row}")
-        };
-        refused(at, &format!("calibrate {file}"), 3, code, &[named]);
-    }
-}
+/// Calls in a folder with six sound files and odd ones, the exit code and the code of each, and
+/// what is named.
+const REFUSED: &str = "\
+calibrate nothing | 3 no-recordings | nothing
+calibrate LICENSE.txt | 3 no-rows | LICENSE
+calibrate empty.csv | 3 empty-file | empty
+calibrate other.csv | 3 no-accelerometer | other.csv
+calibrate five.csv | 3 columns-unknown | five.csv
+calibrate zeros.csv | 3 all-zero | 300
+calibrate volts.csv | 3 unit-unknown | magnitude at rest
+calibrate x_axis_pos.csv g.csv | 3 units-differ | m/s^2
+calibrate six --columns ax=u,ay=v,az=w | 2 columns-missing | \"u\"
+calibrate six --sensor right | 2 sensor-unknown | right
+calibrate x_axis_pos.csv y_axis_pos.csv --sections list.csv | 2 several-files
+calibrate x_axis_pos.csv y_axis_pos.csv --gyro g.csv | 2 gyro-inputs
+calibrate x_axis_pos.csv | 3 underdetermined | only the x axis is covered
+calibrate x_axis_pos.csv x_axis_neg.csv | 3 underdetermined | 2 poses
+calibrate x_axis_pos.csv x_axis_neg.csv y_axis_pos.csv y_axis_neg.csv | 3 underdetermined | z is missing
+calibrate five --method ferraris | 3 missing-face | missing: -y
+calibrate twice --method ferraris | 3 missing-face | missing: -y
+calibrate six --free-pose nothing | 2 no-such-pose | nothing";
 
 /// A list of sections, the code that it is refused with, and what is named.
 const LISTS: &str = "\
@@ -87,13 +74,38 @@ x_p,0 sections-syntax list.csv:1
 {;\"x_p\":; sections-syntax list.csv:3";
 
 #[test]
-fn options_that_name_what_is_not_there() {
+fn what_cannot_be_calibrated() {
     let folder = six_files(&Sensor::default());
     let at = folder.path();
-    let columns = "calibrate . --columns ax=u,ay=v,az=w";
-    refused(at, columns, 2, "columns-missing", &["\"u\""]);
-    let sensor = "calibrate . --sensor right";
-    refused(at, sensor, 2, "sensor-unknown", &["right"]);
+    for name in ["six", "five", "twice", "nothing"] {
+        std::fs::create_dir(at.join(name)).unwrap();
+        if name != "nothing" {
+            write_six_files(&at.join(name), &Sensor::default());
+        }
+    }
+    std::fs::remove_file(at.join("five/y_axis_neg.csv")).unwrap();
+    let again = Sensor::default().file([0.0, 1.0, 0.0], 500, 99);
+    write(at, "twice/y_axis_neg.csv", &again);
+    write(at, "list.csv", "x_p,0,400\n");
+    write(at, "LICENSE.txt", "Permission is hereby granted\n");
+    write(at, "empty.csv", "");
+    let other = format!("p,q,r\n{}", "4,1,2\n".repeat(50));
+    write(at, "other.csv", &other);
+    write(at, "five.csv", &"1,2,3,4,5\n".repeat(50));
+    let zeros: String = (0..300).map(|i| format!("{},0,0,0\n", 10 * i)).collect();
+    write(at, "zeros.csv", &format!("t_ms,ax,ay,az\n{zeros}"));
+    for (name, unit) in [("volts.csv", 3.3), ("g.csv", 1.0 / 9.80665)] {
+        let sensor = Sensor {
+            unit,
+            ..Sensor::default()
+        };
+        write(at, name, &sensor.file([0.0, 0.0, -1.0], 500, 3));
+    }
+    for row in REFUSED.lines() {
+        let parts: Vec<&str> = row.split(" | ").collect();
+        let (exit, code) = parts[1].split_once(' ').unwrap();
+        refused(at, parts[0], exit.parse().unwrap(), code, &parts[2..]);
+    }
     let one = "calibrate x_axis_pos.csv --sections list.csv";
     for row in LISTS.lines() {
         let [list, code, named] = row.split(' ').collect::<Vec<_>>()[..] else {
@@ -102,22 +114,102 @@ fn options_that_name_what_is_not_there() {
         write(at, "list.csv", &list.replace(';', "\n"));
         refused(at, one, 3, code, &[named]);
     }
-    write(at, "list.csv", "x_p,0,400\n");
-    let two = format!("{one} y_axis_pos.csv");
-    refused(at, &two, 2, "several-files", &[]);
+    for option in ["--gravity 1", "--latitude 91", "--pose-tilt 40", "--rate 0"] {
+        fails(at, &format!("calibrate six {option}"), 2, "option-range");
+    }
+    for line in [
+        "calibrate",
+        "calibrate six --axes x,y,-z",
+        "calibrate six --gravity 9.81 --latitude 30",
+        "calibrate six --method newton",
+        "conjure six",
+        "",
+    ] {
+        ends(at, line, 2);
+    }
 }
 
-/// All six holds one after the other, 500 rows each, and a section list.
-pub fn one_file(folder: &Path) {
-    let sensor = Sensor::default();
-    let mut text = "ax,ay,az\n".to_owned();
-    let mut list = "label,start,end\n".to_owned();
-    for (i, (name, up)) in FACES.iter().enumerate() {
-        for row in sensor.hold(*up, 500, i as u64) {
-            text += &format!("{:.4},{:.4},{:.4}\n", row[0], row[1], row[2]);
-        }
-        list += &format!("{name},{},{}\n", 500 * i, 500 * (i + 1));
+/// The joint fit does without a face, and says what that costs.
+#[test]
+fn a_face_that_is_missing_or_there_twice() {
+    let folder = six_files(&Sensor::default());
+    let at = folder.path();
+    let again = Sensor::default().file([0.0, 1.0, 0.0], 500, 99);
+    write(at, "y_axis_neg.csv", &again);
+    let file = calibrate(at, ". --gravity 9.81", 4);
+    let said = finding(&file, "same-face-twice")["message"].to_string();
+    assert!(said.contains("no pose has -y up"), "{said}");
+    std::fs::remove_file(at.join("y_axis_neg.csv")).unwrap();
+    let file = calibrate(at, ". --gravity 9.81", 4);
+    assert_eq!(file["verdict"]["grade"], "poor");
+    finding(&file, "missing-face");
+    let sd = numbers(&file["accelerometer"]["deviations"]["bias"]);
+    // The others are as uncertain as a nonlinear response may be.
+    assert!(sd[1] > 1.5 * sd[0].max(sd[2]), "{sd:?}");
+}
+
+#[test]
+fn names_swapped_so_that_only_a_mirror_explains_them() {
+    let folder = six_files(&Sensor::default());
+    let at = folder.path();
+    for (from, to) in [
+        ("x_axis_pos", "spare"),
+        ("x_axis_neg", "x_axis_pos"),
+        ("spare", "x_axis_neg"),
+    ] {
+        let path = |name| at.join(format!("{name}.csv"));
+        std::fs::rename(path(from), path(to)).unwrap();
     }
-    write(folder, "session.csv", &text);
-    write(folder, "list.csv", &list);
+    poor(at, ". --gravity 9.81", "names-mirrored");
+    let file = calibrate(at, ". --gravity 9.81", 4);
+    finding(&file, "orientation-mismatch");
+    let bias = number(&file["accelerometer"]["bias"][0]);
+    close(bias, Sensor::default().bias[0], 0.01);
+}
+
+/// Readings that no sound sensor in the claimed unit gives.
+#[test]
+fn sensors_that_are_not_sound_are_poor() {
+    let mut biased = Sensor::default();
+    biased.bias[1] = 3.9;
+    for (sensor, options, kind) in [
+        (Sensor::default().scaled(1.15), "", "scale-off"),
+        // With −y up it reads 0.6 g: the unit has to be said.
+        (biased, "--accel-unit m/s^2", "large-bias"),
+        // A unit that gravity contradicts is taken as told.
+        (Sensor::default(), "--accel-unit g", "scale-off"),
+    ] {
+        let folder = six_files(&sensor);
+        poor(folder.path(), &format!(". --gravity 9.81 {options}"), kind);
+    }
+}
+
+#[test]
+fn clipped_holds() {
+    // An MPU6050 at ±2 g.
+    let folder = six_files(&in_counts());
+    let mut labelled = "ax,ay,az,label\n".to_owned();
+    for (name, _) in FACES {
+        let text = read(folder.path(), &format!("{name}.csv"));
+        for (i, line) in text.lines().enumerate().skip(1) {
+            let (_, values) = line.split_once(',').unwrap();
+            labelled += &match values.rsplit_once(',') {
+                Some((before, _)) if name == "z_axis_pos" && (200..240).contains(&i) => {
+                    format!("{before},32767,{name}\n")
+                }
+                _ => format!("{values},{name}\n"),
+            };
+        }
+    }
+    write(folder.path(), "labelled.csv", &labelled);
+    poor(folder.path(), "labelled.csv --gravity 9.81", "clipped-pose");
+}
+
+/// A sensor in counts, 16384 per g.
+pub fn in_counts() -> Sensor {
+    Sensor {
+        unit: 16384.0 / 9.80665,
+        decimals: 0,
+        ..Sensor::default()
+    }
 }

@@ -1,33 +1,31 @@
 //! Recordings of a board whose sketch calibrates: no command calibrates them again without a word.
 
-use std::path::Path;
-
 use crate::motion::line;
 use crate::support::*;
 
 /// What the sketch says of itself (docs/firmware.md).
 const BOARD: &str = "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 3, calibrated 2026-01-01T00:00:00Z\n";
 
-/// `recording` as a board with `cal.json` would have sent it.
-fn by_the_board(folder: &Path, recording: &str, to: &str) {
-    let apply = format!("apply cal.json {recording} -o applied.csv --force --quiet");
-    ends(folder, &apply, 0);
-    let rows = read(folder, "applied.csv");
-    write(folder, to, &format!("{BOARD}{rows}"));
-    // The line alone says it, too, where a program in between has changed the names.
-    let renamed = rows.replacen("ax_mps2,ay_mps2,az_mps2", "ax,ay,az", 1);
-    assert_ne!(renamed, rows);
-    let to = format!("renamed-{to}");
-    write(folder, &to, &format!("{BOARD}{renamed}"));
-}
-
 #[test]
 fn every_command_that_calibrates_says_that_the_board_did() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     line(path);
-    by_the_board(path, "poses/poses.csv", "poses.csv");
-    by_the_board(path, "line/line.csv", "line.csv");
+    // Recordings as a board with `cal.json` would have sent them.
+    for name in ["poses", "line"] {
+        let apply = format!("apply cal.json {name}/{name}.csv -o {name}.si --quiet");
+        ends(path, &apply, 0);
+        let rows = read(path, &format!("{name}.si"));
+        write(path, &format!("{name}.csv"), &format!("{BOARD}{rows}"));
+        // The line alone says it, too, where a program in between has changed the names.
+        let renamed = rows.replacen("ax_mps2,ay_mps2,az_mps2", "ax,ay,az", 1);
+        assert_ne!(renamed, rows);
+        write(
+            path,
+            &format!("renamed-{name}.csv"),
+            &format!("{BOARD}{renamed}"),
+        );
+    }
     for name in ["", "renamed-"] {
         for command in [
             format!("calibrate {name}poses.csv --gravity 9.80665 -o {name}again.json"),
@@ -40,9 +38,10 @@ fn every_command_that_calibrates_says_that_the_board_did() {
             assert!(run.code == 0 || run.code == 4, "{command}\n{}", run.err);
             let json = run.json();
             let said = finding(&json, "already-calibrated")["message"].to_string();
-            for part in ["the board calibrated it", "`gravical log --format si`"] {
-                assert!(said.contains(part), "{command}: {said}");
-            }
+            assert!(
+                said.contains("the board calibrated it"),
+                "{command}: {said}"
+            );
         }
         // Where nothing calibrates it again there is nothing to say.
         let once = crate::motion::motion(path, &format!("{name}line.csv"), 0);

@@ -1,4 +1,5 @@
-//! The error codes and the kinds of findings of the sources are those of docs/recording.md.
+//! The error codes and the kinds of findings of the sources are those of docs/recording.md, and links of
+//! the documents lead somewhere.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -6,12 +7,17 @@ use std::path::{Path, PathBuf};
 
 use gravical::finding::{FindingKind, Severity};
 
+use crate::support::below;
+
 /// How a code is made.
 const MAKERS: [&str; 3] = ["Error::input(", "Error::usage(", "Error::device("];
 
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 fn document() -> String {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    fs::read_to_string(root.join("docs/recording.md")).unwrap()
+    fs::read_to_string(root().join("docs/recording.md")).unwrap()
 }
 
 #[test]
@@ -31,11 +37,8 @@ fn every_kind_of_finding_is_documented_with_its_severity() {
         assert!(severity.contains(name), "{kind} is a {name}");
         assert_eq!(severity.contains("gate"), kind.is_gate(), "{kind}");
     }
-    assert_eq!(
-        rows.len(),
-        FindingKind::ALL.len(),
-        "each once, and no other"
-    );
+    let kinds = FindingKind::ALL.len();
+    assert_eq!(rows.len(), kinds, "each once, and no other");
 }
 
 #[test]
@@ -43,44 +46,29 @@ fn every_code_is_documented() {
     let document = document();
     // Some names are of findings too.
     let (_, errors) = document.split_once("\n## Errors\n").unwrap();
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut names: BTreeSet<String> = BTreeSet::new();
-    for source in sources(&crates) {
-        let text = fs::read_to_string(&source).unwrap();
-        names.extend(codes(&text));
-    }
-    // A scan that finds nothing proves nothing.
-    assert!(names.len() > 60, "only {} codes were found", names.len());
     // What the sources make in another way.
     let others = "not-found permission-denied unreadable io internal";
-    names.extend(others.split(' ').map(str::to_owned));
-    names.retain(|name| !errors.contains(&format!("`{name}`")));
-    assert!(names.is_empty(), "docs/recording.md lacks {names:?}");
-}
-
-/// The Rust files under `crates/*/src`, without those that hold tests only and
-/// without the virtual board, which nobody gets.
-fn sources(crates: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut folders: Vec<PathBuf> = entries(crates)
-        .filter(|c| !c.ends_with("virtual-board"))
-        .map(|c| c.join("src"))
-        .collect();
-    while let Some(folder) = folders.pop() {
-        for path in entries(&folder) {
-            if path.is_dir() && !path.ends_with("tests") {
-                folders.push(path);
-            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
-                found.push(path);
+    let mut names: BTreeSet<String> = others.split(' ').map(str::to_owned).collect();
+    for entry in fs::read_dir(root().join("crates")).unwrap() {
+        let source = entry.unwrap().path();
+        // Nobody gets the virtual board.
+        if !source.ends_with("virtual-board") {
+            let tests = |file: &Path| {
+                file.iter()
+                    .any(|part| part == "tests" || part == "tests.rs")
+            };
+            for file in below(&source.join("src")) {
+                if tests(&file) {
+                    continue;
+                }
+                names.extend(codes(&fs::read_to_string(file).unwrap_or_default()));
             }
         }
     }
-    found
-}
-
-fn entries(folder: &Path) -> impl Iterator<Item = PathBuf> {
-    let list = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    list.map(|entry| entry.unwrap().path())
+    // A scan that finds nothing proves nothing.
+    assert!(names.len() > 65, "only {} codes were found", names.len());
+    names.retain(|name| !errors.contains(&format!("`{name}`")));
+    assert!(names.is_empty(), "docs/recording.md lacks {names:?}");
 }
 
 /// The literals that codes are made with, those of the test module left out.
@@ -88,10 +76,30 @@ fn codes(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
     let made = MAKERS.iter().flat_map(|maker| code.split(maker).skip(1));
     let literal = |rest: &str| {
-        rest.trim_start()
-            .strip_prefix('"')?
-            .split_once('"')
-            .map(|l| l.0.to_owned())
+        let (name, _) = rest.trim_start().strip_prefix('"')?.split_once('"')?;
+        Some(name.to_owned())
     };
     made.filter_map(literal).collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut paths = below(&root().join("docs"));
+    paths.retain(|path| path.extension().is_some_and(|e| e == "md"));
+    paths.extend(
+        ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|n| root().join(n)),
+    );
+    let mut seen = 0;
+    for path in paths {
+        let text = fs::read_to_string(&path).unwrap();
+        for link in text.split("](").skip(1) {
+            let target = link.split([')', '#']).next().unwrap_or_default();
+            if !target.is_empty() && !target.contains("://") {
+                seen += 1;
+                let full = path.parent().unwrap().join(target);
+                assert!(full.exists(), "{}: {target}", path.display());
+            }
+        }
+    }
+    assert!(seen > 20, "only {seen} links");
 }

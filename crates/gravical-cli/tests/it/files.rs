@@ -4,34 +4,28 @@ use serde_json::Value;
 
 use crate::support::*;
 
+/// What is written is what `--json` prints, and the same session gives the same bytes.
 #[test]
-fn a_written_calibration_is_what_json_prints() {
+fn a_written_calibration() {
     let folder = six_files(&Sensor::default());
-    let printed = calibrate(folder.path(), ". --gravity 9.81 -o cal.json", 0);
-    let text = read(folder.path(), "cal.json");
-    assert_eq!(printed, serde_json::from_str::<Value>(&text).unwrap());
-    assert!(text.ends_with("}\n"));
-    // No leftovers of writing in one step.
-    assert_eq!(listed(folder.path()).len(), 7);
-}
-
-#[test]
-fn the_same_session_gives_the_same_bytes() {
-    let folder = six_files(&Sensor::default());
-    let write = |name: &str| {
-        let status = std::process::Command::new(program())
-            .args(["calibrate", ".", "--quiet", "-o", "cal.json", "--force"])
+    let written = || {
+        let line = "calibrate . --json -o cal.json --force";
+        let run = std::process::Command::new(program())
+            .args(words(line))
             .env("SOURCE_DATE_EPOCH", "1700000000")
             .current_dir(folder.path())
-            .status()
+            .output()
             .unwrap();
-        assert!(status.success());
-        std::fs::rename(folder.path().join("cal.json"), folder.path().join(name)).unwrap();
-        std::fs::read_to_string(folder.path().join(name)).unwrap()
+        let text = read(folder.path(), "cal.json");
+        let printed: Value = serde_json::from_slice(&run.stdout).unwrap();
+        assert_eq!(printed, serde_json::from_str::<Value>(&text).unwrap());
+        text
     };
-    let (one, two) = (write("one.out"), write("two.out"));
-    assert_eq!(one, two);
+    let one = written();
+    assert_eq!(one, written());
     assert!(one.contains("2023-11-14T22:13:20Z"), "SOURCE_DATE_EPOCH");
+    // No leftovers of writing in one step.
+    assert_eq!(listed(folder.path()).len(), 7);
 }
 
 #[test]
@@ -41,12 +35,7 @@ fn a_calibration_in_place_of_a_recording_is_named() {
     ends(path, "calibrate . --gravity 9.81 -o cal.json --quiet", 0);
     for line in ["inspect cal.json", "calibrate cal.json", "motion cal.json"] {
         let err = ends(path, line, 3).err;
-        for said in [
-            "code: is-a-calibration",
-            "gravical check cal.json RECORDING",
-        ] {
-            assert!(err.contains(said), "{line}: {err}");
-        }
+        assert!(err.contains("code: is-a-calibration"), "{line}: {err}");
     }
 }
 
@@ -54,22 +43,15 @@ fn a_calibration_in_place_of_a_recording_is_named() {
 fn what_reading_lost_is_named_with_the_error() {
     let folder = tempfile::tempdir().unwrap();
     let text = Sensor::default().file([0.0, 0.0, 1.0], 400, 7);
-    let torn: String = text
-        .lines()
-        .enumerate()
-        .map(|(i, line)| match i % 4 {
-            3 => format!("{}\n", &line[..6]),
-            _ => format!("{line}\n"),
-        })
-        .collect();
-    write(folder.path(), "torn.csv", &torn);
+    let torn = |(i, line): (usize, &str)| match i % 4 {
+        3 => format!("{}\n", &line[..6]),
+        _ => format!("{line}\n"),
+    };
+    let text: String = text.lines().enumerate().map(torn).collect();
+    write(folder.path(), "torn.csv", &text);
     let err = ends(folder.path(), "calibrate torn.csv", 3).err;
-    for said in [
-        "reading torn.csv lost samples: 100 torn-line",
-        "`gravical inspect torn.csv`",
-    ] {
-        assert!(err.contains(said), "{err}");
-    }
+    let said = "reading torn.csv lost samples: 100 torn-line";
+    assert!(err.contains(said), "{err}");
 }
 
 #[test]

@@ -4,61 +4,56 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::support::{calibrate, ends, fails, number, program, read, run_in, words};
+use super::support::{calibrate, ends, fails, number, program, read, run_in, words, write};
 
 /// Commands of a whole session; the sensor lies on +z at its start.
-const WHOLE: [&str; 16] = [
-    "+x", "-x", "+y", "-y", "-z", "free", "free", "free", "free", "free", "free", "free", "free",
-    "free", "free", "stop",
-];
+const WHOLE: &str = "+x -x +y -y -z free free free free free free free free free free stop";
 
 /// No wait is longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-fn start(folder: &Path, line: &str) -> Child {
-    Command::new(program())
-        .args(words(line))
+/// Runs `live …` and types these commands; its input stays open as long as it is held.
+fn start(folder: &Path, line: &str, commands: &str) -> (Child, ChildStdin) {
+    let mut child = Command::new(program())
+        .args(words(&format!("live {line}")))
         .current_dir(folder)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap()
-}
-
-fn type_in(child: &mut Child, commands: &[&str]) {
-    let input = child.stdin.as_mut().unwrap();
-    for command in commands {
+        .unwrap();
+    let mut input = child.stdin.take().unwrap();
+    for command in words(commands) {
         writeln!(input, "{command}").unwrap();
     }
+    (child, input)
 }
 
-/// Exit code, standard output and standard error.
-fn end(child: Child) -> (i32, String, String) {
+/// Exit code, events on standard output, and standard error.
+fn end(child: Child) -> (i32, Vec<Value>, String) {
     let output = child.wait_with_output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    let (out, err) = (text(output.stdout), text(output.stderr));
+    let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
     assert!(!err.contains("panicked"), "{err}");
-    (output.status.code().expect("ended by a signal"), out, err)
+    let code = output.status.code().expect("ended by a signal");
+    (code, events(&out), err)
 }
 
 fn events(text: &str) -> Vec<Value> {
-    text.lines()
-        .map(|l| serde_json::from_str(l).unwrap())
-        .collect()
+    let lines = text.lines().map(serde_json::from_str::<Value>);
+    lines.collect::<Result<_, _>>().unwrap()
 }
 
 fn of_type<'a>(events: &'a [Value], kind: &str) -> Vec<&'a Value> {
     events.iter().filter(|e| e["type"] == kind).collect()
 }
 
-fn json(path: &Path) -> Value {
-    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+fn json(folder: &Path, name: &str) -> Value {
+    serde_json::from_str(&read(folder, name)).unwrap()
 }
 
 /// Waits for poses in the journal of `s`.
@@ -77,184 +72,132 @@ fn wait_for_poses(folder: &Path, count: usize) -> usize {
     }
 }
 
-/// A finished session of a simulated sensor in the folder `s`; returns its events.
-fn simulated(folder: &Path, seed: u32) -> Vec<Value> {
-    let line = format!("live --simulate --seed {seed} --speed 0 --folder s --events -");
-    let mut child = start(folder, &line);
-    type_in(&mut child, &WHOLE);
-    let (code, out, err) = end(child);
-    assert_eq!(code, 0, "{err}");
-    assert!(err.contains("Saved to s/calibration.json"), "{err}");
-    events(&out)
-}
-
 #[test]
 fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last_digit() {
     let folder = tempfile::tempdir().unwrap();
-    let events = simulated(folder.path(), 4);
-    let kinds: Vec<&str> = events.iter().map(|e| e["type"].as_str().unwrap()).collect();
-    assert_eq!((kinds[0], kinds[kinds.len() - 1]), ("session", "end"));
-    assert!(events.iter().all(|e| e["v"] == 1 && e["t_s"].is_number()));
-    let verdicts = of_type(&events, "verdict");
-    let last = verdicts.last().unwrap();
-    assert_eq!(
-        (&last["final"], &last["grade"]),
-        (&Value::Bool(true), &"good".into())
-    );
-    let truth = of_type(&events, "truth")[0];
-    assert!(truth["norm_error_mg"].as_f64().unwrap() < 2.0, "{truth}");
-    assert!(truth["before_mg"].as_f64().unwrap() > 5.0, "{truth}");
+    let at = folder.path();
+    let line = "--simulate --seed 4 --speed 0 --folder s --events -";
+    let (child, _) = start(at, line, WHOLE);
+    let (code, lived, err) = end(child);
+    assert!(code == 0 && err.contains("Saved to s/calibration.json"));
+    assert!(lived.iter().all(|e| e["v"] == 1 && e["t_s"].is_number()));
+    let last = of_type(&lived, "verdict").pop().unwrap();
+    assert!(last["final"] == true && last["grade"] == "good", "{last}");
+    let truth = of_type(&lived, "truth")[0];
+    let [before, after] = ["before_mg", "norm_error_mg"].map(|key| number(&truth[key]));
+    assert!(before > 5.0 && after < 2.0, "{truth}");
 
-    let saved = json(&folder.path().join("s/calibration.json"));
-    let again = calibrate(folder.path(), "s", 0);
+    let saved = json(at, "s/calibration.json");
+    let again = calibrate(at, "s", 0);
     for part in [
         "accelerometer",
         "gyroscope",
         "verdict",
-        "gravity_mps2",
         "temperature_c",
         "findings",
     ] {
         assert_eq!(saved[part], again[part], "{part}");
     }
-    assert_eq!(saved["gyroscope"]["method"], "motion");
     // What the session showed is what was saved.
-    let fit = of_type(&events, "fit").pop().unwrap();
+    let fit = of_type(&lived, "fit").pop().unwrap();
     let worst = number(&saved["accelerometer"]["worst_direction"]["error_mps2"]);
     let shown = number(&fit["worst_mg"]);
     let off = (shown - worst * 1000.0 / 9.80665).abs();
     assert!(off < 1e-9 * shown, "{shown} {worst}");
 
-    // A changed recording is no longer that of the journal.
-    let text = read(folder.path(), "s/recording.csv");
-    let mut lines: Vec<&str> = text.lines().collect();
-    lines.remove(200);
-    fs::write(
-        folder.path().join("s/recording.csv"),
-        lines.join("\n") + "\n",
-    )
-    .unwrap();
-    fails(folder.path(), "calibrate s", 3, "recording-changed");
-    let resume = || run_in(folder.path(), words("live --resume s --plain"));
-    assert!(resume().err.contains("code: recording-changed"));
-    let journal = read(folder.path(), "s/session.ndjson");
-    let journal = journal.replace("\"lines\":[", "\"lines\":[9");
-    fs::write(folder.path().join("s/session.ndjson"), journal).unwrap();
-    assert!(resume().err.contains("code: recording-changed"));
-}
-
-#[test]
-fn a_replay_gives_the_events_of_the_session() {
-    let folder = tempfile::tempdir().unwrap();
-    let lived = simulated(folder.path(), 5);
-    let gz = folder.path().join("r.csv.gz");
-    let mut packer =
-        flate2::write::GzEncoder::new(fs::File::create(&gz).unwrap(), flate2::Compression::fast());
-    packer
-        .write_all(&fs::read(folder.path().join("s/recording.csv")).unwrap())
-        .unwrap();
+    // A replay gives its poses, field by field.
+    let text = read(at, "s/recording.csv");
+    let gz = fs::File::create(at.join("r.csv.gz")).unwrap();
+    let mut packer = flate2::write::GzEncoder::new(gz, flate2::Compression::fast());
+    packer.write_all(text.as_bytes()).unwrap();
     packer.finish().unwrap();
     let line = "live --replay r.csv.gz --gravity 9.80665 --events - -o cal.json";
-    let replayed = events(&ends(folder.path(), line, 0).out);
-    // Without the commands: poses and rejections are the same, field by field.
-    let same = |all: &[Value]| -> Vec<Value> {
-        let kinds = ["identified", "pose_accepted", "pose_rejected"];
-        all.iter()
-            .filter(|e| kinds.contains(&e["type"].as_str().unwrap()))
-            .cloned()
-            .collect()
-    };
-    assert_eq!(same(&lived), same(&replayed));
-    let (a, b) = (
-        json(&folder.path().join("cal.json")),
-        json(&folder.path().join("s/calibration.json")),
+    let replayed = events(&ends(at, line, 0).out);
+    for kind in ["identified", "pose_accepted", "pose_rejected"] {
+        assert_eq!(of_type(&lived, kind), of_type(&replayed, kind));
+    }
+    let bias = &json(at, "cal.json")["accelerometer"]["bias"];
+    assert_eq!(bias, &saved["accelerometer"]["bias"]);
+
+    // A changed recording is no longer that of the journal.
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.remove(200);
+    write(at, "s/recording.csv", &(lines.join("\n") + "\n"));
+    fails(at, "calibrate s", 3, "recording-changed");
+    let resume = || run_in(at, words("live --resume s --plain"));
+    assert!(resume().err.contains("code: recording-changed"));
+    let journal = read(at, "s/session.ndjson");
+    write(
+        at,
+        "s/session.ndjson",
+        &journal.replace("\"lines\":[", "\"lines\":[9"),
     );
-    assert_eq!(a["accelerometer"]["bias"], b["accelerometer"]["bias"]);
-    assert!(!folder.path().join("session.ndjson").exists());
+    assert!(resume().err.contains("code: recording-changed"));
 }
 
 #[test]
 fn a_killed_session_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    let mut child = start(
-        folder.path(),
-        "live --simulate --seed 6 --speed 20 --folder s --gravity 9.80665",
-    );
-    type_in(&mut child, &WHOLE[1..5]);
-    wait_for_poses(folder.path(), 3);
+    let at = folder.path();
+    let line = "--simulate --seed 6 --speed 20 --folder s --gravity 9.80665";
+    let (mut child, _input) = start(at, line, "-x +y -y -z");
+    wait_for_poses(at, 3);
     child.kill().unwrap();
     child.wait().unwrap();
-    let before = wait_for_poses(folder.path(), 3);
+    let before = wait_for_poses(at, 3);
     // What a crash may leave: half a line in both files.
     for (name, half) in [
-        ("session.ndjson", "{\"v\":1,\"t_s\":3"),
-        ("recording.csv", "12345,0.1"),
+        ("s/session.ndjson", "{\"v\":1,\"t_s\":3"),
+        ("s/recording.csv", "12345,0.1"),
     ] {
-        let mut file = fs::OpenOptions::new()
-            .append(true)
-            .open(folder.path().join("s").join(name))
-            .unwrap();
-        file.write_all(half.as_bytes()).unwrap();
+        write(at, name, &(read(at, name) + half));
     }
     // The hand lays it on every face again; those that are done are refused.
-    let mut child = start(folder.path(), "live --resume s --speed 0 --events -");
-    type_in(&mut child, &WHOLE);
-    let (code, out, err) = end(child);
+    let (child, _) = start(at, "--resume s --speed 0 --events -", WHOLE);
+    let (code, all, err) = end(child);
     assert_eq!(code, 0, "{err}");
-    let all = events(&out);
-    events(&read(folder.path(), "s/session.ndjson"));
-    let resumed = of_type(&all, "resumed")[0];
-    assert_eq!(resumed["poses"], before as u64, "{err}");
+    events(&read(at, "s/session.ndjson"));
+    assert_eq!(of_type(&all, "resumed")[0]["poses"], before as u64, "{err}");
     let poses = of_type(&all, "pose_accepted");
     let numbers: Vec<u64> = poses.iter().map(|p| p["pose"].as_u64().unwrap()).collect();
     let mut unique = numbers.clone();
     unique.dedup();
     assert_eq!(numbers, unique);
-    let saved = json(&folder.path().join("s/calibration.json"));
-    let again = calibrate(folder.path(), "s", 0);
+    let saved = json(at, "s/calibration.json");
+    let again = calibrate(at, "s", 0);
     assert_eq!(saved["accelerometer"], again["accelerometer"]);
-    assert_eq!(
-        saved["accelerometer"]["poses"].as_array().unwrap().len(),
-        poses.len()
-    );
+    let saved = saved["accelerometer"]["poses"].as_array().unwrap();
+    assert_eq!(saved.len(), poses.len());
 }
 
 #[test]
 fn what_a_session_cannot_use_or_write_is_refused_before_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    fs::write(path.join("r.csv"), "ax,ay,az\n0.1,0.2,9.8\n").unwrap();
-    fs::write(path.join("cal.json"), "mine").unwrap();
-    let absent = "live --plain --folder s --port none/ttyNone";
-    let other = "try: name another file\n";
+    write(path, "r.csv", "ax,ay,az\n0.1,0.2,9.8\n");
+    write(path, "cal.json", "mine");
     for (line, code, what) in [
-        ("live --simulate --rate 200", 2, "--rate"),
-        ("live --replay r.csv --baud 9600", 2, "--baud"),
-        ("live --speed 2 --plain", 2, "--speed is for a replay"),
-        ("live --replay r.csv -o none/cal.json", 2, "no-folder"),
-        ("live --replay r.csv -o cal.json", 2, other),
-        (absent, 5, "ttyNone"),
+        ("--simulate --rate 200", 2, "--rate"),
+        ("--replay r.csv --baud 9600", 2, "--baud"),
+        ("--speed 2 --plain", 2, "--speed is for a replay"),
+        ("--replay r.csv -o none/cal.json", 2, "no-folder"),
+        ("--replay r.csv -o cal.json", 2, "try: name another file\n"),
+        ("--plain --folder s --port none/ttyNone", 5, "ttyNone"),
     ] {
-        let run = ends(path, line, code);
+        let run = ends(path, &format!("live {line}"), code);
         assert!(run.err.contains(what), "{line}: {}", run.err);
     }
-}
-
-/// It has the rate that is given, and one pose is no calibration.
-#[test]
-fn a_replay_without_stamps_and_poses() {
-    let folder = tempfile::tempdir().unwrap();
+    // A replay without stamps has the rate that is given, and one pose is no calibration.
     let mut text = "ax,ay,az\n".to_owned();
     for i in 0..1200 {
         let noise = f64::from(i * 7919 % 61) * 1e-3;
         text += &format!("{noise:.3},0.1,{:.3}\n", 9.8 + noise);
     }
-    fs::write(folder.path().join("r.csv"), text).unwrap();
+    write(path, "r.csv", &text);
     let line = "live --replay r.csv --rate 50 --plain --events e.jsonl";
-    let err = ends(folder.path(), line, 3).err;
+    let err = ends(path, line, 3).err;
     assert!(err.contains("✓ +z") && err.contains("1 pose"), "{err}");
-    assert!(!err.contains("no rate"), "{err}");
-    let seen = events(&read(folder.path(), "e.jsonl"));
+    let seen = events(&read(path, "e.jsonl"));
     assert_eq!(of_type(&seen, "status").last().unwrap()["rate_hz"], 50.0);
 }
 
@@ -262,26 +205,18 @@ fn a_replay_without_stamps_and_poses() {
 #[test]
 fn a_session_is_cancelled() {
     let folder = tempfile::tempdir().unwrap();
-    let line = "live --simulate --seed 4 --speed 20 --plain --folder s --events -";
-    let mut child = start(folder.path(), line);
-    type_in(&mut child, &["+x", "cancel"]);
-    let _open = child.stdin.take();
-    let (code, out, err) = end(child);
+    let at = folder.path();
+    let line = "--simulate --seed 4 --speed 20 --plain --folder s --events -";
+    let (child, _open) = start(at, line, "+x cancel");
+    let (code, all, err) = end(child);
     assert_eq!(code, 130, "{err}");
-    let all = events(&out);
     let last = all.last().unwrap();
     assert_eq!(last["reason"], "cancelled");
-    let text = last["text"].as_str().unwrap();
-    assert!(text.ends_with("recorded is in s."), "{text}");
     assert_eq!(last["resume"], "gravical live --resume s");
-    assert!(folder.path().join("s/recording.csv").exists());
-    assert!(!folder.path().join("s/calibration.json").exists());
-    assert!(
-        err.contains("Go on with: gravical live --resume s"),
-        "{err}"
-    );
+    assert!(at.join("s/recording.csv").exists() && !at.join("s/calibration.json").exists());
+    assert!(err.contains("Go on with: gravical live --resume s"));
     // Nothing is overwritten.
-    let again = ends(folder.path(), "live --simulate --folder s", 2).err;
+    let again = ends(at, "live --simulate --folder s", 2).err;
     assert!(again.contains("--resume s"), "{again}");
 }
 
@@ -291,16 +226,14 @@ fn a_session_is_cancelled() {
 fn events_that_cannot_be_written_end_the_session() {
     let folder = tempfile::tempdir().unwrap();
     for target in ["/dev/full", ".", "-"] {
-        let line = format!("live --simulate --seed 4 --plain --folder s --events {target}");
-        let mut child = start(folder.path(), &line);
-        // Nobody reads; the end of its input would end the session.
+        let line = format!("--simulate --seed 4 --plain --folder s --events {target}");
+        // The end of its input would end the session.
+        let (mut child, _open) = start(folder.path(), &line, "");
+        // Nobody reads.
         drop(child.stdout.take());
-        let _open = child.stdin.take();
         let (code, _, err) = end(child);
-        assert!(
-            code != 0 && err.contains("error: "),
-            "{target}: {code} {err}"
-        );
+        let said = code != 0 && err.contains("error: ");
+        assert!(said, "{target}: {code} {err}");
         let _ = fs::remove_dir_all(folder.path().join("s"));
     }
 }

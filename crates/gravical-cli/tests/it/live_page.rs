@@ -30,26 +30,11 @@ impl Drop for Served {
     }
 }
 
+/// What is answered.
 struct Answer {
     status: u16,
     head: String,
     body: String,
-}
-
-impl Answer {
-    fn read(mut stream: TcpStream) -> Self {
-        // One that is turned away may be reset before it is read.
-        let mut bytes = Vec::new();
-        let _ = stream.read_to_end(&mut bytes);
-        let text = String::from_utf8(bytes).unwrap();
-        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
-        let status = head.split(' ').nth(1).and_then(|s| s.parse().ok());
-        Answer {
-            status: status.unwrap_or(0),
-            head: head.to_lowercase(),
-            body: body.to_owned(),
-        }
-    }
 }
 
 impl Served {
@@ -77,51 +62,50 @@ impl Served {
         }
     }
 
-    fn connect(&self) -> TcpStream {
-        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).unwrap();
+    /// Sends a head and a body as they stand here.
+    fn send(&self, head: &str, body: &[u8]) -> Answer {
+        let mut stream = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream
+        // Who is refused may find the connection closed before all is sent, or it is reset before the
+        // answer is read.
+        let _ = stream.write_all(&[head.as_bytes(), b"\r\n\r\n", body].concat());
+        let mut bytes = Vec::new();
+        let _ = stream.read_to_end(&mut bytes);
+        let text = String::from_utf8(bytes).unwrap();
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+        let status = head.split(' ').nth(1).and_then(|s| s.parse().ok());
+        Answer {
+            status: status.unwrap_or(0),
+            head: head.to_lowercase(),
+            body: body.to_owned(),
+        }
     }
 
-    /// Sends a request as it stands here; HTTP 1.0, so that the answer ends with the connection.
-    fn send(&self, method: &str, target: &str, headers: &[String], body: &[u8]) -> TcpStream {
-        let mut stream = self.connect();
-        let mut head = format!("{method} {target} HTTP/1.0\r\n");
-        for header in headers {
-            head += &format!("{header}\r\n");
+    /// A request; HTTP 1.0, so that the answer ends with the connection.
+    fn ask(&self, method: &str, target: &str, headers: &str, body: &[u8]) -> Answer {
+        let mut head = format!("{method} {target} HTTP/1.0");
+        for header in headers.split("; ").filter(|header| !header.is_empty()) {
+            head += &format!("\r\n{header}");
         }
         if !body.is_empty() {
-            head += &format!("Content-Length: {}\r\n", body.len());
+            head += &format!("\r\nContent-Length: {}", body.len());
         }
-        // Who is refused may find the connection closed before all is sent.
-        let _ = stream.write_all(format!("{head}\r\n").as_bytes());
-        let _ = stream.write_all(body);
-        stream
-    }
-
-    fn ask(&self, method: &str, target: &str, headers: &[String], body: &[u8]) -> Answer {
-        Answer::read(self.send(method, target, headers, body))
-    }
-
-    fn target(&self, path: &str) -> String {
-        format!("{path}?token={}", self.token)
+        self.send(&head, body)
     }
 
     fn host(&self) -> String {
         format!("Host: 127.0.0.1:{}", self.port)
     }
 
-    fn origin(&self) -> String {
-        format!("Origin: http://127.0.0.1:{}", self.port)
-    }
-
     fn get(&self, path: &str) -> Answer {
-        self.ask("GET", &self.target(path), &[self.host()], b"")
+        let target = format!("{path}?token={}", self.token);
+        self.ask("GET", &target, &self.host(), b"")
     }
 
     fn post(&self, body: &[u8]) -> Answer {
-        let headers = [self.host(), self.origin()];
-        self.ask("POST", &self.target("/command"), &headers, body)
+        let target = format!("/command?token={}", self.token);
+        let headers = format!("{}; Origin: http://127.0.0.1:{}", self.host(), self.port);
+        self.ask("POST", &target, &headers, body)
     }
 }
 
@@ -169,8 +153,6 @@ fn only_the_page_itself_is_answered() {
         else {
             panic!("{row}")
         };
-        let headers: Vec<String> = headers.split("; ").map(str::to_owned).collect();
-        let headers = &headers[usize::from(headers[0].is_empty())..];
         let body: &[u8] = if method == "POST" { undo } else { b"" };
         let answer = served.ask(method, target, headers, body);
         assert_eq!(answer.status.to_string(), status, "{name}: {}", answer.body);
@@ -229,11 +211,7 @@ fn a_command_that_is_none_is_refused() {
     assert_eq!(served.post(b"\xff\xfe{}").status, 400);
     assert_eq!(served.post(br#"{"command":"undo"}"#).status, 204);
     // A head that is none.
-    let mut stream = served.connect();
-    stream
-        .write_all(b"\x16\x03\x01\x02\x00\x01\x00\r\n\r\n")
-        .unwrap();
-    assert_ne!(Answer::read(stream).status, 200);
+    assert_ne!(served.send("\x16\x03\x01\x02\0\x01\0", b"").status, 200);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Acceptance tests of the program: real recordings, the report's numbers, bad
-//! input and its exit codes, files and pipes, imucal.
+//! input and its exit codes, files and pipes.
 //!
 //! Real recordings are found through `GRAVICAL_DATA`; without it those tests say
-//! that they are skipped. `GRAVICAL_IMUCAL_PYTHON` does the same for imucal.
+//! that they are skipped.
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -14,17 +14,12 @@ mod convert;
 mod demo;
 mod denoise;
 mod docs_complete;
-mod docs_links;
 mod each;
 mod every_recording;
 mod export;
 mod figures;
 mod files;
 mod folder;
-mod gyro;
-mod imucal;
-mod inputs;
-mod joint;
 #[cfg(unix)]
 mod live;
 #[cfg(all(unix, feature = "live"))]
@@ -35,7 +30,6 @@ mod motion_real;
 mod noise;
 mod outputs;
 mod recordings;
-mod report;
 mod reports;
 mod sessions;
 mod shell;

@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use gravical::calibration_file::{InputFile, InputRole};
-use serde_json::Value;
 
 use crate::support::*;
 
@@ -51,44 +50,6 @@ fn a_motion_names_and_sums_everything_that_went_in() {
     let page = read(path, "r.html");
     assert_eq!(files(&page), of_folder(path, wanted));
     assert!(page.contains("Comparison with the reference"));
-}
-
-#[test]
-fn a_calibration_names_and_sums_everything_that_went_in() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    ends(path, "simulate static -o still --duration 1 --quiet", 0);
-    let truth = serde_json::from_str(&read(path, "still/truth.json")).unwrap();
-    crate::thermal::write_soak(path, &truth);
-    crate::bad_input::one_file(path);
-    let session = read(path, "session.csv").replace('\n', ",25.0\n");
-    write(
-        path,
-        "session.csv",
-        &session.replacen("25.0", "temperature_c", 1),
-    );
-    let inputs = "session.csv --rate 100 --sections list.csv --thermal soak.csv";
-    let line = format!("calibrate {inputs} --report r.html --json");
-    let run = run_in(path, words(&line));
-    assert!(run.code == 0 || run.code == 4, "{}{}", run.out, run.err);
-    let file = run.calibration();
-    let wanted = of_folder(
-        path,
-        [
-            ("session.csv", "recording"),
-            ("list.csv", "sections"),
-            ("soak.csv", "soak"),
-        ],
-    );
-    let said = file["inputs"].as_array().unwrap().iter();
-    let said = said.map(|input| ["path", "role", "sha256"].map(|key| input[key].clone()));
-    let wanted_values = wanted.clone().map(|row| row.map(Value::from));
-    assert_eq!(said.collect::<Vec<_>>(), wanted_values);
-    assert_eq!(file["temperature_model"]["inputs"][0]["role"], "soak");
-    let page = read(path, "r.html");
-    assert_eq!(files(&page), wanted);
-    // A list and a soak are no recordings of the session.
-    assert!(page.contains("<title>Calibration of session.csv"));
 }
 
 /// Every verb that has a document writes it in both forms.

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use crate::support::*;
 
 #[test]
-fn help_of_the_program_and_of_every_verb() {
+fn help_and_completions_of_every_verb() {
     let all = run(["--help"]).out;
     let verbs =
         "inspect calibrate apply denoise convert motion check compare export simulate completions";
@@ -23,16 +23,9 @@ fn help_of_the_program_and_of_every_verb() {
     // Called without anything it shows what there is, as a usage error.
     let nothing = run::<&str>([]);
     assert!(nothing.code == 2 && nothing.err.contains("calibrate"));
-}
-
-#[test]
-fn completions_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = run(["completions", shell]);
-        assert_eq!(run.code, 0, "{shell}");
-        for word in ["calibrate", "check", "compare", "pose-tilt"] {
-            assert!(run.out.contains(word), "{word} in {shell}");
-        }
+        assert!(run.code == 0 && run.out.contains("pose-tilt"), "{shell}");
     }
     assert_eq!(run(["completions", "tcsh"]).code, 2);
 }
@@ -59,25 +52,17 @@ fn a_pipe_that_is_closed_is_no_error() {
 }
 
 #[test]
-fn quiet_is_quiet_and_messages_stay_off_stdout() {
+fn quiet_is_quiet_and_of_several_files_one_may_be_broken() {
     let folder = six_files(&Sensor::default());
-    let quiet = "calibrate . --gravity 9.81 --quiet -o cal.json";
-    let run = ends(folder.path(), quiet, 0);
+    let at = folder.path();
+    let run = ends(at, "calibrate . --gravity 9.81 --quiet -o cal.json", 0);
     assert_eq!((run.out.as_str(), run.err.as_str()), ("", ""));
-    let run = ends(folder.path(), "simulate static --duration 1 -o s --json", 0);
-    assert_eq!(run.json()["format"], "gravical-truth/1");
-    assert!(run.err.contains("wrote"), "{}", run.err);
-}
-
-#[test]
-fn several_files_are_inspected_even_when_one_is_broken() {
-    let folder = six_files(&Sensor::default());
-    write(folder.path(), "broken.csv", "");
+    write(at, "broken.csv", "");
     let line = "inspect x_axis_pos.csv broken.csv z_axis_neg.csv";
-    let text = ends(folder.path(), line, 3);
+    let text = ends(at, line, 3);
     assert!(text.out.contains("x_axis_pos.csv") && text.out.contains("z_axis_neg.csv"));
     assert!(text.err.contains("empty-file"), "{}", text.err);
-    let json = json(folder.path(), line, 3);
+    let json = json(at, line, 3);
     assert_eq!(json["recordings"].as_array().unwrap().len(), 2);
     assert_eq!(json["errors"][0]["code"], "empty-file");
 }

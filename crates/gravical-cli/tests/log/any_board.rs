@@ -3,9 +3,6 @@
 
 use std::fs;
 
-use gravical::recording::Recording;
-use serde_json::Value;
-
 use crate::board::Board;
 use crate::recording;
 
@@ -19,31 +16,6 @@ fn noise(i: u32, channel: u32) -> f64 {
 /// The sample `i` of a sensor at rest with z up, m/s².
 fn at_rest(i: u32) -> [f64; 3] {
     [noise(i, 1), noise(i, 2), 9.81 + noise(i, 3)]
-}
-
-/// Records what `line` prints for each sample, and what comes before the first: the text of the file,
-/// the recording and the last event.
-fn record(before: &str, options: &str, line: impl Fn(u32) -> String) -> (String, Recording, Value) {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let mut log = board.log(&format!("-o x.csv --rows {ROWS} --json {options}"));
-    log.wait_for("opened");
-    // The first line may lack its beginning.
-    board.say(&format!("\n{before}"));
-    for i in 0.. {
-        board.say(&line(i));
-        std::thread::sleep(std::time::Duration::from_millis(10));
-        log.look();
-        if log.has_seen("ended") {
-            break;
-        }
-    }
-    let (code, ended) = log.ended();
-    let path = folder.path().join("x.csv");
-    let text = fs::read_to_string(&path).unwrap_or_default();
-    assert_eq!(code, 0, "{ended}\n{text}");
-    let recording = recording(&path);
-    (text, recording, ended)
 }
 
 /// A sketch: what it prints before its rows, the options that it needs, the row of a sample, what the
@@ -154,33 +126,33 @@ fn boards_with_other_sketches_are_recorded() {
 
 /// The file has this header and unit, and times: those of arrival where the board has none.
 fn is_recorded(sketch: &Sketch) {
-    let line = |i| (sketch.row)(i, at_rest(i), noise(i, 4));
-    let (text, recording, ended) = record(sketch.before, sketch.options, line);
+    let folder = tempfile::tempdir().unwrap();
+    let mut board = Board::new(folder.path());
+    let mut log = board.log(&format!("-o x.csv --rows {ROWS} --json {}", sketch.options));
+    log.wait_for("opened");
+    // The first line may lack its beginning.
+    board.say(&format!("\n{}", sketch.before));
+    for i in 0.. {
+        board.say(&(sketch.row)(i, at_rest(i), noise(i, 4)));
+        std::thread::sleep(std::time::Duration::from_millis(10));
+        log.look();
+        if log.has_seen("ended") {
+            break;
+        }
+    }
+    let (code, ended) = log.ended();
+    let path = folder.path().join("x.csv");
+    let text = fs::read_to_string(&path).unwrap_or_default();
+    assert_eq!((code, &ended["rows"]), (0, &ROWS.into()), "{ended}\n{text}");
+    let recording = recording(&path);
     assert!(text.contains(sketch.contains), "{text}");
     assert_eq!(recording.rows(), ROWS as usize, "{text}");
     assert_eq!(recording.accel_scale.unit.name(), sketch.unit, "{text}");
     assert_eq!(recording.gyro.is_some(), sketch.has_gyro, "{text}");
-    assert_eq!(ended["rows"], ROWS, "{ended}");
     let rejected = text.matches("\n# rejected: ").count();
     assert_eq!(ended["rejected"], rejected, "{text}");
     assert_eq!(rejected, sketch.rejected.unwrap_or(rejected), "{text}");
     let time_s = recording.time_s.as_ref().unwrap();
     let last_s = time_s[time_s.len() - 1];
     assert!((1.0..20.0).contains(&last_s), "{last_s} s\n{text}");
-}
-
-#[test]
-fn few_rows_are_recorded() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut board = Board::new(folder.path());
-    let mut log = board.log("-o x.csv --json");
-    log.wait_for("opened");
-    board.greet();
-    board.rows(10);
-    log.wait_for("board");
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    log.signal(rustix::process::Signal::INT);
-    let (code, ended) = log.ended();
-    assert_eq!((code, &ended["rows"]), (0, &10.into()), "{ended}");
-    assert_eq!(recording(&folder.path().join("x.csv")).rows(), 10);
 }

@@ -9,7 +9,7 @@ use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-use crate::logger::Logger;
+use crate::logger::{Logger, until};
 
 pub const SETTINGS: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";
 pub const HEADER: &str =
@@ -42,7 +42,6 @@ pub fn pair(raw: bool) -> (File, OwnedFd, PathBuf) {
 pub struct Board {
     link: PathBuf,
     cable: Option<(File, OwnedFd)>,
-    received: String,
     /// The next stamp of the board's clock, ms.
     pub stamp: u64,
     /// Rows that were sent, or would have been.
@@ -54,7 +53,6 @@ impl Board {
         let mut board = Board {
             link: folder.join("ttyACM0"),
             cable: None,
-            received: String::new(),
             stamp: 130,
             sent: 0,
         };
@@ -84,20 +82,23 @@ impl Board {
         self.cable = None;
     }
 
-    pub fn send(&mut self, mut bytes: &[u8]) {
+    pub fn send(&mut self, bytes: &[u8]) {
+        assert!(self.has_sent(bytes), "nobody reads");
+    }
+
+    /// False, with a part of it sent, if nobody reads.
+    fn has_sent(&mut self, mut bytes: &[u8]) -> bool {
         let (ours, _) = self.cable.as_mut().unwrap();
-        let mut patience = 5000;
-        while !bytes.is_empty() {
+        for _ in 0..5000 {
             match ours.write(bytes) {
                 Ok(n) => bytes = &bytes[n..],
-                Err(e) if e.kind() == std::io::ErrorKind::WouldBlock => {
-                    patience -= 1;
-                    assert!(patience > 0, "nobody reads");
-                    std::thread::sleep(std::time::Duration::from_millis(1));
-                }
-                Err(e) => panic!("{e}"),
+                Err(_) => std::thread::sleep(std::time::Duration::from_millis(1)),
+            }
+            if bytes.is_empty() {
+                return true;
             }
         }
+        false
     }
 
     pub fn say(&mut self, text: &str) {
@@ -137,17 +138,7 @@ impl Board {
     /// A row, or a part of it if nobody reads.
     pub fn try_row(&mut self) {
         let row = self.row();
-        let (ours, _) = self.cable.as_mut().unwrap();
-        let mut rest = row.as_bytes();
-        for _ in 0..1000 {
-            match ours.write(rest) {
-                Ok(n) => rest = &rest[n..],
-                Err(_) => std::thread::sleep(std::time::Duration::from_millis(1)),
-            }
-            if rest.is_empty() {
-                return;
-            }
-        }
+        self.has_sent(row.as_bytes());
     }
 
     /// A row of which only these bytes arrive.
@@ -175,30 +166,14 @@ impl Board {
         self.greet();
     }
 
-    /// Whether a command has arrived since the last time.
-    pub fn has_received(&mut self, wanted: &str) -> bool {
-        let mut bytes = [0; 64];
-        let (ours, _) = self.cable.as_mut().unwrap();
-        if let Ok(n) = ours.read(&mut bytes) {
-            self.received
-                .push_str(&String::from_utf8_lossy(&bytes[..n]));
-        }
-        match self.received.find(wanted) {
-            Some(at) => {
-                self.received.drain(..at + wanted.len());
-                true
-            }
-            None => false,
-        }
-    }
-
     pub fn wait_for_command(&mut self, wanted: &str) {
-        for _ in 0..800 {
-            if self.has_received(wanted) {
-                return;
-            }
-            std::thread::sleep(std::time::Duration::from_millis(10));
-        }
-        panic!("no command {wanted:?}, but {:?}", self.received);
+        let (ours, _) = self.cable.as_mut().unwrap();
+        let mut received = String::new();
+        until(|| {
+            let mut bytes = [0; 64];
+            let n = ours.read(&mut bytes).unwrap_or(0);
+            received.push_str(&String::from_utf8_lossy(&bytes[..n]));
+            received.contains(wanted)
+        });
     }
 }

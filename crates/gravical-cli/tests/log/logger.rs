@@ -17,23 +17,19 @@ use crate::board::pair;
 /// A wait that takes longer has failed.
 const PATIENCE: Duration = Duration::from_secs(9);
 
-pub fn words(line: &str) -> Vec<String> {
-    line.split_whitespace().map(str::to_owned).collect()
+/// `gravical` with the words of `line`.
+pub fn program(folder: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
+    command.args(line.split_whitespace()).current_dir(folder);
+    command
 }
 
 /// Runs `gravical` with the words of `line`: its exit code and its JSON.
 pub fn run(folder: &Path, line: &str) -> (i32, Value) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
-    let run = command
-        .args(words(line))
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let run = program(folder, line).output().unwrap();
     let json = serde_json::from_slice(&run.stdout);
-    (
-        run.status.code().unwrap(),
-        json.unwrap_or_else(|e| panic!("{e}: {run:?}")),
-    )
+    let json = json.unwrap_or_else(|e| panic!("{e}: {run:?}"));
+    (run.status.code().unwrap(), json)
 }
 
 /// Waits until `done`.
@@ -57,15 +53,8 @@ pub struct Logger {
 impl Logger {
     /// Runs `gravical` with the words of `line`, and reads its events.
     pub fn start(folder: &Path, line: &str) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_gravical"))
-            .args(words(line))
-            .current_dir(folder)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        Self::of(child)
+        let mut command = program(folder, line);
+        Self::of(command.stdin(Stdio::null()).stderr(Stdio::piped()))
     }
 
     /// Reads the events that have arrived.
@@ -86,19 +75,17 @@ impl Logger {
 
     /// The same with a terminal for input and messages.
     pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_gravical"));
-        command.args(words(line)).current_dir(folder);
-        Self::start_command_in(command, terminal)
+        Self::start_command_in(program(folder, line), terminal)
     }
 
     /// The same of any command.
     pub fn start_command_in(mut command: Command, terminal: &Terminal) -> Self {
         let end = || Stdio::from(terminal.theirs.try_clone().unwrap());
-        command.env("TERM", "xterm").stdin(end()).stderr(end());
-        Self::of(command.stdout(Stdio::piped()).spawn().unwrap())
+        Self::of(command.env("TERM", "xterm").stdin(end()).stderr(end()))
     }
 
-    fn of(mut child: Child) -> Self {
+    fn of(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let (sender, lines) = channel();
         let out = child.stdout.take().unwrap();
         std::thread::spawn(move || {
@@ -236,9 +223,8 @@ impl Terminal {
     }
 
     pub fn wait_for(&mut self, wanted: &str) {
-        let start = Instant::now();
         let mut bytes = Vec::new();
-        loop {
+        until(|| {
             let mut piece = [0; 1024];
             if let Ok(n) = self.ours.read(&mut piece) {
                 bytes.extend_from_slice(&piece[..n]);
@@ -247,16 +233,9 @@ impl Terminal {
                     bytes.clear();
                 }
             }
-            if let Some(at) = self.text[self.read..].find(wanted) {
-                self.read += at + wanted.len();
-                return;
-            }
-            assert!(
-                start.elapsed() < PATIENCE,
-                "no {wanted:?} in {:?}",
-                self.text
-            );
-            std::thread::sleep(Duration::from_millis(5));
-        }
+            let found = self.text[self.read..].find(wanted);
+            self.read += found.map_or(0, |at| at + wanted.len());
+            found.is_some()
+        });
     }
 }

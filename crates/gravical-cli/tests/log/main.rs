@@ -122,10 +122,6 @@ fn a_clean_recording_has_no_finding_but_the_overflow_of_its_clock() {
     let (code, err) = log.ended_text();
     assert_eq!(code, 0, "{err}");
     assert!(err.contains("y_axis.csv: 300 rows in"), "{err}");
-    assert!(
-        err.contains("\n  time    2.99 s, stamps in ms, 100.00 Hz"),
-        "{err}"
-    );
     let recording = recording(&folder.path().join("y_axis.csv"));
     assert_eq!(recording.rows(), 300);
     assert!(kinds(&recording).is_empty(), "{:?}", kinds(&recording));

@@ -182,23 +182,6 @@ fn long_tables_are_cut_and_say_so() {
 }
 
 #[test]
-fn no_line_is_wider_than_a_terminal() {
-    let number = |_| Cell::number("-1234.56").plus_minus(Some(1e-2), 2);
-    let words = Cell::text("some more words ".repeat(9));
-    let columns = (0..5).map(|i| format!("column {i}, m/s²"));
-    let table = Table::new("Wide")
-        .columns(["name"])
-        .columns(columns.map(|name| Column::from(&*name)))
-        .columns(["sentences"])
-        .row("x", (0..5).map(number).chain([words]));
-    let paragraph = Block::paragraph("word ".repeat(60));
-    let section = Section::new("A").with(paragraph).with(table);
-    let text = Document::new("").with(section).to_text(Detail::Full);
-    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
-    assert_eq!(text.matches("± 0.01").count(), 5);
-}
-
-#[test]
 fn findings_that_files_share_are_listed_once() {
     use gravical::recording::{Finding, FindingKind};
     let finding =

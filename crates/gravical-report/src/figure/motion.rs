@@ -244,7 +244,6 @@ mod tests {
     use gravical::motion::truth::{add_comparison, read_reference};
     use gravical::motion::{MotionOptions, motion};
     use gravical::recording::{ReadOptions, read};
-    use gravical::simulate::{LineOptions, Scenario, SimulateOptions, simulate_to};
 
     fn series<'a>(figures: &'a [Figure], name: &str, panel: usize, series: &str) -> &'a Series {
         let figure = figures.iter().find(|f| f.name == name).unwrap();
@@ -255,13 +254,9 @@ mod tests {
     #[test]
     fn a_line_has_the_figures_of_its_track_and_of_a_reference() {
         let folder = tempfile::tempdir().unwrap();
-        let options = SimulateOptions::new(Scenario::Line(LineOptions::default()));
-        let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
-        let csv = files
-            .iter()
-            .find(|p| p.extension().is_some_and(|e| e == "csv"))
-            .unwrap();
-        let recording = read(csv, &ReadOptions::default()).unwrap();
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let csv = root.join("examples/demo/line/line.csv");
+        let recording = read(&csv, &ReadOptions::default()).unwrap();
         let mut motion = motion(&recording, None, &MotionOptions::default()).unwrap();
         let samples: Vec<MotionSample> = motion.samples().collect();
         let truth = folder.path().join("truth.csv");
@@ -271,7 +266,7 @@ mod tests {
         };
         let rows: String = samples.iter().step_by(10).map(line).collect();
         std::fs::write(&truth, format!("t_s,px_m,py_m,pz_m\n{rows}")).unwrap();
-        let reference = read_reference(&truth, &recording, csv).unwrap();
+        let reference = read_reference(&truth, &recording, &csv).unwrap();
         add_comparison(&mut motion, &reference).unwrap();
 
         let figures = figures(&motion);

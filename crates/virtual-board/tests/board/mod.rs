@@ -160,20 +160,3 @@ pub fn rows(text: &str) -> Vec<Vec<f64>> {
 pub fn notices(text: &str) -> Vec<&str> {
     text.lines().filter(|l| l.starts_with('#')).collect()
 }
-
-/// Prints what gets through at a rate.
-pub fn print_rate(board: &mut Board, format: u32, rate: u32) {
-    board.text(0.5);
-    board.say(&format!("r{rate}\nf{format}\n"), 0.5);
-    let (all, lost) = board.uno.sensor().samples();
-    let text = board.text(4.0);
-    let (all_now, lost_now) = board.uno.sensor().samples();
-    let rows = rows(text.split_once('\n').unwrap().1);
-    let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();
-    let (rate_hz, sd_us) = line(&stamps);
-    eprintln!(
-        "format {format} rate {rate}: {} of {} lost: {rate_hz:.2} Hz, stamps {sd_us:.0} us",
-        lost_now - lost,
-        all_now - all,
-    );
-}

@@ -12,7 +12,7 @@ mod made;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use board::{at_rest, build_with, notices, on, print_rate, rows};
+use board::{at_rest, build_with, notices, on, rows};
 use gravical::calibration_file::CalibrationFile;
 use gravical::export::{ExportOptions, Target, export};
 use gravical::recording::{AccelUnit, BoardSettings, GyroUnit, ReadOptions, read_bytes};
@@ -130,10 +130,7 @@ fn board_and_host_calibrate_alike() {
         let off = [0, 1, 2].map(|i| (board[5 + i] - rate[i]).abs());
         gyro = off.into_iter().fold(gyro, f64::max);
     }
-    eprintln!(
-        "board and host: {accel:.1e} of ||a||, {gyro:.1e} rad/s, {} rows, up to {largest:.1} m/s^2",
-        sent.len()
-    );
+    eprintln!("board and host: {accel:.1e} of ||a||, {gyro:.1e} rad/s, up to {largest:.1} m/s^2");
     assert!(largest > 2.5 * G);
     assert!(accel < 1e-5, "{accel}");
     // 10⁻⁵ of ±500 °/s.
@@ -183,13 +180,9 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
     assert!(say("f3\n").contains("# no calibration for this range"));
     assert!(say("a2\n").contains("accelerometer +-2 g"));
     assert!(say("f3\n").contains("format 3, calibrated "));
-}
 
-#[test]
-fn a_sketch_without_a_calibration_says_so() {
-    let Some(mut board) = board::board("") else {
-        return;
-    };
+    // A sketch without a calibration says so.
+    let mut board = board::board("").unwrap();
     board.text(0.5);
     let text = board.say("f3\n", 0.5);
     assert_eq!(notices(&text), ["# no calibration in this sketch: f0 f1"]);
@@ -216,17 +209,5 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
         std::fs::write(&path, header(&calibration(), counts_per_g)).unwrap();
         let said = board::build_refused(&folder, &path);
         assert!(said.contains(what_to_do), "{said}");
-    }
-}
-
-#[test]
-#[ignore = "prints the figures of docs/firmware.md"]
-fn figures() {
-    let Some(elf) = firmware("calibrated-figures") else {
-        return;
-    };
-    for rate in [100, 150, 166, 200, 250] {
-        let mut board = on(&elf, at_rest());
-        print_rate(&mut board, 3, rate);
     }
 }

@@ -205,34 +205,3 @@ fn remedy<'a>(trouble: &'a Error, port: Option<&str>) -> (&'a str, Vec<String>) 
     ];
     (remedy, flash)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn board(name: &str) -> PortInfo {
-        PortInfo {
-            name: name.to_owned(),
-            board: true,
-            ..PortInfo::default()
-        }
-    }
-
-    #[test]
-    fn what_was_waited_for_is_taken() {
-        let none = Error::device("no-port", "");
-        assert_eq!(arrived(&none, None, &[]), None);
-        let one = [board("/dev/none1")];
-        assert_eq!(arrived(&none, None, &one).as_deref(), Some("/dev/none1"));
-        // Two at once are a question.
-        let two = [board("/dev/none1"), board("/dev/none2")];
-        assert_eq!(arrived(&none, None, &two), None);
-        let missing = Error::device("no-such-port", "");
-        let is = |name, ports: &[PortInfo]| arrived(&missing, Some(name), ports);
-        assert_eq!(is("/dev/none2", &one), None);
-        assert_eq!(is("/dev/none2", &two).as_deref(), Some("/dev/none2"));
-        // One that is busy is not tried again and again.
-        let busy = Error::device("port-busy", "");
-        assert_eq!(arrived(&busy, Some("/dev/none1"), &one), None);
-    }
-}

@@ -320,19 +320,3 @@ fn incoming(event: Event) -> Option<Incoming> {
         _ => return None,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::last_row_s;
-
-    #[test]
-    fn a_simulated_recording_goes_on_after_its_last_row() {
-        let head = "# simulated, not measured\nTimestamp (ms),aX\n";
-        assert_eq!(last_row_s(head), None);
-        let rows: String = (0..5000).map(|i| format!("{},0.1\n", 10 * i)).collect();
-        assert_eq!(
-            last_row_s(&format!("{head}{rows}# a comment\n")),
-            Some(49.99)
-        );
-    }
-}

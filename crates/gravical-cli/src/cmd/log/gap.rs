@@ -184,19 +184,9 @@ mod tests {
     fn jumps_restarts_and_wraps() {
         let even =
             |from: f64| -> Vec<f64> { (0..20).map(|i| from + 10.0 * f64::from(i)).collect() };
-        assert_eq!(
-            gaps(
-                &[
-                    &even(0.0)[..],
-                    &[230.0, 240.0, 250.0, 260.0, 270.0, 370.0, 10.0]
-                ]
-                .concat()
-            ),
-            [(25, Some(9)), (26, None)]
-        );
-        // Rows that become slower from some time on are one gap.
-        let slower: Vec<f64> = (1..40).map(|i| 190.0 + 60.0 * f64::from(i)).collect();
-        assert_eq!(gaps(&[&even(0.0)[..], &slower].concat()), [(20, Some(5))]);
+        let jumps = [230.0, 240.0, 250.0, 260.0, 270.0, 370.0, 10.0];
+        let found = gaps(&[&even(0.0)[..], &jumps].concat());
+        assert_eq!(found, [(25, Some(9)), (26, None)]);
         // A counter that wraps, and midnight.
         assert_eq!(gaps(&[&even(WRAPS[0] - 195.0)[..], &[5.0]].concat()), []);
         assert_eq!(gaps(&[86_399.5, 86_399.75, 0.0, 0.25]), []);
@@ -204,12 +194,5 @@ mod tests {
         let stamps = [0.0, 0.1, 0.2, 0.3, 0.4, 1.5].map(|stamp| [stamp; 10]);
         assert_eq!(gaps(&stamps.concat()), []);
         assert_eq!(gaps(&[f64::NAN; 5]), []);
-        let gap = Gap {
-            cause: Cause::Unplugged,
-            rows: Some(12),
-            duration_s: 0.5,
-            clock_restarts: false,
-        };
-        assert_eq!(gap.line(), "# gap: unplugged: 12 rows are missing, 0.5 s");
     }
 }

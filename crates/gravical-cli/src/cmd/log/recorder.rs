@@ -684,65 +684,6 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_a_pause_are_neither_stored_nor_missing() {
-        let mut bench = Bench::new(Args::default());
-        bench.rows(150);
-        bench.recorder.toggle_pause(bench.now_s).unwrap();
-        bench.rows(30);
-        bench.stamp_ms = 0;
-        bench
-            .recorder
-            .bytes(bench.now_s, b"torn\n# a note\n")
-            .unwrap();
-        bench.rows(30);
-        bench.recorder.toggle_pause(bench.now_s).unwrap();
-        bench.rows(20);
-        // That the board was reset meanwhile is one, of no row.
-        let counts = bench.recorder.counts;
-        assert_eq!((counts.rows, counts.rejected, counts.gaps), (170, 0, 1));
-        let (_, after) = bench.text.split_once("# a note\n\n\n\n").unwrap();
-        let reset = "# gap: the board was reset: 0 rows are missing, 0.0 s, the clock of the board restarts\n300,";
-        assert!(after.starts_with(reset), "{after}");
-        assert!(!bench.recorder.is_incomplete);
-        let elapsed_s = bench.recorder.elapsed_s(bench.now_s);
-        assert!((elapsed_s - 1.7).abs() < 1e-6, "{elapsed_s}");
-    }
-
-    #[test]
-    fn rows_of_a_slow_board_are_written_before_a_second_of_a_hundred_rows() {
-        // The first row of a slower one may be from before its reset.
-        for (step_s, rows) in [(1.0, 8), (2.0, 7)] {
-            let mut bench = Bench::new(Args::default());
-            for _ in 0..8 {
-                bench.rows(1);
-                bench.stamp_ms += (1e3 * step_s) as u32 - 10;
-                bench.pass(step_s - 0.01);
-            }
-            assert_eq!(bench.recorder.counts.rows, rows, "{step_s}");
-            assert!(bench.gaps().is_empty());
-        }
-    }
-
-    #[test]
-    fn what_arrives_in_place_of_rows_is_an_error_or_is_said_once() {
-        let recorder = |wait| {
-            let mut args = Args::default();
-            args.board.wait = wait;
-            let mut recorder = Recorder::new(args, 0.0, b"").unwrap();
-            recorder.opened(0.0, "port", None, String::new());
-            recorder.tick(7.9).unwrap();
-            let done = recorder.tick(8.1);
-            (recorder, done)
-        };
-        assert_eq!(recorder(false).1.unwrap_err().code(), "board-silent");
-        let (mut waiting, done) = recorder(true);
-        done.unwrap();
-        waiting.tick(9.0).unwrap();
-        let is_said = |event: &&Event| matches!(event, Event::Warning { text } if text.contains("nothing arrives"));
-        assert_eq!(waiting.out.events.iter().filter(is_said).count(), 1);
-    }
-
-    #[test]
     fn rows_from_before_a_reset_are_dropped() {
         const HEADER: &str = "t_ms,ax (g),ay (g),az (g)\n";
         const SETTINGS: &str = "# gravical mpu6050_logger 1.2, MPU6050, accelerometer +-2 g, gyroscope +-250 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 0\n";

@@ -118,35 +118,3 @@ impl Tab {
         self.status.clone()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use gravical::live::Session;
-
-    /// Events of a board at rest.
-    #[test]
-    fn a_tab_gets_all_events_and_the_latest_status_in_order() {
-        let mut session = Session::new("r.csv", gravical::live::LiveOptions::default());
-        let rows: String = (0..300)
-            .map(|i| format!("{},0.1,0.{},9.8\n", 10 * i, i % 7))
-            .collect();
-        let events = session
-            .bytes(format!("t_ms,ax,ay,az\n{rows}").as_bytes())
-            .unwrap();
-        let hub = Hub::default();
-        let mut quick = Tab::new(&hub);
-        let mut read = 0;
-        for event in &events {
-            hub.say(event);
-            assert!(quick.unread().is_some());
-            read += 1;
-        }
-        assert!(quick.unread().is_none());
-        let mut slow = Tab::new(&hub);
-        let all: Vec<Arc<str>> = std::iter::from_fn(|| slow.unread()).collect();
-        let told = events.iter().filter(|e| !e.event.is_status()).count();
-        assert_eq!((read, all.len()), (events.len(), told + 1));
-        assert!(all.last().unwrap().contains("\"status\""));
-    }
-}
