@@ -142,41 +142,6 @@ fn axes_are_rotated_after_calibrating() {
 }
 
 #[test]
-fn raw_columns_are_kept_on_request() {
-    let keep = ApplyOptions {
-        keep_raw: true,
-        ..options()
-    };
-    let text = "t,ax,ay,az,gx,gy,gz\n0,0.1,0.2,9.80,1,2,3\n1,0.1,0.2,9.81,1,2,4\n";
-    let (out, _) = run_with(&si(), text.as_bytes(), &keep).unwrap();
-    let lines: Vec<&str> = out.lines().collect();
-    assert_eq!(lines[0], "t,ax,ay,az,gx,gy,gz,ax_mps2,ay_mps2,az_mps2");
-    assert!(
-        lines[1].starts_with("0,0.1,0.2,9.80,1,2,3,"),
-        "{}",
-        lines[1]
-    );
-    let (replaced, _) = run(&si(), text);
-    let last: Vec<&str> = lines[2].split(',').skip(7).collect();
-    assert_eq!(
-        replaced
-            .lines()
-            .nth(2)
-            .unwrap()
-            .split(',')
-            .collect::<Vec<_>>()[1..4],
-        last
-    );
-
-    // A second pass over the output has two columns of one name.
-    let again = "t,ax_mps2,ay_mps2,az_mps2\n0,0.1,0.2,9.80\n1,0.1,0.2,9.81\n";
-    let (out, _) = run_with(&si(), again.as_bytes(), &keep).unwrap();
-    assert!(
-        out.starts_with("t,input_ax_mps2,input_ay_mps2,input_az_mps2,ax_mps2,ay_mps2,az_mps2\n")
-    );
-}
-
-#[test]
 fn columns_without_a_header_are_named_by_channel() {
     let text: String = (0..40)
         .map(|i| {

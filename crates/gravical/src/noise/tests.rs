@@ -99,20 +99,6 @@ fn lost_rows_and_gaps_leave_the_noise_as_it_is() {
 }
 
 #[test]
-fn a_knock_is_left_out() {
-    let quiet = of(&csv(20_000, |_, _| true));
-    let knocked = of(&csv(20_000, |k, row| {
-        if (7000..7020).contains(&k) {
-            row[1] += 3.0 * (k as f64).sin();
-        }
-        true
-    }));
-    assert!(knocked.used_s < quiet.used_s);
-    let ratio = knocked.channels[0].adev[0].sigma / quiet.channels[0].adev[0].sigma;
-    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
-}
-
-#[test]
 fn only_rest_is_analysed() {
     let turning = |k: usize, row: &mut Vec<f64>| {
         if k < 6000 {

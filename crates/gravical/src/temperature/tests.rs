@@ -124,20 +124,3 @@ fn a_tilt_in_the_middle_starts_another_pose() {
     assert!(ax.is_corrected(), "{}", ax.reason);
     assert!((ax.coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
 }
-
-#[test]
-fn coarse_temperatures_and_plateaus_are_sufficient() {
-    let recording = recorded(1200, |t| {
-        // 300 s at 40, down, 300 s at 10, up.
-        let t_c = match t {
-            ..300.0 => 40.0,
-            ..600.0 => 40.0 - 0.1 * (t - 300.0),
-            ..900.0 => 10.0,
-            _ => 10.0 + 0.1 * (t - 900.0),
-        };
-        (f64::round(t_c), [2e-3 * t_c, 0.0, 9.81, 0.0, 0.0, 0.0])
-    });
-    let model = study(&[recording]).unwrap();
-    assert_eq!(verdicts(&model), "ax");
-    assert!((channel(&model, "ax").coefficients[0] / 2e-3 - 1.0).abs() < 0.02);
-}

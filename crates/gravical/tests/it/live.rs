@@ -43,34 +43,6 @@ fn begun() -> Hand {
 }
 
 #[test]
-fn the_first_seconds_identify_the_board_and_its_noise() {
-    let mut hand = Hand::new(1, Clumsiness::None);
-    let events = hand.pass(5.0);
-    let kinds: Vec<&Event> = events
-        .iter()
-        .map(|m| &m.event)
-        .filter(|e| !e.is_status())
-        .collect();
-    let [
-        Event::Identified { rate_hz, unit, .. },
-        Event::Floor,
-        Event::NextPose {
-            kind: Wanted::Face,
-            faces,
-            ..
-        },
-        Event::PoseAccepted(pose),
-        Event::NextPose { faces: left, .. },
-    ] = kinds[..]
-    else {
-        panic!("{kinds:#?}")
-    };
-    assert!((rate_hz.unwrap() - 100.0).abs() < 0.1 && unit.name() == "m/s^2");
-    assert_eq!((faces.len(), left.len(), pose.lines), (6, 5, [52, 301]));
-    assert!(events.iter().filter(|m| m.event.is_status()).count() >= 39);
-}
-
-#[test]
 fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
     reach_a_good_result(0..2);
 }
@@ -414,29 +386,6 @@ fn a_warmer_sensor_is_refused_unless_it_is_wanted() {
     });
     let events = session.bytes(more.collect::<String>().as_bytes()).unwrap();
     assert_eq!(accepted(&events), ["+x"]);
-}
-
-#[test]
-fn what_moves_is_told_which_test_fails() {
-    let (mut session, _) = session_of(&[(500, [0.1, 0.2, 9.8])]);
-    let shaken = |i: u32| rows(600 + i, 1, [f64::from(i % 9) - 4.0, 5.0, 5.0]);
-    let text: String = (0..800).map(shaken).collect();
-    let events = session.bytes(text.as_bytes()).unwrap();
-    let hints: Vec<(f64, Option<String>)> = events
-        .iter()
-        .filter_map(|m| match &m.event {
-            Event::Status(s) => Some((m.t_s, s.hint.clone())),
-            _ => None,
-        })
-        .collect();
-    let first = hints.iter().find(|(_, hint)| hint.is_some()).unwrap();
-    // Five seconds after it began to move.
-    assert!((9.5..11.5).contains(&first.0), "{first:?}");
-    let last = hints.last().unwrap().1.as_ref().unwrap();
-    assert!(
-        last.starts_with("Still moving: ") && last.ends_with(" times the limit."),
-        "{last}"
-    );
 }
 
 #[test]
