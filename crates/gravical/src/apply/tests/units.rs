@@ -5,103 +5,61 @@ use super::*;
 #[test]
 fn another_unit_is_refused_unless_given() {
     let rows = |g: f64| still("t,ax,ay,az", 40, |i| format!("{i},0.0,0.0{},{g}", i % 3));
-    let in_g = rows(1.001);
-    let error = refused(&si(), &in_g, &options());
-    assert_eq!(error.code(), "unit-mismatch");
+    let error = refused(&si(), &rows(1.001), &options());
     assert!(error.is_input());
-    let message = error.message();
-    assert!(
-        message.contains("in g ") && message.contains("m/s²"),
-        "{message}"
-    );
     assert_eq!(error.options(), [Advice::new("accel_unit", "m/s^2")]);
-
-    let given = |unit: AccelUnit| ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(unit),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
-    let with_unit = given(AccelUnit::MetrePerSecondSquared);
-    let (_, summary) = run_with(&si(), in_g.as_bytes(), &with_unit).unwrap();
+    let si_unit = given(Some(AccelUnit::MetrePerSecondSquared), None);
+    let (_, summary) = run_with(&si(), rows(1.001).as_bytes(), &si_unit).unwrap();
     finding(&summary, "unit-mismatch");
     assert_eq!(summary.accelerometer.origin, Origin::Given);
-    let error = refused(&si(), &rows(9.8), &given(AccelUnit::StandardGravity));
-    assert_eq!(error.code(), "unit-mismatch");
-}
 
-#[test]
-fn counts_at_another_range_are_refused() {
-    let rows = |lsb: i32| still("ax,ay,az", 40, |i| format!("10,{},{lsb}", i % 5));
-    let cal = calibration(Some("a.u."), 16384.0 / 9.80665, [20.0, 0.0, -30.0]);
-    let (_, summary) = run(&cal, &rows(16300));
+    let counts = |lsb: i32| still("ax,ay,az", 40, |i| format!("10,{},{lsb}", i % 5));
+    let in_counts = calibration(Some("a.u."), 16384.0 / 9.80665, [20.0, 0.0, -30.0]);
+    let (_, summary) = run(&in_counts, &counts(16300));
     assert_eq!(summary.accelerometer.lsb_per_g, Some(16384.0));
     assert!((summary.quiet_norm_mps2.unwrap() - 9.80665).abs() < 0.3);
-    let error = refused(&cal, &rows(8200), &options());
-    assert_eq!(error.code(), "unit-mismatch");
-    assert!(error.message().contains("8192 counts per g"), "{error}");
-}
 
-#[test]
-fn unknown_units_are_checked_by_gravity() {
+    // A unit that is not known is checked by gravity.
     let unknown = calibration(None, 3300.0 / 9.80665, [33000.0, 33100.0, 32900.0]);
     let unsigned = still("ax,ay,az", 60, |i| format!("33000,{},36200", 33100 + i % 4));
     let (_, summary) = run(&unknown, &unsigned);
     finding(&summary, "unit-unverified");
     assert_eq!(summary.accelerometer.unit, AccelUnit::Counts);
-    assert_eq!(
-        refused(
-            &unknown,
-            &still("ax,ay,az", 60, |i| format!("0.1,0.{},9.8", i % 4)),
-            &options()
-        )
-        .code(),
-        "unit-mismatch"
-    );
     // 985 can be mg or cm/s²; the calibration decides.
     let mg = calibration(Some("mg"), 1000.0 / 9.80665, [0.0; 3]);
-    let (_, summary) = run(
-        &mg,
-        &still("x,ax,ay,az", 60, |i| format!("7,1.5,{}.5,985.2", i % 4)),
-    );
+    let ambiguous = still("x,ax,ay,az", 60, |i| format!("7,1.5,{}.5,985.2", i % 4));
+    let (_, summary) = run(&mg, &ambiguous);
     assert_eq!(summary.accelerometer.unit, AccelUnit::MilliGravity);
-}
 
-#[test]
-fn the_unit_of_the_gyroscope_is_checked() {
-    let rows = |unit: &str, accel: &str| {
-        let header =
-            format!("ax ({accel}),ay ({accel}),az ({accel}),gx ({unit}),gy ({unit}),gz ({unit})");
+    let rates = |unit: &str, accel: &str| {
+        let accel = ["ax", "ay", "az"].map(|axis| format!("{axis} ({accel})"));
+        let rates = ["gx", "gy", "gz"].map(|axis| format!("{axis} ({unit})"));
+        let header = [accel, rates].concat().join(",");
         still(&header, 40, |i| {
             format!("0.1,0.{},9.8,1.5,2.5,{i}.5", i % 3)
         })
     };
-    let cal = with_gyro("rad/s");
-    let error = refused(&cal, &rows("deg/s", "m/s^2"), &options());
-    assert_eq!(error.code(), "unit-mismatch");
-    assert!(error.message().contains("gyroscope"), "{error}");
+    let turning = with_gyro("rad/s");
     // A header that is wrong about the accelerometer is not evidence.
-    let (_, summary) = run(&cal, &rows("deg/s", "g"));
-    assert!(
-        summary
-            .findings
-            .iter()
-            .any(|f| f.message.contains("although the header says °/s"))
-    );
-    let with_unit = ApplyOptions {
-        read: ReadOptions {
-            gyro_unit: Some(GyroUnit::RadianPerSecond),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
-    assert!(run_with(&cal, rows("deg/s", "m/s^2").as_bytes(), &with_unit).is_ok());
-    let counts = with_gyro("counts");
-    assert_eq!(
-        refused(&counts, &rows("", "m/s^2"), &options()).code(),
-        "unit-mismatch"
-    );
+    let (_, summary) = run(&turning, &rates("deg/s", "g"));
+    let mut messages = summary.findings.iter().map(|f| &f.message);
+    assert!(messages.any(|m| m.contains("although the header says °/s")));
+    let rad_s = given(None, Some(GyroUnit::RadianPerSecond));
+    assert!(run_with(&turning, rates("deg/s", "m/s^2").as_bytes(), &rad_s).is_ok());
+
+    let in_g = given(Some(AccelUnit::StandardGravity), None);
+    for (cal, text, options, words) in [
+        (&si(), rows(1.001), &options(), "in g "),
+        (&si(), rows(9.8), &in_g, ""),
+        (&in_counts, counts(8200), &options(), "8192 counts per g"),
+        (&unknown, rows(9.8), &options(), ""),
+        (&turning, rates("deg/s", "m/s^2"), &options(), "gyroscope"),
+        (&with_gyro("counts"), rates("", "m/s^2"), &options(), ""),
+    ] {
+        let error = refused(cal, &text, options);
+        assert_eq!(error.code(), "unit-mismatch", "{error}");
+        assert!(error.message().contains(words), "{error}");
+    }
 }
 
 /// Longer than the head in m/s², then twice as long in g: two concatenated files.
@@ -123,13 +81,7 @@ fn a_change_of_unit_is_refused_with_its_line() {
     let error = refused(&si(), &text, &options());
     assert_eq!(error.code(), "unit-changed");
     assert_eq!(error.location().and_then(|l| l.line), Some(12_002));
-    let with_unit = ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(AccelUnit::MetrePerSecondSquared),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
+    let with_unit = given(Some(AccelUnit::MetrePerSecondSquared), None);
     let (_, summary) = run_with(&si(), text.as_bytes(), &with_unit).unwrap();
     finding(&summary, "unit-changed");
     // All rows determine the unit, wherever it changes.
@@ -148,10 +100,8 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     let text = still("t_ms,ax,ay,az", 300, |i| {
         format!("{},0.1,-0.2,9.81", 10 * i)
     });
-    let in_g = ApplyOptions {
-        output_unit: OutputUnit::StandardGravity,
-        ..options()
-    };
+    let mut in_g = options();
+    in_g.output_unit = OutputUnit::StandardGravity;
     let (si_text, _) = run(&si(), &text);
     let (out, summary) = run_with(&si(), text.as_bytes(), &in_g).unwrap();
     assert_eq!(summary.output_unit.name(), "g");
@@ -162,31 +112,11 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     let read = read_bytes(out.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
     assert!(read.is_result() && read.is_calibrated);
     assert_eq!(read.accel_scale.unit, AccelUnit::StandardGravity);
-    let again = run_with(
-        &calibration(Some("g"), 0.101972, [0.0; 3]),
-        out.as_bytes(),
-        &in_g,
-    );
-    finding(&again.unwrap().1, "already-calibrated");
+    let for_g = calibration(Some("g"), 0.101972, [0.0; 3]);
+    let (_, again) = run_with(&for_g, out.as_bytes(), &in_g).unwrap();
+    finding(&again, "already-calibrated");
     // What loggers call ax_g is no result.
     let raw = out.replace("_calibrated_g", "_g");
     let read = read_bytes(raw.as_bytes(), "raw.csv", &ReadOptions::default()).unwrap();
     assert!(!read.is_result() && !read.is_calibrated);
-    // With the raw columns: the way to the calibrated ones is named.
-    let both = ApplyOptions {
-        keep_raw: true,
-        ..in_g
-    };
-    let (out, _) = run_with(&si(), text.as_bytes(), &both).unwrap();
-    let read = read_bytes(out.as_bytes(), "both.csv", &ReadOptions::default()).unwrap();
-    let named = |f: &Finding| {
-        f.options
-            .iter()
-            .any(|o| o.value.starts_with("ax=ax_calibrated_g"))
-    };
-    assert!(
-        read.is_result() && read.findings.iter().any(named),
-        "{:?}",
-        read.findings
-    );
 }
