@@ -242,19 +242,4 @@ mod tests {
             assert!(!noise.is_predictable() && !noise.significant);
         }
     }
-
-    #[test]
-    fn one_direction_and_no_change_determine_nothing() {
-        let mut blocks = soak(3, |_, t_c| t_c);
-        blocks.truncate(400);
-        assert_eq!(fit_drift(&blocks, 0), None);
-        assert_eq!(fit_drift(&[], 0), None);
-        assert_eq!(detect_directions(&[20.0, 20.5, 20.0], 1.0), []);
-        let constant = |b: Block| Block {
-            readings: [1.0; 6],
-            ..b
-        };
-        let blocks: Vec<Block> = soak(3, |_, _| 0.0).into_iter().map(constant).collect();
-        assert_eq!(fit_drift(&blocks, 0), None);
-    }
 }

@@ -230,30 +230,6 @@ fn fit(session: &Session, options: &GyroOptions) -> GyroFit {
     gyro(&session.stills, &session.motions, &identity, options).unwrap()
 }
 
-fn model(fit: &MotionFit) -> Matrix3<f64> {
-    let matrix = Matrix3::from(fit.matrix).transpose();
-    matrix.try_inverse().unwrap()
-}
-
-#[test]
-fn axes_that_are_not_the_accelerometers() {
-    let session = CHEAP.session(2);
-    for read in [
-        |[x, y, z]: [f64; 3]| [-y, x, z],
-        |[x, y, z]: [f64; 3]| [x, y, -z],
-        |[x, y, z]: [f64; 3]| [0.6 * x + 0.8 * y, 0.6 * y - 0.8 * x, z],
-    ] {
-        let found = fit(&read_as(&session, read), &CHEAP.options());
-        let mut columns = Matrix3::zeros();
-        for c in 0..3 {
-            let column: [f64; 3] = session.model.column(c).into_owned().into();
-            columns.set_column(c, &read(column).into());
-        }
-        let off = model(&found.by_motions.unwrap().unwrap()) - columns;
-        assert!(off.amax() < 1e-3, "{off}");
-    }
-}
-
 #[test]
 fn a_reaction_to_gravity_is_found_where_there_is_one() {
     let session = CHEAP.session(4);

@@ -94,6 +94,7 @@ fn by_std(out: &mut Vec<u8>, value: f64, decimals: u32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn fixed(value: f64, decimals: u32) -> String {
         let mut out = b"kept,".to_vec();
@@ -127,6 +128,18 @@ mod tests {
                 for value in [edge, edge.next_up(), edge.next_down()] {
                     assert_eq!(fixed(-value, decimals), expected(-value, decimals));
                 }
+            }
+        }
+    }
+    proptest! {
+        /// Any value, its neighbours and what is near a tie with few decimals.
+        #[test]
+        fn same_as_std(bits: u64, counts in -40_000_i32..40_000, halvings in 0..15, decimals in 0_u32..=12) {
+            let any = Some(f64::from_bits(bits)).filter(|v| v.is_finite());
+            let tie = f64::from(counts) / f64::from(1 << halvings);
+            let half = (f64::from(counts) + 0.5) / 10_f64.powi(decimals as i32);
+            for value in [tie, half, half.next_up(), half.next_down()].into_iter().chain(any) {
+                prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
             }
         }
     }

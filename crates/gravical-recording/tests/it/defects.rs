@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use gravical_recording::{FindingKind, Reason};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
+use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
@@ -154,23 +154,6 @@ fn what_stands_before_rows_that_are_set_aside_is_no_break_of_others() {
         _ => format!("{},{x:.5},{y:.5},{z:.5}", 12 + 40 * (k - 150)),
     });
     assert_eq!(read(&text, "").breaks, [150]);
-}
-
-#[test]
-fn unsigned_integers_are_decoded_though_one_is_empty() {
-    let text = table("t_ms,ax,ay,az", |k, a| {
-        let [x, y, z] = a.map(|g| (g * 16_384.0).round() as i64 as u16);
-        let x = if k == 70 {
-            String::new()
-        } else {
-            x.to_string()
-        };
-        format!("{},{x},{y},{z}", 40 * k)
-    });
-    let recording = read(&text, "");
-    assert!(has(&recording, FindingKind::UnsignedCounts));
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(16_384.0));
-    assert!(recording.accel[0][FACE_ROWS] < -15_000.0);
 }
 
 #[test]

@@ -508,6 +508,20 @@ mod tests {
     }
 
     #[test]
+    fn text_round_trips() {
+        let texts = "savgol:5,2 butter:4,5Hz butter1:2,44.5Hz highpass:4,0.5Hz highpass1:1,0.05Hz \
+                     hampel:7,3 hampel:7,0 mean:5";
+        for text in texts.split(' ') {
+            let spec: FilterSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string(), text);
+        }
+        for text in [" Butter: 4 , 5 hz", "butter:4,5", "butter:4,5e0Hz"] {
+            let spec: FilterSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string(), "butter:4,5Hz");
+        }
+    }
+
+    #[test]
     fn invalid_filters_are_refused() {
         let syntax = "savgol savgol: savgol:5 savgol:5,2,1 savgol1:5,2 savgol:-5,2 savgol:5.5,2 \
                       butter:4 butter:4, butter:4,x butter:four,5Hz kalman:1,2 butter:4,1-2Hz \

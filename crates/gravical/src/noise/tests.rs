@@ -37,49 +37,6 @@ fn kinds(result: &NoiseResult) -> Vec<FindingKind> {
 }
 
 #[test]
-fn white_noise_of_a_sensor_at_rest() {
-    let result = of(&csv(30_000, |_, _| true));
-    assert_eq!((result.channels.len(), result.static_intervals), (6, 1));
-    assert!((result.rate_hz - 100.0).abs() < 1e-6);
-    let mut inside = 0;
-    for channel in &result.channels {
-        let truth = if channel.is_gyroscope() {
-            0.0002
-        } else {
-            0.003
-        };
-        inside += usize::from(holds(channel.n, truth));
-        let n = channel.n.unwrap();
-        assert!(
-            (n.value / truth - 1.0).abs() < 0.01,
-            "{} {n:?}",
-            channel.channel
-        );
-        assert!(
-            channel
-                .adev
-                .iter()
-                .all(|p| p.low < p.sigma && p.sigma < p.high)
-        );
-        for term in [Term::B, Term::K] {
-            assert!(channel.estimate(term).is_some() || channel.missing(term).is_some());
-        }
-        let missing = channel.missing(Term::K).unwrap();
-        assert!(
-            missing.reason.starts_with("not observable in 5.0 min"),
-            "{}",
-            missing.reason
-        );
-    }
-    assert!(inside >= 5, "{inside}");
-    assert!(
-        !kinds(&result)
-            .iter()
-            .any(|k| k.name().starts_with("noise-"))
-    );
-}
-
-#[test]
 fn lost_rows_and_gaps_leave_the_noise_as_it_is() {
     let whole = of(&csv(30_000, |_, _| true));
     let lossy = of(&csv(30_000, |k, _| {
@@ -153,24 +110,6 @@ fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
     let n = channel.n.unwrap();
     assert!((n.value / 0.003 - 1.0).abs() < 0.05, "{n:?}");
     assert!(channel.fit.unwrap().from_s > 1.0);
-}
-
-/// Neighbours behind a low-pass differ by less than a step, and the noise still dithers it.
-#[test]
-fn noise_that_moves_slowly_through_the_steps_is_not_below_them() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
-    let (step, mut state) = (0.01, 0.0);
-    // One pole at 5 Hz; a standard deviation of 0.6 steps.
-    let result = of(&csv(100_000, |_, row| {
-        let white: f64 = StandardNormal.sample(&mut rng);
-        state += 0.27 * (1.52 * step * white - state);
-        row[1] = (state / step).round() * step;
-        true
-    }));
-    let channel = &result.channels[0];
-    assert!(channel.adev[0].sigma < 0.45 * step);
-    let n = channel.n.unwrap().value;
-    assert!((n / (1.52 * step * 0.1) - 1.0).abs() < 0.05, "{n}");
 }
 
 #[test]

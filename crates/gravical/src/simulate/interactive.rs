@@ -165,7 +165,7 @@ impl InteractiveSensor {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{SensorOptions, StaticOptions, simulate};
+    use super::super::{SensorOptions, StaticOptions};
     use super::*;
 
     fn options(sensor: SensorOptions) -> SimulateOptions {
@@ -173,39 +173,6 @@ mod tests {
             sensor,
             ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
         }
-    }
-
-    #[test]
-    fn a_push_moves_the_given_distance_along_y() {
-        let mut sensor = InteractiveSensor::new(&SimulateOptions {
-            tilt_sd_deg: 0.0,
-            ..options(SensorOptions::ideal())
-        })
-        .unwrap();
-        sensor.hold([0.0, 0.2, 1.0]).unwrap();
-        sensor.at(5.0);
-        sensor.lay(Face::all()[4]);
-        sensor.at(10.0);
-        let line = LineOptions::default();
-        assert_eq!(sensor.push(&line).unwrap(), line.move_time_s);
-        // The sensor is level: the horizontal specific force is acceleration.
-        let mut velocity = [0.0; 3];
-        let mut displacement = [0.0; 3];
-        for step in 1..=3000 {
-            let reading = sensor.at(10.0 + 1e-3 * f64::from(step));
-            for axis in 0..3 {
-                let gravity = if axis == 2 { 9.80665 } else { 0.0 };
-                velocity[axis] += (reading.accel_mps2[axis] - gravity) * 1e-3;
-                displacement[axis] += velocity[axis] * 1e-3;
-            }
-        }
-        for (moved, want) in displacement
-            .iter()
-            .zip([LINE_OFFSET_M, line.distance_m, 0.0])
-        {
-            assert!((moved - want).abs() < 1e-6, "{moved}");
-        }
-        assert!(velocity.iter().all(|v| v.abs() < 1e-9));
     }
 
     #[test]

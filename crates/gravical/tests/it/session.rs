@@ -37,16 +37,6 @@ fn named(name: &str, text: &str) -> Recording {
 }
 
 #[test]
-fn a_bump_in_a_hold_does_not_move_the_mean() {
-    let sensor = Sensor::default();
-    let mut session = six_files(&sensor, 731);
-    for value in &mut session[0].accel[1][300..340] {
-        *value += 4.0;
-    }
-    fits(&session, &given_gravity(), &sensor);
-}
-
-#[test]
 fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
     let sensor = Sensor::default();
     let mut session = six_files(&sensor, 600);
@@ -214,29 +204,4 @@ fn the_same_session_is_the_same_by_every_route() {
             assert_eq!(unit, gyroscope.input_unit, "{route}");
         }
     }
-}
-
-#[test]
-fn a_hold_full_of_spikes_is_no_hold_lost() {
-    let sensor = Sensor::default();
-    let mut text = String::from("t_s,ax,ay,az\n");
-    for (k, (_, up)) in FACES.into_iter().enumerate() {
-        for (i, mut u) in sensor.hold(up, 600, k as u64).into_iter().enumerate() {
-            if i >= 500 {
-                // Taken up by hand.
-                u = u.map(|v| v + 4.0 * (0.9 * i as f64 + v).sin());
-            } else if k == 3 && (7 * i) % 10 == 3 {
-                u[0] += 9.8;
-            }
-            let t_s = 0.01 * (600 * k + i) as f64;
-            text += &format!("{t_s:.2},{:.4},{:.4},{:.4}\n", u[0], u[1], u[2]);
-        }
-    }
-    let file = calibrated(&[named("spikes.csv", &text)], &given_gravity()).file;
-    assert_eq!(file.accelerometer.poses.len(), 6);
-    assert!(
-        file.findings
-            .iter()
-            .any(|f| f.kind.name() == "spikes-left-out")
-    );
 }

@@ -1,7 +1,5 @@
 use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
-use crate::motion::{Calibrated, MotionOptions, MotionStepper, Readings};
-use crate::recording::{ReadOptions, read_bytes};
 use gravical_recording::bytes::from_reader;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
@@ -128,25 +126,6 @@ fn an_empty_temperature_repeats_the_last_one() {
     );
     assert!(kinds(&summary).is_empty());
     assert_eq!(summary.temperature.unwrap().rows_held, 4);
-}
-
-#[test]
-fn a_stepper_repeats_the_first_temperature_too() {
-    let text = ride(&["", "35", "", "35"]);
-    let first = read_bytes(text.as_bytes(), "ride.csv", &ReadOptions::default()).unwrap();
-    let calibrated = Calibrated {
-        file: &calibration(true),
-        name: "cal.json",
-    };
-    let mut stepper =
-        MotionStepper::new(&first, Some(calibrated), &MotionOptions::default()).unwrap();
-    assert!(stepper.update(&Readings {
-        t_s: Some(0.0),
-        accel: [0.5, 0.2, 9.8],
-        gyro: [0.01, 0.02, 0.03],
-        temperature_c: f64::NAN,
-    }));
-    assert!((stepper.now().force_mps2[0] - 0.3).abs() < 1e-9);
 }
 
 #[test]
