@@ -263,7 +263,9 @@ mod tests {
             model_error_mps2: 0.0,
             tilt_freedom: f64::INFINITY,
         };
-        [0, 4, 8].map(|i| one.parameters[i] = 1.0);
+        for i in [0, 4, 8] {
+            one.parameters[i] = 1.0;
+        }
         one.covariance[(BIAS, BIAS)] = 0.09;
         assert!((one.predicted_mps2() - 0.3 / 3_f64.sqrt()).abs() < 1e-4);
         let worst = one.weakest(2.0);

@@ -312,45 +312,42 @@ mod tests {
 
     #[test]
     fn columns_of_numbers_are_decimal_commas_or_stamps_and_counts() {
-        let texts = ["0,11\n0,13\n0,12\n", "0,1\n0,2\n0,1\n", "9,81\n9,8\n9,79\n"];
-        let r = recording("commas", texts).unwrap();
-        assert_eq!(r.accel[0], [0.11, 0.13, 0.12]);
-        assert_eq!(r.accel[2], [9.81, 9.8, 9.79]);
-        assert_eq!(r.time_s, None);
-        let texts = [
+        let commas = ["0,11\n0,13\n0,12\n", "0,1\n0,2\n0,1\n", "9,81\n9,8\n9,79\n"];
+        let counts = [
             "0,5\n10,7\n20,6\n",
             "1,3\n11,2\n21,3\n",
             "2,250\n12,251\n22,249\n",
         ];
-        let r = recording("counts", texts).unwrap();
-        assert_eq!(r.accel[2], [250.0, 251.0, 249.0]);
-        assert_eq!(r.time_s.unwrap(), [0.0, 0.01, 0.02]);
+        for (name, texts, z, time_s) in [
+            ("commas", commas, [9.81, 9.8, 9.79], None),
+            (
+                "counts",
+                counts,
+                [250.0, 251.0, 249.0],
+                Some(vec![0.0, 0.01, 0.02]),
+            ),
+        ] {
+            let r = recording(name, texts).unwrap();
+            assert_eq!((&r.accel[2][..], r.time_s), (&z[..], time_s));
+        }
     }
 
     #[test]
     fn rows_are_joined_by_their_stamps() {
-        let r = recording(
-            "stamps",
-            [
-                "ms,value (g)\n0,0.01\n10,0.02\n20,0.01\n30,0.02\n",
-                "ms,value (g)\n0,0.03\n20,0.04\n30,0.03\n",
-                "ms,value (g)\n0,0.99\n10,1.01\n20,0.98\n30,0.97\n40,0.99\n",
-            ],
-        );
-        let r = r.unwrap();
+        let x = "ms,value (g)\n0,0.01\n10,0.02\n20,0.01\n30,0.02\n";
+        let y = "ms,value (g)\n0,0.03\n20,0.04\n30,0.03\n";
+        let z = "ms,value (g)\n0,0.99\n10,1.01\n20,0.98\n30,0.97\n40,0.99\n";
+        let r = recording("stamps", [x, y, z]).unwrap();
         assert_eq!(r.time_s.unwrap(), [0.0, 0.01, 0.02, 0.03]);
         assert!(r.accel[1][1].is_nan());
         assert_eq!(r.accel[1][2], 0.04);
         assert_eq!(r.accel[2], [0.99, 1.01, 0.98, 0.97]);
         assert_eq!(r.header_unit, Some(crate::AccelUnit::StandardGravity));
-        let alone = r
-            .findings
-            .iter()
-            .find(|n| n.kind == FindingKind::MissingSamples);
-        assert_eq!(
-            alone.unwrap().message,
-            "rows of accel_Z.txt with stamps that accel_X.txt lacks are not used: 1 of 5"
-        );
+        let is_said = |f: &Finding| {
+            f.message
+                .ends_with("that accel_X.txt lacks are not used: 1 of 5")
+        };
+        assert!(r.findings.iter().any(is_said), "{:?}", r.findings);
     }
 
     #[test]
