@@ -1,10 +1,11 @@
 use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
+use crate::recording::Finding;
 use gravical_recording::bytes::from_reader;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.
-fn calibration(with_model: bool) -> CalibrationFile {
+fn calibration() -> CalibrationFile {
     let mut value = serde_json::json!({
         "format": "gravical-calibration/2", "created": "", "tool": "",
         "sensor": {"id": null, "model": null},
@@ -22,26 +23,24 @@ fn calibration(with_model: bool) -> CalibrationFile {
             "g_sensitivity": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]},
         "inputs": [], "findings": [], "verdict": {"grade": "not-verifiable", "reasons": []}
     });
-    if with_model {
-        let channel = |name: &str, verdict: &str, drift: &[f64]| {
-            serde_json::json!({
+    let channel = |name: &str, verdict: &str, drift: &[f64]| {
+        serde_json::json!({
                 "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
                 "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
                 "coefficients": drift})
-        };
-        value["temperature_model"] = serde_json::json!({
-        "reference_c": 25.0, "range_c": [0.0, 50.0],
-        "inputs": [], "channels": [
-            channel("ax", "corrected", &[0.01]),
-            channel("ay", "not-corrected", &[]),
-            channel("az", "corrected", &[-0.002]),
-            channel("gy", "corrected", &[0.001, 0.0001]),
-        ]});
-    }
+    };
+    value["temperature_model"] = serde_json::json!({
+    "reference_c": 25.0, "range_c": [0.0, 50.0],
+    "inputs": [], "channels": [
+        channel("ax", "corrected", &[0.01]),
+        channel("ay", "not-corrected", &[]),
+        channel("az", "corrected", &[-0.002]),
+        channel("gy", "corrected", &[0.001, 0.0001]),
+    ]});
     CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
 }
 
-fn run(with_model: bool, text: &str) -> (ApplySummary, Vec<Vec<String>>) {
+fn run(text: &str) -> (ApplySummary, Vec<Vec<String>>) {
     let input = from_reader(
         Box::new(std::io::Cursor::new(text.as_bytes().to_vec())),
         false,
@@ -49,7 +48,7 @@ fn run(with_model: bool, text: &str) -> (ApplySummary, Vec<Vec<String>>) {
     .unwrap();
     let mut out = Vec::new();
     let summary = apply(
-        &calibration(with_model),
+        &calibration(),
         input,
         "ride.csv",
         &mut out,
@@ -72,14 +71,15 @@ fn ride(temperatures: &[&str]) -> String {
     HEADER.to_owned() + &rows.collect::<String>()
 }
 
-fn kinds(summary: &ApplySummary) -> Vec<&str> {
-    let all = summary.findings.iter().map(|f| f.kind.name());
-    all.filter(|k| k.starts_with("temperature")).collect()
+fn temperatures(summary: &ApplySummary) -> Vec<&Finding> {
+    let all = summary.findings.iter();
+    all.filter(|f| f.kind.name().starts_with("temperature"))
+        .collect()
 }
 
 #[test]
 fn every_row_is_corrected_for_its_temperature() {
-    let (summary, rows) = run(true, &ride(&["25", "35", "15.0"]));
+    let (summary, rows) = run(&ride(&["25", "35", "15.0"]));
     // raw − drift − bias
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
     assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
@@ -98,59 +98,40 @@ fn every_row_is_corrected_for_its_temperature() {
 
 #[test]
 fn outside_the_range_the_edge_is_used_and_reported() {
-    let (summary, rows) = run(true, &ride(&["50", "50.4", "90", "-30"]));
+    let (summary, rows) = run(&ride(&["50", "50.4", "90", "-30"]));
     // 0.5 − 0.25 − 0.1 at 50 °C and beyond, 0.5 + 0.25 − 0.1 at 0 °C.
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(ax, ["0.150000", "0.150000", "0.150000", "0.650000"]);
-    assert_eq!(kinds(&summary), ["temperature-outside"]);
-    let reported = summary
-        .findings
-        .iter()
-        .find(|f| f.kind.name() == "temperature-outside")
-        .unwrap();
+    let found = temperatures(&summary);
+    let [reported] = found[..] else {
+        panic!("{:?}", summary.findings)
+    };
+    assert_eq!(reported.kind.name(), "temperature-outside");
     assert_eq!((reported.count, &reported.lines[..]), (2, &[[4, 5]][..]));
-    for number in ["0.0 to 50.0", "-30.0 to 90.0"] {
-        assert!(reported.message.contains(number), "{}", reported.message);
-    }
+    assert!(reported.message.contains("-30.0 to 90.0"), "{reported:?}");
 }
 
 #[test]
 fn an_empty_temperature_repeats_the_last_one() {
-    let (summary, rows) = run(true, &ride(&["", "35", "", "nan", "-3276.8", "15"]));
-    let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
-    assert_eq!(
-        ax,
-        [
-            "0.300000", "0.300000", "0.300000", "0.300000", "0.300000", "0.500000"
-        ]
-    );
-    assert!(kinds(&summary).is_empty());
+    let (summary, rows) = run(&ride(&["", "35", "", "nan", "-3276.8", "15"]));
+    assert!(rows[..5].iter().all(|r| r[1] == "0.300000"), "{rows:?}");
+    assert_eq!(rows[5][1], "0.500000");
+    assert!(temperatures(&summary).is_empty());
     assert_eq!(summary.temperature.unwrap().rows_held, 4);
 }
 
 #[test]
 fn without_temperatures_drift_is_reported_but_not_subtracted() {
-    let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n";
-    let (summary, rows) = run(true, bare);
-    assert_eq!(rows[0][1], "0.400000");
-    assert_eq!(kinds(&summary), ["temperature-not-applied"]);
-    let reported = &summary
-        .findings
-        .iter()
-        .find(|f| f.kind.name() == "temperature-not-applied")
-        .unwrap();
-    assert!(
-        reported.message.contains("ax by up to 0.250 m/s^2"),
-        "{}",
-        reported.message
-    );
-    assert!(summary.temperature.is_none());
-
+    let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n".to_owned();
     // Raw counts of a thermometer are not °C.
-    let (summary, rows) = run(true, &ride(&["-3400", "-3410", "-3420"]));
-    assert_eq!(rows[2][1], "0.400000");
-    assert_eq!(
-        kinds(&summary),
-        ["temperature-unit", "temperature-not-applied"]
-    );
+    let counts = ride(&["-3400", "-3410", "-3420"]);
+    for text in [bare, counts] {
+        let (summary, rows) = run(&text);
+        assert!(rows.iter().all(|row| row[1] == "0.400000"), "{rows:?}");
+        let found = temperatures(&summary);
+        let reported = found.last().unwrap();
+        assert_eq!(reported.kind.name(), "temperature-not-applied");
+        let says = reported.message.contains("ax by up to 0.250 m/s^2");
+        assert!(says && summary.temperature.is_none(), "{reported:?}");
+    }
 }
