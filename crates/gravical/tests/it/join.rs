@@ -89,15 +89,13 @@ fn gaps_are_not_interpolated() {
 
 #[test]
 fn files_without_stamps_are_joined_row_by_row() {
-    let mut recording = read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
+    let without = || read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
+    let mut recording = without();
     join(&mut recording, "1 2 3\n2 3 4\n3 4 6\n").unwrap();
     assert_eq!(rates(&recording)[0], [1.0, 2.0, 3.0]);
     finding(&recording, "gyro-row-by-row");
-
-    let mut recording = read(b"ax,ay,az\n0,0,9.8\n0,0,9.7\n0,0.1,9.8\n");
-    let error = join(&mut recording, "1 2 3\n2 3 4\n").unwrap_err();
+    let error = join(&mut without(), "1 2 3\n2 3 4\n").unwrap_err();
     assert_eq!(error.code(), "gyro-length");
-    assert!(recording.gyro.is_none());
 }
 
 #[test]
