@@ -4,21 +4,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::*;
 
-fn ideal(scenario: Scenario) -> SimulateOptions {
-    SimulateOptions {
-        tilt_sd_deg: 0.0,
-        sensor: SensorOptions::ideal(),
-        ..SimulateOptions::new(scenario)
-    }
-}
-
-fn quick_six() -> SimulateOptions {
-    SimulateOptions::new(Scenario::SixPosition(SixPositionOptions {
-        hold_s: 1.0,
-        ..Default::default()
-    }))
-}
-
 fn still_for(duration_s: f64) -> Scenario {
     Scenario::Static(StaticOptions { duration_s })
 }
@@ -69,7 +54,8 @@ fn files_hold_what_their_header_says() {
 fn nothing_is_written_if_one_target_exists() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("truth.json"), "mine").unwrap();
-    assert!(simulate_to(&quick_six(), folder.path(), false).is_err());
+    let options = SimulateOptions::new(still_for(1.0));
+    assert!(simulate_to(&options, folder.path(), false).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
@@ -100,7 +86,8 @@ fn turned(file: &SimulatedFile, rows: std::ops::Range<usize>) -> UnitQuaternion<
 
 #[test]
 fn gyroscope_and_accelerometer_agree_on_gravity() {
-    let mut options = ideal(Scenario::Poses(PosesOptions::default()));
+    let mut options = SimulateOptions::new(Scenario::Poses(PosesOptions::default()));
+    options.sensor = SensorOptions::ideal();
     options.rate_hz = 500.0;
     options.tilt_sd_deg = 2.0;
     let simulation = simulate(&options).unwrap();

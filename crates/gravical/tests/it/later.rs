@@ -84,10 +84,8 @@ fn one_pose_is_enough_and_says_what_it_does_not_test() {
 #[test]
 fn a_share_is_gravity_where_it_is_given() {
     let file = calibration();
-    let session = (0..6).map(|face| rest(face, 300, [0.0; 3], 9.83, 40 + face as u64));
-    let session: Vec<Recording> = session.collect();
-    let shared = checked(&file, &session);
-    assert_eq!(shared.verdict.judgement, Judgement::DoesNotFit);
+    let session = [0, 1, 2, 3, 4, 5].map(|face| rest(face, 300, [0.0; 3], 9.83, 40 + face as u64));
+    assert_judged(&checked(&file, &session), Judgement::DoesNotFit);
     // With the gravity of that place it fits.
     let options = CheckOptions {
         gravity: Some(Gravity::given(9.83).unwrap()),
@@ -102,10 +100,10 @@ fn a_share_is_gravity_where_it_is_given() {
 fn without_covariance_only_gross_errors_are_told() {
     let mut file = calibration();
     file.accelerometer.covariance = None;
-    let small = checked(&file, &[rest(0, 300, [0.1, 0.0, 0.0], G, 7)]);
-    assert_eq!(small.verdict.judgement, Judgement::Undecided);
-    let large = checked(&file, &[rest(0, 300, [0.3, 0.0, 0.0], G, 7)]);
-    assert_eq!(large.verdict.judgement, Judgement::DoesNotFit);
+    for (bias, judgement) in [(0.1, Judgement::Undecided), (0.3, Judgement::DoesNotFit)] {
+        let report = checked(&file, &[rest(0, 300, [bias, 0.0, 0.0], G, 7)]);
+        assert_judged(&report, judgement);
+    }
 }
 
 #[test]
@@ -175,15 +173,15 @@ fn file(sigma: f64) -> CalibrationFile {
 
 /// `sigma` for the elements of M, g times it for the bias, in `per` units a m/s².
 fn diagonal(sigma: f64, per: f64) -> Covariance {
-    let variance = |i: usize| (per * if i < 9 { sigma } else { 9.81 * sigma }).powi(2);
-    let row = |r: usize| {
-        (0..12)
-            .map(|c| if r == c { variance(r) } else { 0.0 })
-            .collect()
-    };
+    let sd = |i: usize| per * sigma * if i < 9 { 1.0 } else { 9.81 };
+    let variances = nalgebra::DVector::from_fn(12, |i, _| sd(i).powi(2));
+    let values = nalgebra::DMatrix::from_diagonal(&variances);
     Covariance {
         parameters: Covariance::parameter_names(),
-        values: (0..12).map(row).collect(),
+        values: values
+            .row_iter()
+            .map(|row| row.iter().copied().collect())
+            .collect(),
     }
 }
 

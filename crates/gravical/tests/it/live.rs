@@ -60,15 +60,12 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         let file = ended.file.as_ref().expect("a calibration");
         let verdict = &file.verdict;
         assert_eq!(verdict.grade, Grade::Good, "{clumsiness:?}: {verdict:?}");
-        let scale = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
-        assert!(
-            !rejections(&ended.messages).iter().any(scale),
-            "{clumsiness:?}"
-        );
+        let rejected = rejections(&ended.messages);
+        let is_wrong = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
+        assert!(!rejected.iter().any(is_wrong), "{clumsiness:?}");
         let [rms, worst] = ended.norm_error_mg().unwrap();
         assert!(rms < 1.5 && worst < 5.0, "{clumsiness:?}: {rms} {worst}");
-        let good_s = ended.good_s.unwrap();
-        assert!(good_s < 180.0, "{clumsiness:?}: {good_s}");
+        assert!(ended.good_s.unwrap() < 180.0, "{clumsiness:?}");
         assert!(ended.count(|e| matches!(e, Event::Verdict { r#final: true, .. })) == 1);
         let messages = ended.messages.iter().filter(|m| !m.event.is_status());
         for message in messages.chain(&ended.messages[60..61]) {
