@@ -245,32 +245,3 @@ fn normal_draws() -> impl Iterator<Item = Parameters> {
         })
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// ‖a‖ along n errs by 0.3 n_x, whose root mean square is 0.3/√3.
-    #[test]
-    fn a_bias_alone_shows_in_full_along_its_axis() {
-        let mut one = Sensor {
-            parameters: Parameters::zeros(),
-            covariance: Covariance::zeros(),
-            gravity: Gravity {
-                value_mps2: 9.81,
-                sd_mps2: 0.0,
-            },
-            model_error_mps2: 0.0,
-            tilt_freedom: f64::INFINITY,
-        };
-        for i in [0, 4, 8] {
-            one.parameters[i] = 1.0;
-        }
-        one.covariance[(BIAS, BIAS)] = 0.09;
-        assert!((one.predicted_mps2() - 0.3 / 3_f64.sqrt()).abs() < 1e-4);
-        let worst = one.weakest(2.0);
-        assert!(worst.direction[0].abs() > 0.99 && (worst.sd_mps2 - 0.3).abs() < 3e-3);
-        one.covariance[(0, 0)] = f64::NAN;
-        assert!(one.predicted_mps2().is_nan() && one.weakest(2.0).sd_mps2.is_nan());
-    }
-}

@@ -207,39 +207,3 @@ fn subtract_offsets(bins: &[Bin], values: &[f64]) -> Vec<f64> {
 fn squares(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::{RngExt, SeedableRng};
-
-    /// 40 → 0 → 40 °C in 800 blocks of two rests with the noise 1, and `reading` at block and °C.
-    fn soak(seed: u64, reading: impl Fn(f64, f64) -> f64) -> Vec<Block> {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-        let t_c = (0..800).map(|i| (f64::from(i) - 400.0).abs() / 10.0);
-        let t_c: Vec<f64> = t_c.collect();
-        let directions = detect_directions(&t_c, 4.0);
-        let mut block = |i: usize| {
-            let noise: f64 = rng.sample(rand_distr::StandardNormal);
-            Block {
-                rest: i / 600,
-                direction: directions[i],
-                t_c: t_c[i],
-                readings: [reading(i as f64, t_c[i]) + noise + if i < 600 { 0.0 } else { 500.0 };
-                    6],
-            }
-        };
-        (0..800).map(&mut block).collect()
-    }
-
-    #[test]
-    fn drift_with_time_and_noise_are_not_predictable() {
-        let time = fit_drift(&soak(2, |i, _| 0.1 * i), 0).unwrap();
-        assert!(!time.is_predictable() && time.significant);
-        assert!(time.r2_cooling_to_warming < 0.0);
-        for seed in 0..20 {
-            let noise = fit_drift(&soak(seed, |_, _| 0.0), 0).unwrap();
-            assert!(!noise.is_predictable() && !noise.significant);
-        }
-    }
-}

@@ -175,29 +175,6 @@ fn faces_need_not_be_told() {
 }
 
 #[test]
-fn the_tilt_is_estimated() {
-    for tilt_deg in [0.3, 1.0, 2.0, 3.0] {
-        let tilts = (0..60).map(|seed| {
-            let mut session = Session::new(seed);
-            session.tilt = f64::to_radians(tilt_deg);
-            let found = fit(
-                &poses(&mut session, Plan::Spread(12), true),
-                &session.options,
-            );
-            found.unwrap().tilt().to_degrees() / tilt_deg
-        });
-        let mut tilts: Vec<f64> = tilts.collect();
-        tilts.sort_by(f64::total_cmp);
-        // Known by some nine components, a quarter; the median of 60 to 4 %.
-        assert!(
-            (0.84..1.15).contains(&tilts[30]),
-            "{tilt_deg}°: {}",
-            tilts[30]
-        );
-    }
-}
-
-#[test]
 fn six_faces_without_a_data_sheet_are_ferraris() {
     for seed in 0..10 {
         let mut session = Session::new(seed);

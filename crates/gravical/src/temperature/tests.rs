@@ -88,6 +88,17 @@ fn a_single_sweep_and_two_that_share_few_temperatures_are_refused() {
 }
 
 #[test]
+fn drift_with_time_is_not_predictable() {
+    let recording = recorded(600, |t| {
+        (down_and_up(t), [1e-4 * t, 0.0, 9.81, 0.0, 0.0, 0.0])
+    });
+    let model = study(&[recording]).unwrap();
+    assert_eq!(verdicts(&model), "");
+    let reason = &channel(&model, "ax").reason;
+    assert!(reason.contains("hysteresis or drift with time"), "{reason}");
+}
+
+#[test]
 fn a_tilt_in_the_middle_starts_another_pose() {
     let recording = recorded(600, |t| {
         let t_c = down_and_up(t);
