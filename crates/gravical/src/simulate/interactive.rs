@@ -165,19 +165,13 @@ impl InteractiveSensor {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{SensorOptions, StaticOptions};
+    use super::super::StaticOptions;
     use super::*;
-
-    fn options(sensor: SensorOptions) -> SimulateOptions {
-        SimulateOptions {
-            sensor,
-            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
-        }
-    }
 
     #[test]
     fn commands_given_at_once_are_executed_in_order() {
-        let mut sensor = InteractiveSensor::new(&options(SensorOptions::default())).unwrap();
+        let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
+        let mut sensor = InteractiveSensor::new(&options).unwrap();
         let first_s = sensor.lay(Face::all()[0]);
         let second_s = sensor.lay(Face::all()[3]);
         assert!(second_s > first_s + PAUSE_S);
@@ -186,16 +180,8 @@ mod tests {
         // Time does not run backwards.
         let now = sensor.at(second_s + 1.0);
         assert_eq!(sensor.at(0.0), now);
-        assert!(sensor.hold([0.0; 3]).is_err());
-        assert!(sensor.hold([f64::NAN, 0.0, 1.0]).is_err());
-        assert!(sensor.hold([1e300; 3]).is_err());
-        assert!(
-            sensor
-                .push(&LineOptions {
-                    move_time_s: -1.0,
-                    ..LineOptions::default()
-                })
-                .is_err()
-        );
+        for up in [[0.0; 3], [f64::NAN, 0.0, 1.0], [1e300; 3]] {
+            assert!(sensor.hold(up).is_err());
+        }
     }
 }

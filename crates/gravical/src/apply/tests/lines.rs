@@ -3,37 +3,6 @@
 use super::*;
 
 #[test]
-fn every_line_is_accounted_for() {
-    let text = "Fs,100\n\nt,ax,ay,az\n\
-                0,0.1,0.2,9.8\n\n,,,\n1,0.1,0.2,9.8\n# a remark\nt,ax,ay,az\n2,0.1,0.2\n\
-                3,0.1,0.2,9.8,4,0.1\n4,0.1,abc,9.8\n5,,0.2,9.8\n\u{0}6,0.1,0.2,9.8\n";
-    let (out, summary) = run(&si(), text);
-    let starts: Vec<&str> = out.lines().map(|l| l.split(',').next().unwrap()).collect();
-    assert_eq!(starts, ["t", "0", "", "1", "4", "5", "6"]);
-    assert_eq!(out.lines().nth(4).unwrap(), "4,,,");
-    let aside = |reason: Reason| {
-        let entry = summary.set_aside.iter().find(|s| s.reason == reason);
-        entry.map_or(0, |s| s.lines)
-    };
-    assert_eq!((summary.lines, summary.rows), (14, 5));
-    for (reason, lines) in [
-        (Reason::Header, 1),
-        (Reason::Metadata, 2),
-        (Reason::Blank, 2),
-        (Reason::Comment, 1),
-        (Reason::RepeatedHeader, 1),
-        (Reason::TornLine, 1),
-        (Reason::TooManyFields, 1),
-    ] {
-        assert_eq!(aside(reason), lines, "{reason:?}");
-    }
-    assert_eq!(finding(&summary, "torn-line").lines, [[10, 10]]);
-    assert_eq!(finding(&summary, "empty-cells").lines, [[12, 13]]);
-    assert_eq!(finding(&summary, "nul-bytes").lines, [[14, 14]]);
-    assert_eq!(summary.rows_without_acceleration, 2);
-}
-
-#[test]
 fn a_named_gap_is_written_as_a_break() {
     let row = |i: usize| match i {
         50 => "# gap: the board was reset, the clock of the board starts anew".to_owned(),
