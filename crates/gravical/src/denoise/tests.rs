@@ -105,8 +105,8 @@ fn savitzky_golay_and_moving_average_equal_scipy() {
     let (cases, x) = reference("savgol");
     let mut seen = 0;
     for case in &cases {
-        let [window, order, n, derivative] =
-            ["window", "order", "n", "derivative"].map(|key| case[key].as_u64().unwrap_or(1) as usize);
+        let [window, order, n, derivative] = ["window", "order", "n", "derivative"]
+            .map(|key| case[key].as_u64().unwrap_or(1) as usize);
         // Even windows have no middle.
         if case["edge"] == "interp" && window % 2 == 1 && derivative == 0 {
             let spec = format!("savgol:{window},{order}");
