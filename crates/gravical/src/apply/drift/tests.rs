@@ -1,60 +1,50 @@
 use crate::apply::{ApplyOptions, ApplySummary, apply};
 use crate::calibration_file::CalibrationFile;
 use crate::recording::Finding;
+use gravical_core::matrix3::diagonal;
 use gravical_recording::bytes::from_reader;
+use serde_json::json;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.
 fn calibration() -> CalibrationFile {
-    let mut value = serde_json::json!({
-        "format": "gravical-calibration/2", "created": "", "tool": "",
-        "sensor": {"id": null, "model": null},
-        "gravity_mps2": 9.80665, "gravity_source": "standard", "temperature_c": null,
-        "accelerometer": {
-            "method": "ferraris", "input_unit": "m/s^2", "output_unit": "m/s^2",
-            "bias": [0.1, 0.0, 0.0], "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "scale": [1.0, 1.0, 1.0], "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "covariance": null, "poses": [], "errors": null, "scale_deviation_percent": null,
-            "degrees_of_freedom": 0, "leave_one_out_rms_mps2": null,
-            "predicted_norm_error_mps2": null, "pose_tilt_deg": null},
-        "gyroscope": {"input_unit": "rad/s", "output_unit": "rad/s", "bias": [0.0, 0.0, 0.0],
-            "matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "scale": [1.0, 1.0, 1.0],
-            "orientation": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            "g_sensitivity": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]},
-        "inputs": [], "findings": [], "verdict": {"grade": "not-verifiable", "reasons": []}
+    let (one, none) = (diagonal([1.0; 3]), [[0.0; 3]; 3]);
+    let imucal = json!({
+        "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
+        "K_a": one, "b_a": [0.1, 0.0, 0.0], "R_a": one,
+        "K_g": one, "b_g": [0, 0, 0], "R_g": one, "K_ga": none,
     });
+    let mut file = CalibrationFile::parse(imucal.to_string().as_bytes()).unwrap();
+    let gyroscope = json!({
+        "input_unit": "rad/s", "output_unit": "rad/s", "bias": [0.0, 0.0, 0.0], "matrix": one,
+        "scale": [1.0, 1.0, 1.0], "orientation": one, "g_sensitivity": none,
+    });
+    file.gyroscope = Some(serde_json::from_value(gyroscope).unwrap());
     let channel = |name: &str, verdict: &str, drift: &[f64]| {
-        serde_json::json!({
-                "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
-                "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
-                "coefficients": drift})
+        json!({
+            "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
+            "order": 1, "coefficients": drift,
+        })
     };
-    value["temperature_model"] = serde_json::json!({
-    "reference_c": 25.0, "range_c": [0.0, 50.0],
-    "inputs": [], "channels": [
-        channel("ax", "corrected", &[0.01]),
-        channel("ay", "not-corrected", &[]),
-        channel("az", "corrected", &[-0.002]),
-        channel("gy", "corrected", &[0.001, 0.0001]),
-    ]});
-    CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
+    let model = json!({
+        "reference_c": 25.0, "range_c": [0.0, 50.0], "inputs": [],
+        "channels": [
+            channel("ax", "corrected", &[0.01]),
+            channel("ay", "not-corrected", &[]),
+            channel("az", "corrected", &[-0.002]),
+            channel("gy", "corrected", &[0.001, 0.0001]),
+        ],
+    });
+    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    file
 }
 
 fn run(text: &str) -> (ApplySummary, Vec<Vec<String>>) {
-    let input = from_reader(
-        Box::new(std::io::Cursor::new(text.as_bytes().to_vec())),
-        false,
-    )
-    .unwrap();
+    let bytes = std::io::Cursor::new(text.as_bytes().to_vec());
+    let input = from_reader(Box::new(bytes), false).unwrap();
     let mut out = Vec::new();
-    let summary = apply(
-        &calibration(),
-        input,
-        "ride.csv",
-        &mut out,
-        &ApplyOptions::default(),
-    )
-    .unwrap();
+    let options = ApplyOptions::default();
+    let summary = apply(&calibration(), input, "ride.csv", &mut out, &options).unwrap();
     let rows = String::from_utf8(out).unwrap();
     let cells = |line: &str| line.split(',').map(str::to_owned).collect();
     (summary, rows.lines().skip(1).map(cells).collect())
