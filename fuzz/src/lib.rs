@@ -4,16 +4,12 @@
 //! `crates/gravical-report/tests/fuzz_corpora.rs` with the files of `seeds` and
 //! `regressions`, so that both check the same things.
 
-mod numbers;
-mod options;
 mod recordings;
 mod references;
 
 use gravical::calibration_file::{CalibrationFile, from_imucal, to_imucal};
 use gravical::poses::sections::parse_sections;
 
-pub use numbers::number;
-pub use options::{filter, intervals};
 pub use recordings::reader;
 pub use references::reference;
 

@@ -2,15 +2,56 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use gravical::motion::truth::{Reference, add_comparison, read_reference};
 use gravical::motion::{Motion, MotionOptions, motion};
-use gravical::recording::{ReadOptions, Recording, read};
-
-use super::options::{push, pushed};
+use gravical::recording::{ReadOptions, Recording, read, read_bytes};
 
 /// Longer inputs only make a run slower.
 const MOST: usize = 16 << 10;
+
+/// A push along x between two rests: ten seconds at 50 Hz, with noise, one sample
+/// lost and one stamp late.
+fn push() -> &'static Recording {
+    static PUSH: OnceLock<Recording> = OnceLock::new();
+    PUSH.get_or_init(|| {
+        let mut text = String::from("time_s,ax_mps2,ay_mps2,az_mps2\n");
+        for i in (0..500_u32).filter(|i| *i != 77) {
+            let t = f64::from(i) * 0.02 + if i == 333 { 0.009 } else { 0.0 };
+            let push = match i {
+                200..300 => (std::f64::consts::PI * (f64::from(i) / 50.0 - 4.0)).sin(),
+                _ => 0.0,
+            };
+            let noise = f64::from(i * 7919 % 13) * 1e-3;
+            text.push_str(&format!(
+                "{t:.3},{:.4},{noise:.4},{:.4}\n",
+                push + noise,
+                9.8 + noise
+            ));
+        }
+        match read_bytes(text.as_bytes(), "push.csv", &ReadOptions::default()) {
+            Ok(recording) => recording,
+            Err(e) => unreachable!("{e}"),
+        }
+    })
+}
+
+/// Its motion, without bands.
+fn pushed() -> &'static Motion {
+    static PUSHED: OnceLock<Motion> = OnceLock::new();
+    PUSHED.get_or_init(|| match motion(push(), None, &plain()) {
+        Ok(motion) => motion,
+        Err(e) => unreachable!("{e}"),
+    })
+}
+
+fn plain() -> MotionOptions {
+    MotionOptions {
+        no_bands: true,
+        ..MotionOptions::default()
+    }
+}
 
 /// A byte chooses options, a table follows: with an odd one the table is the recording itself.
 ///

@@ -23,19 +23,3 @@ pub fn shift(coefficients: &[f64], by: f64) -> Vec<f64> {
     }
     c.split_off(1)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_shift_leaves_differences_unchanged() {
-        let c = [0.3, -0.02, 0.001];
-        let shifted = shift(&c, 7.0);
-        for x in [-20.0, 0.0, 3.5, 40.0] {
-            let value = evaluate(&c, 7.0) + evaluate(&shifted, x - 7.0);
-            assert!((value - evaluate(&c, x)).abs() < 1e-12, "{x}");
-        }
-        assert!(shift(&[], 3.0).is_empty());
-    }
-}

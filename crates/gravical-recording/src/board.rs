@@ -110,25 +110,9 @@ impl BoardSettings {
 
 #[cfg(test)]
 mod tests {
-    use super::BoardSettings;
     use crate::{Origin, ReadOptions, Recording, TimeUnit, read_bytes};
 
-    const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 66.66 Hz, format 0";
-
-    #[test]
-    fn settings_line_is_parsed() {
-        let settings = BoardSettings::parse(LINE).unwrap();
-        assert_eq!((settings.low_pass_hz, settings.rate_hz), (44, 66.66));
-        for other in [
-            "",
-            "# overruns 1",
-            "#gravical mpu6050_logger",
-            "x",
-            "# \u{1f600}",
-        ] {
-            assert_eq!(BoardSettings::parse(other), None, "{other}");
-        }
-    }
+    const LINE: &str = "# gravical mpu6050_logger 1.0, MPU6050, accelerometer +-4 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 500.00 Hz, format 0";
 
     /// Three seconds of counts as a board sends them, at rest or
     /// shaken.
@@ -150,8 +134,7 @@ mod tests {
     const HEADER: &str = "Timestamp (us),ax,ay,az,temp,gx,gy,gz";
 
     fn board(format: u8) -> String {
-        LINE.replace("66.66", "500.00")
-            .replace("format 0", &format!("format {format}"))
+        LINE.replace("format 0", &format!("format {format}"))
     }
 
     fn kinds(recording: &Recording) -> Vec<&str> {
@@ -161,16 +144,12 @@ mod tests {
     #[test]
     fn settings_line_gives_the_units_of_counts() {
         let recording = file(&board(2), false, HEADER);
-        assert!(kinds(&recording).is_empty());
+        assert!(kinds(&recording).is_empty() && !recording.is_calibrated);
         let (accel, gyro) = (&recording.accel_scale, recording.gyro_scale.unwrap());
-        assert_eq!(
-            (accel.lsb_per_g, accel.origin),
-            (Some(8192.0), Origin::Data)
-        );
-        assert_eq!(
-            (gyro.lsb_per_deg_s, gyro.origin),
-            (Some(65.5), Origin::Header)
-        );
+        let by_gravity = (Some(8192.0), Origin::Data);
+        assert_eq!((accel.lsb_per_g, accel.origin), by_gravity);
+        let by_line = (Some(65.5), Origin::Header);
+        assert_eq!((gyro.lsb_per_deg_s, gyro.origin), by_line);
         let t = recording.temperature_c.as_ref().unwrap();
         assert!((t[0] - 25.0).abs() < 0.01 && (t[1] - t[0] - 1.0 / 340.0).abs() < 1e-9);
         assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
@@ -182,24 +161,18 @@ mod tests {
             (shaken.lsb_per_g, shaken.origin),
             (Some(8192.0), Origin::Header)
         );
-    }
-
-    #[test]
-    fn gravity_and_headers_override_the_board() {
-        let two = board(2).replace("+-4 g", "+-2 g");
-        let recording = file(&two, false, HEADER);
+        // Gravity overrides the line.
+        let recording = file(&board(2).replace("+-4 g", "+-2 g"), false, HEADER);
         assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
         assert!(kinds(&recording).contains(&"range-mismatch"));
         // A board that calibrates says so, whatever its columns are called.
         let calibrated = file(&board(3), false, "t_us,ax,ay,az,temp,gx,gy,gz");
         assert!(calibrated.is_calibrated && calibrated.is_calibrated_by_board);
-        assert!(!recording.is_calibrated);
         // A board that writes SI units, or a header with units.
         let si = "t_us,ax_mps2,ay_mps2,az_mps2,temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
         for (board, header) in [(board(0), HEADER), (board(2), si)] {
             let recording = file(&board, false, header);
-            let gyro = recording.gyro_scale.unwrap();
-            assert_eq!(gyro.lsb_per_deg_s, None);
+            assert_eq!(recording.gyro_scale.unwrap().lsb_per_deg_s, None);
             assert!(recording.temperature_c.is_none());
         }
     }

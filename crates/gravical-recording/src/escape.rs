@@ -77,23 +77,3 @@ pub fn path_word(path: &Path) -> String {
         _ => shell_word(&text),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_for_a_shell() {
-        for (text, word) in [
-            ("cal.json", "cal.json"),
-            ("my file.csv", "\"my file.csv\""),
-            ("-x", "-x"),
-            ("it's $5", "'it'\\''s $5'"),
-            ("", "\"\""),
-        ] {
-            assert_eq!(shell_word(text), word);
-        }
-        assert_eq!(path_word(Path::new("-x.csv")), "./-x.csv");
-        assert_eq!(path_word(Path::new("-")), "-");
-    }
-}

@@ -103,42 +103,34 @@ mod tests {
         let calibration =
             "{\n  \"format\": \"gravical-calibration/2\",\n  \"bias\": [1, 2, 3]\n}\n";
         let object = "{\n  \"values\": [\n    1.0,\n    2.0\n  ]\n}\n";
-        let files: [(&[u8], &str, &str); 12] = [
-            (
-                calibration.as_bytes(),
-                "is-a-calibration",
-                "this is a calibration file",
-            ),
+        let is_calibration = "this is a calibration file";
+        let files: [(&[u8], &str); 12] = [
+            (calibration.as_bytes(), is_calibration),
             (
                 b"{\"K_a\": [[1, 0, 0]], \"b_a\": [1, 2, 3]}",
-                "is-a-calibration",
-                "this is a calibration file",
+                is_calibration,
             ),
-            (
-                b"#ROSBAG V2.0\n\x13\xff",
-                "no-rows",
-                "this is a bag of ROS 1",
-            ),
-            (
-                b"SQLite format 3\0\x10\0\x01\x01",
-                "no-rows",
-                "this is a database",
-            ),
-            (b"\x89MCAP0\r\n\x01", "no-rows", "this is an MCAP file"),
-            (b"ULog\x01\x12\x35\x01", "no-rows", "this is a log of PX4"),
+            (b"#ROSBAG V2.0\n\x13\xff", "this is a bag of ROS 1"),
+            (b"SQLite format 3\0\x10\0\x01\x01", "this is a database"),
+            (b"\x89MCAP0\r\n\x01", "this is an MCAP file"),
+            (b"ULog\x01\x12\x35\x01", "this is a log of PX4"),
             (
                 b"H Product:Blackbox flight data\nH 1\n",
-                "no-rows",
                 "this is a log of Betaflight",
             ),
-            (object.as_bytes(), "no-rows", "this is JSON"),
-            (words.as_bytes(), "no-rows", "no table of samples"),
-            (list.as_bytes(), "no-rows", "no table of samples"),
-            (page.as_bytes(), "no-rows", "this is HTML"),
-            (epochs.as_bytes(), "epochs-of-counts", ""),
+            (object.as_bytes(), "this is JSON"),
+            (words.as_bytes(), "no table of samples"),
+            (list.as_bytes(), "no table of samples"),
+            (page.as_bytes(), "this is HTML"),
+            (epochs.as_bytes(), ""),
         ];
-        for (bytes, code, what) in files {
+        for (bytes, what) in files {
             let error = read_bytes(bytes, "file", &ReadOptions::default()).unwrap_err();
+            let code = match what {
+                "" => "epochs-of-counts",
+                _ if what == is_calibration => "is-a-calibration",
+                _ => "no-rows",
+            };
             assert_eq!(error.code(), code, "{what}");
             assert!(error.message().starts_with(what), "{error}");
         }

@@ -88,18 +88,3 @@ pub fn format_spans(spans: &[[u64; 2]], count: u64, most: usize) -> String {
     }
     parts.join(", ")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_stays_flat() {
-        let mut spans = LineSpans::default();
-        for line in 0..100_000 {
-            spans.push(2 * line + 1);
-        }
-        assert_eq!(spans.count(), 100_000);
-        assert_eq!(spans.spans.len(), LineSpans::KEPT);
-    }
-}

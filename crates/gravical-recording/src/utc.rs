@@ -114,21 +114,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stamps_of_boards_are_no_dates() {
-        assert_eq!(UtcTime::of_stamp(16.2), None);
-        assert_eq!(UtcTime::of_stamp(f64::NAN), None);
-        assert_eq!(UtcTime::of_stamp(1e18), None);
+    fn stamps_of_boards_and_other_words_are_no_dates() {
+        for stamp in [16.2, f64::NAN, 1e18] {
+            assert_eq!(UtcTime::of_stamp(stamp), None);
+        }
         let time = UtcTime::of_stamp(1_767_225_600.9).unwrap();
         assert_eq!(time.to_string(), "2026-01-01T00:00:00Z");
-        assert_eq!(time.date(), "2026-01-01");
-        assert_eq!(time.minute(), "2026-01-01 00:00");
-    }
-
-    #[test]
-    fn other_words_are_refused() {
         for text in ["", "yesterday", "2026-13-01", "09.03.2026", "1767225600"] {
-            let error = text.parse::<UtcTime>().unwrap_err();
-            assert_eq!(error.code(), "date-syntax", "{text}");
+            assert!(text.parse::<UtcTime>().is_err(), "{text}");
         }
         let time: UtcTime = "2026-03-09 10:15".parse().unwrap();
         assert_eq!(time.to_string(), "2026-03-09T10:15:00Z");

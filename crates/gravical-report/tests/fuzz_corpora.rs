@@ -42,8 +42,5 @@ fn every_target() {
     replay("reader", 40, checks::reader);
     replay("sections", 10, checks::sections);
     replay("calibration_file", 6, checks::calibration_file);
-    replay("filter", 12, checks::filter);
-    replay("intervals", 10, checks::intervals);
     replay("reference", 12, checks::reference);
-    replay("number", 20, checks::number);
 }

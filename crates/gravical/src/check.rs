@@ -160,8 +160,8 @@ pub struct StillCheck {
 /// options.estimate.method = Method::Ferraris;
 /// let file = calibrate(&[read(means)?], &options)?.file;
 ///
-/// // Later, once more with z up.
-/// let later = "label,ax,ay,az\nagain,0.81,-0.15,10.52\n";
+/// // Later, once more with z up and down.
+/// let later = "label,ax,ay,az\n+z,0.81,-0.15,10.52\n-z,-0.05,-0.08,-9.54\n";
 /// let report = check(&file, "cal.json", &[read(later)?], &CheckOptions::default())?;
 /// assert!((report.static_intervals[0].error_mps2 - 0.1).abs() < 0.005);
 /// # Ok::<(), gravical::Error>(())

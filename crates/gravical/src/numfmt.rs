@@ -104,27 +104,3 @@ pub fn count(n: impl std::fmt::Display, word: &str) -> String {
     let ending = if n == "1" { "" } else { "s" };
     format!("{n} {word}{ending}")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn digits_follow_the_uncertainty() {
-        assert_eq!(decimals_for(0.0021), 4);
-        assert_eq!(decimals_for(21.0), 0);
-        assert_eq!(decimals_for(f64::NAN), 6);
-        assert_eq!(decimals_of(16384.0, 6), 1);
-        assert_eq!(decimals_of(1.0015, 6), 5);
-    }
-
-    #[test]
-    fn signs() {
-        assert_eq!(fixed(-0.0004, 3), "0.000");
-        assert_eq!(fixed(-1.25, 1), "-1.2");
-        assert_eq!(signed(0.0004, 3), "0.000");
-        assert_eq!(signed(1.25, 2), "+1.25");
-        assert_eq!(fixed(f64::NAN, 2), "–");
-        assert_eq!(small(3.25e-6, 2), "3.2e-6");
-    }
-}

@@ -215,15 +215,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn standard_output_is_neither_a_file_nor_a_folder() {
-        let stdout = Path::new("-");
-        let code = |result: Result<()>| result.unwrap_err().code().to_owned();
-        assert_eq!(code(check_target(stdout, true)), "stdout-target");
-        assert_eq!(code(make_folder(stdout)), "stdout-target");
-        assert!(!stdout.exists());
-    }
-
-    #[test]
     #[cfg(unix)]
     fn permissions_are_the_usual_ones_and_stay() {
         use std::os::unix::fs::PermissionsExt;

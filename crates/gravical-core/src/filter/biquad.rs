@@ -106,30 +106,3 @@ pub fn settle<T: Real>(sections: &mut [Biquad<T>], input: T) -> T {
         .iter_mut()
         .fold(input, |value, section| section.settle(value))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn resonant() -> Biquad<f64> {
-        Biquad::new([0.2, 0.3, 0.1], [-1.2, 0.52])
-    }
-
-    #[test]
-    fn settled_is_where_a_constant_leads() {
-        let mut settled = [resonant(); 2];
-        let out = settle(&mut settled, 3.0);
-        let mut driven = [resonant(); 2];
-        let mut last = 0.0;
-        for _ in 0..400 {
-            last = update(&mut driven, 3.0);
-        }
-        assert!((out - last).abs() < 1e-13);
-        for next in [3.0, 7.0] {
-            let [a, b] = [&mut settled, &mut driven].map(|s| update(s, next));
-            assert!((a - b).abs() < 1e-13);
-        }
-        settled[0].reset();
-        assert_eq!(settled[0].update(0.0), 0.0);
-    }
-}

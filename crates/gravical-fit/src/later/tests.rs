@@ -1,5 +1,5 @@
 use super::*;
-use crate::consistent::{SIGNIFICANCE, Test, consistent};
+use crate::consistent::{Test, consistent};
 use crate::model::{BENDS, BIAS, DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
 use crate::sensor::{Gravity, Sensor};
 use nalgebra::Vector3;
@@ -127,35 +127,11 @@ fn nothing_to_test_is_no_panic() {
     let good = fitted(&mut rng, 12, 0.0, &Parameters::zeros());
     let some = stills(&mut rng, 3, &truth());
     assert!(check(&good, None, &[], |_| true).is_none());
-    for i in [0, 10, 20] {
-        let mut bad = good.clone();
-        bad.parameters[i] = f64::NAN;
-        assert!(check(&bad, None, &some, |_| true).is_none() && compare(&good, &bad).is_none());
-    }
-    let mut singular = good.clone();
+    let [mut singular, mut a, mut b, mut c] = [(); 4].map(|()| good.clone());
     singular.parameters = Parameters::zeros();
-    assert!(
-        check(&singular, None, &some, |_| true).is_none() && compare(&good, &singular).is_none()
-    );
-}
-
-#[test]
-fn a_sensor_that_did_not_change_fits_and_agrees() {
-    let (mut fits, mut agrees, mut turned) = (Vec::new(), Vec::new(), Vec::new());
-    for seed in 0..400 {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let a = fitted(&mut rng, 14, 0.0, &Parameters::zeros());
-        let b = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
-        let later = stills(&mut rng, 8, &truth());
-        fits.push(check(&a, None, &later, |_| true).unwrap().test.p_value);
-        let compared = compare(&a, &b).unwrap();
-        agrees.push(compared.magnitude.test.p_value);
-        turned.push(compared.turn.unwrap().test.p_value);
-    }
-    // 400 at a level of 5 %: 1.1 % of scatter.
-    for p in [&fits, &agrees, &turned] {
-        let share = share_below(p, 0.05);
-        assert!((0.015..=0.085).contains(&share), "{share}");
+    (a.parameters[0], b.parameters[10], c.parameters[20]) = (f64::NAN, f64::NAN, f64::NAN);
+    for bad in [singular, a, b, c] {
+        assert!(check(&bad, None, &some, |_| true).is_none() && compare(&good, &bad).is_none());
     }
 }
 
@@ -177,32 +153,4 @@ fn bends_are_shared() {
         let share = share_below(&p, 0.05);
         assert!((0.005..=0.09).contains(&share), "{first} {second}: {share}");
     }
-}
-
-/// Readings without noise in one place: their covariance has no inverse.
-#[test]
-fn readings_that_only_repeat_are_tested_together() {
-    let mut rng = ChaCha8Rng::seed_from_u64(4);
-    let a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
-    let mut one = stills(&mut rng, 1, &truth())[0];
-    (one.sd, one.sd_of_length_mps2) = (Vector3::zeros(), 0.0);
-    let found = check(&a, None, &[one, one], |_| true).unwrap();
-    assert!(found.test.p_value > SIGNIFICANCE);
-}
-
-/// Assumed gravity hides a scale of the same size, and is shared by two calibrations.
-#[test]
-fn gravity_is_counted_once() {
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let mut a = fitted(&mut rng, 20, 0.0, &Parameters::zeros());
-    let mut b = a.clone();
-    a.gravity.sd_mps2 = 0.015;
-    b.gravity = a.gravity;
-    b.parameters.fixed_rows_mut::<9>(0).scale_mut(1.002);
-    assert!(compare(&a, &b).unwrap().magnitude.test.p_value < 1e-6);
-    b.gravity.value_mps2 = 9.8;
-    assert!(compare(&a, &b).unwrap().magnitude.test.p_value > 0.5);
-    let later = stills(&mut rng, 8, &truth());
-    assert!(check(&a, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
-    assert!(check(&b, None, &later, |_| true).unwrap().test.p_value > SIGNIFICANCE);
 }

@@ -2,10 +2,10 @@
 //! `examples/study`, whose tables are in docs/accuracy.md.
 
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
-use gravical_fit::{Face, Fit, Grade, Hint, Options, Pose, angle_deg, fit};
-use nalgebra::{Matrix3, Vector3};
+use gravical_fit::{Face, Grade, Hint, Options, Pose, fit};
+use nalgebra::Vector3;
 
-use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, normal, parameter_errors};
+use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, parameter_errors};
 
 /// A session whose directions are those of `plan`, all faces named as such if `told`.
 fn poses(session: &mut Session, plan: Plan, told: bool) -> Vec<Pose> {
@@ -172,92 +172,6 @@ fn faces_need_not_be_told() {
         let (told, open) = (rms(true), rms(false));
         assert!(open < 1.05 * told, "{tilt_deg}°: {open} {told}");
     }
-}
-
-#[test]
-fn leans_beside_exact_faces_are_free_poses() {
-    let (mut lost, mut free) = (0, 0);
-    for seed in 0..40 {
-        let mut session = Session::new(seed);
-        session.tilt = 0.3_f64.to_radians();
-        let mut directions = session.directions(Plan::Proposed(0));
-        for (k, face) in Face::all().into_iter().enumerate() {
-            let lean = (4.0 + 9.0 * ((7 * seed as usize + 5 * k) % 31) as f64 / 30.0).to_radians();
-            let azimuth = normal(&mut session.rng) * 10.0;
-            let mut n = Vector3::from(face.direction()) * lean.cos();
-            n[(face.axis + 1) % 3] += lean.sin() * azimuth.cos();
-            n[(face.axis + 2) % 3] += lean.sin() * azimuth.sin();
-            directions.push(n);
-        }
-        let poses: Vec<Pose> = directions
-            .iter()
-            .map(|n| session.pose(n, Vector3::zeros()))
-            .collect();
-        let fitted = fit(&poses, &session.options).unwrap().poses();
-        lost += fitted[..6].iter().filter(|p| p.face.is_none()).count();
-        free += fitted[6..].iter().filter(|p| p.face.is_none()).count();
-    }
-    assert!(lost <= 5 && free >= 225, "{lost} of 240 lost, {free} free");
-}
-
-#[test]
-fn the_tilt_is_estimated() {
-    for tilt_deg in [0.3, 1.0, 2.0, 3.0] {
-        let tilts = (0..60).map(|seed| {
-            let mut session = Session::new(seed);
-            session.tilt = f64::to_radians(tilt_deg);
-            let found = fit(
-                &poses(&mut session, Plan::Spread(12), true),
-                &session.options,
-            );
-            found.unwrap().tilt().to_degrees() / tilt_deg
-        });
-        let mut tilts: Vec<f64> = tilts.collect();
-        tilts.sort_by(f64::total_cmp);
-        // Known by some nine components, a quarter; the median of 60 to 4 %.
-        assert!(
-            (0.84..1.15).contains(&tilts[30]),
-            "{tilt_deg}°: {}",
-            tilts[30]
-        );
-    }
-}
-
-#[test]
-fn a_pose_left_out_has_the_error_of_a_fit_without_it() {
-    for seed in 0..5 {
-        let mut session = Session::new(seed);
-        let poses = poses(&mut session, Plan::Spread(8), true);
-        let found = fit(&poses, &session.options).unwrap();
-        let fitted = found.poses();
-        let mut seen = 0;
-        for (k, left_out) in found.left_out().into_iter().enumerate() {
-            let Some(left_out) = left_out else { continue };
-            let far = |j: &usize| angle_deg(fitted[*j].direction, fitted[k].direction) > 25.0;
-            let rest: Vec<Pose> = (0..poses.len())
-                .filter(far)
-                .map(|j| poses[j].clone())
-                .collect();
-            let Ok(without) = fit(&rest, &session.options) else {
-                continue;
-            };
-            let expected = length(&without, poses[k].mean) - G;
-            // The fit without it finds variances of its own, and with them other weights.
-            let near = 0.5 * left_out.sd_mps2;
-            assert!(
-                (left_out.error_mps2 - expected).abs() < near,
-                "{seed} {k}: {left_out:?} {expected}"
-            );
-            seen += 1;
-        }
-        assert!(seen >= 8, "{seen}");
-    }
-}
-
-fn length(found: &Fit, mean: [f64; 3]) -> f64 {
-    let m = found.model();
-    let m = Matrix3::from_fn(|r, c| m[r][c]);
-    (m.try_inverse().unwrap() * (Vector3::from(mean) - Vector3::from(found.bias()))).norm()
 }
 
 #[test]

@@ -231,16 +231,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_has_a_name_of_its_own() {
-        for kind in FindingKind::ALL {
-            assert_eq!(FindingKind::of_name(kind.name()), Some(*kind));
-            let json = serde_json::to_string(kind).unwrap();
-            assert_eq!(serde_json::from_str::<FindingKind>(&json).unwrap(), *kind);
-        }
-        let json = "\"of-tomorrow\"";
-        assert_eq!(
-            serde_json::from_str::<FindingKind>(json).unwrap(),
-            FindingKind::Other
-        );
+    fn a_kind_of_a_later_version_is_read() {
+        let kind: FindingKind = serde_json::from_str("\"of-tomorrow\"").unwrap();
+        assert_eq!(kind, FindingKind::Other);
     }
 }

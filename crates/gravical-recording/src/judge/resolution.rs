@@ -133,10 +133,6 @@ mod tests {
             .collect()
     }
 
-    fn near(found: f64, wanted: f64) {
-        assert!((found / wanted - 1.0).abs() < 2e-3, "{found} {wanted}");
-    }
-
     fn of(values: Vec<f64>) -> f64 {
         resolution(&[values.clone(), values.clone(), values])[0]
     }
@@ -147,58 +143,46 @@ mod tests {
     }
 
     #[test]
-    fn resolution_of_printed_decimals_and_of_converted_counts() {
-        for places in 1..=3 {
-            let found = of(channel(5000, 9.81, 0.03, decimals(places)));
-            near(found, 10_f64.powi(-places));
-        }
-        let rates = channel(5000, -1.7, 0.01, |v| {
-            decimals(6)((v * 131.0).round() / 131.0)
-        });
-        near(of(rates), 1.0 / 131.0);
-        near(of(channel(5000, 120.0, 20.0, f64::round)), 1.0);
+    fn steps_are_found_whatever_wrote_them() {
+        let two = |n| channel(n, 9.81, 0.03, decimals(2));
+        let flips = |n| channel(n, 0.0, 0.004, decimals(2));
+        let constant = |v: f64| vec![v; 500];
+        let converted = |v: f64| decimals(6)((v * 131.0).round() / 131.0);
         // In 32 bits, with a bias subtracted.
         let single = |v: f64| f64::from((v * 1670.7).round() as f32 / 1670.7 - 0.123_f32);
-        near(of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7);
-    }
-
-    #[test]
-    fn resolution_of_computed_values_is_negligible() {
-        let mut values = channel(5000, 9.81, 0.03, |v| v);
-        assert!(of(values.clone()) < 1e-5);
-        // Two repeated rows are not evidence.
-        for i in [1000, 3000] {
-            values[i] = values[i - 1];
+        let mut stray = two(5000);
+        stray[77] = 9.80665;
+        // The stray value is the only other one; a change is rare.
+        let (mut quiet, mut rare) = (vec![0.5; 5000], vec![0.02; 200_000]);
+        (quiet[77], rare[131_071]) = (3.0, 0.03);
+        for (found, wanted) in [
+            (of(channel(5000, 9.81, 0.03, decimals(1))), 0.1),
+            (of(two(5000)), 0.01),
+            (of(channel(5000, 9.81, 0.03, decimals(3))), 0.001),
+            (of(channel(5000, -1.7, 0.01, converted)), 1.0 / 131.0),
+            (of(channel(5000, 120.0, 20.0, f64::round)), 1.0),
+            (of(channel(5000, 9.81, 0.03, single)), 1.0 / 1670.7),
+            (of(stray), 0.01),
+            (resolution(&[quiet, flips(5000), flips(5000)])[0], 0.01),
+            (of(rare), 0.01),
+            (
+                resolution(&[constant(0.5), flips(500), constant(0.0)])[2],
+                0.01,
+            ),
+            (resolution(&[0.12, -0.3, 9.8].map(constant))[0], 0.01),
+        ] {
+            assert!((found / wanted - 1.0).abs() < 2e-3, "{found} {wanted}");
         }
-        assert!(of(values) < 1e-5);
-    }
-
-    #[test]
-    fn stray_values_and_rare_changes_are_handled() {
-        let mut values = channel(5000, 9.81, 0.03, decimals(2));
-        values[77] = 9.80665;
-        near(of(values), 0.01);
-        // Also if the stray value is the only other one.
-        let mut quiet = vec![0.5; 5000];
-        quiet[77] = 3.0;
-        let flips = channel(5000, 0.0, 0.004, decimals(2));
-        near(resolution(&[quiet, flips.clone(), flips])[0], 0.01);
-        let mut values = vec![0.02; 200_000];
-        values[131_071] = 0.03;
-        near(of(values), 0.01);
-    }
-
-    #[test]
-    fn resolution_of_constant_channels() {
-        let quiet = |v: f64| vec![v; 500];
-        let flips = channel(500, 0.0, 0.004, decimals(2));
-        near(resolution(&[quiet(0.5), flips, quiet(0.0)])[2], 0.01);
-        near(resolution(&[quiet(0.12), quiet(-0.3), quiet(9.8)])[0], 0.01);
-        assert_eq!(resolution(&[quiet(0.0), quiet(0.0), quiet(0.0)]), [0.0; 3]);
+        assert_eq!(resolution(&[0.0; 3].map(constant)), [0.0; 3]);
         // Differences of means are not steps.
-        assert_eq!(
-            resolution(&[vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]]),
-            [0.01; 3]
-        );
+        let means = [vec![9.43, -0.27], vec![0.1, 10.2], vec![0.0; 2]];
+        assert_eq!(resolution(&means), [0.01; 3]);
+        // Nor are those of computed values; two repeated rows are not evidence.
+        let mut computed = channel(5000, 9.81, 0.03, |v| v);
+        assert!(of(computed.clone()) < 1e-5);
+        for i in [1000, 3000] {
+            computed[i] = computed[i - 1];
+        }
+        assert!(of(computed) < 1e-5);
     }
 }

@@ -174,16 +174,14 @@ mod tests {
             }
         }
     }
-
     proptest! {
-        /// Ties in binary and decimal ones that are none.
+        /// Any value, its neighbours and what is near a tie with few decimals.
         #[test]
-        fn same_as_std_near_a_tie(
-            units in 0_i64..1_000_000_000_000, counts in -40_000_i32..40_000, bits in 0..15, decimals in 0_u32..=9
-        ) {
-            let binary = f64::from(counts) / f64::from(1 << bits);
-            let decimal = (units as f64 + 0.5) / 10_f64.powi(decimals as i32);
-            for value in [binary, decimal, decimal.next_up(), decimal.next_down()] {
+        fn same_as_std(bits: u64, counts in -40_000_i32..40_000, halvings in 0..15, decimals in 0_u32..=12) {
+            let any = Some(f64::from_bits(bits)).filter(|v| v.is_finite());
+            let tie = f64::from(counts) / f64::from(1 << halvings);
+            let half = (f64::from(counts) + 0.5) / 10_f64.powi(decimals as i32);
+            for value in [tie, half, half.next_up(), half.next_down()].into_iter().chain(any) {
                 prop_assert_eq!(fixed(value, decimals), expected(value, decimals));
             }
         }

@@ -4,9 +4,9 @@ use std::io::Write as _;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use gravical_recording::{FindingKind, Reason};
+use gravical_recording::{Finding, FindingKind, Reason, Recording};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
+use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
@@ -46,6 +46,11 @@ fn clocks_are_dates_steps_and_whole_seconds() {
     }
 }
 
+fn found(recording: &Recording, kind: FindingKind) -> &Finding {
+    let mut found = recording.findings.iter();
+    found.find(|f| f.kind == kind).unwrap()
+}
+
 #[test]
 fn one_bad_stamp_is_mended_and_missing_rows_are_counted() {
     let text = table("ms,ax,ay,az", |k, [x, y, z]| {
@@ -55,45 +60,30 @@ fn one_bad_stamp_is_mended_and_missing_rows_are_counted() {
     });
     let recording = read(&text, "");
     assert!(has_rate(&recording, RATE_HZ));
-    let lines = |kind| {
-        let finding = recording.findings.iter().find(|n| n.kind == kind).unwrap();
-        (finding.lines.clone(), finding.message.clone())
-    };
-    assert_eq!(lines(FindingKind::BadStamps).0, [[79, 79]]);
-    assert_eq!(lines(FindingKind::Gap).0, [[202, 202]]);
-    assert!(
-        lines(FindingKind::MissingSamples)
-            .1
-            .starts_with("10 samples")
-    );
+    assert_eq!(found(&recording, FindingKind::BadStamps).lines, [[79, 79]]);
+    assert_eq!(found(&recording, FindingKind::Gap).lines, [[202, 202]]);
+    let missing = found(&recording, FindingKind::MissingSamples);
+    assert!(missing.message.starts_with("10 samples"), "{missing:?}");
     assert!(is_near(recording.time_s.unwrap()[77], 3.08, 1e-9));
 }
 
 #[test]
-fn a_hung_sensor_is_set_aside_and_leaves_a_break() {
+fn a_hung_sensor_is_set_aside_and_values_that_repeat_otherwise_are_kept() {
     let rows = six_faces(3);
-    let held = plain(0, rows[60].accel_g);
-    let text = table("ms,ax,ay,az", |k, a| {
-        let cells = plain(k, a);
-        let values = if (60..120).contains(&k) {
-            &held
-        } else {
-            &cells
-        };
-        format!("{},{}", 40 * k, values.split_once(',').unwrap().1)
+    let accel = |k: usize| rows[k].accel_g;
+    let at =
+        |k: usize, [x, y, z]: [f64; 3], d: usize| format!("{},{x:.d$},{y:.d$},{z:.d$}", 40 * k);
+    let header = "ms,ax,ay,az";
+    let hung = table(header, |k, a| match k {
+        60..120 => at(k, accel(60), 5),
+        _ => at(k, a, 5),
     });
-    let recording = read(&text, "");
+    let recording = read(&hung, "");
     assert_eq!(recording.ledger.count(Reason::Hung), 59);
     assert_eq!(recording.breaks, [61]);
-}
-
-#[test]
-fn values_that_repeat_by_rounding_or_slow_updates_are_kept() {
-    let coarse = table("ms,ax,ay,az", |k, [x, y, z]| {
-        format!("{},{x:.2},{y:.2},{z:.2}", 40 * k)
-    });
-    let rows = six_faces(3);
-    let slow = table("ms,ax,ay,az", |k, _| plain(k, rows[k / 25 * 25].accel_g));
+    // By rounding, and by slow updates.
+    let coarse = table(header, |k, a| at(k, a, 2));
+    let slow = table(header, |k, _| at(k, accel(k / 25 * 25), 5));
     for text in [coarse, slow] {
         assert_eq!(read(&text, "").ledger.count(Reason::Hung), 0);
     }
@@ -157,23 +147,6 @@ fn what_stands_before_rows_that_are_set_aside_is_no_break_of_others() {
 }
 
 #[test]
-fn unsigned_integers_are_decoded_though_one_is_empty() {
-    let text = table("t_ms,ax,ay,az", |k, a| {
-        let [x, y, z] = a.map(|g| (g * 16_384.0).round() as i64 as u16);
-        let x = if k == 70 {
-            String::new()
-        } else {
-            x.to_string()
-        };
-        format!("{},{x},{y},{z}", 40 * k)
-    });
-    let recording = read(&text, "");
-    assert!(has(&recording, FindingKind::UnsignedCounts));
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(16_384.0));
-    assert!(recording.accel[0][FACE_ROWS] < -15_000.0);
-}
-
-#[test]
 fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
     let text = table("stamp.sec,stamp.nanosec,ax,ay,az", |k, [x, y, z]| {
         let ns = 40_000_000 * k as u64 + if k >= 112 { 3_410_000_000 } else { 0 };
@@ -181,11 +154,8 @@ fn seconds_and_nanoseconds_are_one_stamp_across_a_gap() {
         format!("{sec},{below},{x:.5},{y:.5},{z:.5}")
     });
     let recording = read(&text, "");
-    let finding = recording
-        .findings
-        .iter()
-        .find(|n| n.kind == FindingKind::Gap);
-    assert!(finding.unwrap().message.contains("3.450 s"));
+    let gap = found(&recording, FindingKind::Gap);
+    assert!(gap.message.contains("3.450 s"), "{gap:?}");
 }
 
 #[test]
@@ -196,7 +166,6 @@ fn a_download_cut_off_yields_what_it_holds() {
     let packed = packer.finish().unwrap();
     let recording = try_read(packed[..packed.len() / 2].to_vec(), "cut.csv.gz").unwrap();
     assert!(recording.rows() > 50 && recording.description.starts_with("gzip, "));
-    let mut found = recording.findings.iter();
-    let cut = found.find(|f| f.kind == FindingKind::TruncatedFile);
-    assert_eq!(cut.unwrap().file.as_deref(), Some("cut.csv.gz"));
+    let cut = found(&recording, FindingKind::TruncatedFile);
+    assert_eq!(cut.file.as_deref(), Some("cut.csv.gz"));
 }

@@ -177,12 +177,8 @@ fn loggers_and_apps_are_read_without_options() {
 /// A comment with as many parts as there are columns is no header if it names no sensor.
 #[test]
 fn a_comment_above_the_rows_is_no_header() {
-    let rows = six_faces(4);
-    let lines = rows.iter().enumerate().map(|(k, r)| {
-        let [x, y, z] = r.accel_g;
-        format!("{},{x:.4},{y:.4},{z:.4}\n", 40 * k)
-    });
-    let rows: String = lines.collect();
+    let row = |(k, r): (usize, &Row)| filled("$M,$x,$y,$z", "g", "-", k, r);
+    let rows: String = six_faces(4).iter().enumerate().map(row).collect();
     for comment in [
         "# the lab, 2026-01-01, Anna",
         "# Uno, at 25 Hz, on the table, Anna",

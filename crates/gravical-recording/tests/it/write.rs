@@ -98,15 +98,3 @@ fn replaced_columns_can_be_kept_under_names_of_their_own() {
     let header = "t,new_x,new_y,new_z,input_input_new_x,input_new_x";
     assert_eq!(out.lines().next(), Some(header));
 }
-
-#[test]
-fn numbers_wrapped_in_words_become_a_table() {
-    let row = |i: usize| format!("aX = 0.1{i} | aY = -0.2 | aZ = 9.8\ntmp = 25.{i}\n\n");
-    let text: String = (0..9).map(row).collect();
-    let (out, table) = rewritten(&text, false);
-    assert_eq!(table.names[..3], ["new_x", "new_y", "new_z"]);
-    let rows: Vec<&str> = out.lines().skip(1).filter(|l| !l.is_empty()).collect();
-    assert_eq!(rows.len(), 9);
-    assert_eq!(rows[3], "0.130,-0.200,9.800,25.3");
-    assert_eq!(rows[8], "0.180,-0.200,9.800,25.8");
-}

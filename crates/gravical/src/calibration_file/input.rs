@@ -116,23 +116,3 @@ impl InputFile {
         Ok((parsed, input))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn roles_of_other_versions_are_read() {
-        let read = |text: &str| serde_json::from_str::<InputFile>(text).unwrap().role;
-        // Files of earlier versions have no role.
-        assert_eq!(read(r#"{"path":"a","sha256":null}"#), InputRole::Recording);
-        assert_eq!(
-            read(r#"{"path":"a","sha256":null,"role":"sections"}"#),
-            InputRole::Sections
-        );
-        assert_eq!(
-            read(r#"{"path":"a","sha256":null,"role":"from-2030"}"#),
-            InputRole::Other
-        );
-    }
-}

@@ -510,26 +510,15 @@ mod tests {
 
     #[test]
     fn text_round_trips() {
-        for text in [
-            "savgol:5,2",
-            "butter:4,5Hz",
-            "butter1:2,44.5Hz",
-            "highpass:4,0.5Hz",
-            "highpass1:1,0.05Hz",
-            "hampel:7,3",
-            "hampel:7,0",
-            "mean:5",
-        ] {
+        let texts = "savgol:5,2 butter:4,5Hz butter1:2,44.5Hz highpass:4,0.5Hz highpass1:1,0.05Hz \
+                     hampel:7,3 hampel:7,0 mean:5";
+        for text in texts.split(' ') {
             let spec: FilterSpec = text.parse().unwrap();
             assert_eq!(spec.to_string(), text);
         }
-        for (text, same) in [
-            (" Butter: 4 , 5 hz", "butter:4,5Hz"),
-            ("butter:4,5", "butter:4,5Hz"),
-            ("butter:2,1e-2Hz", "butter:2,0.01Hz"),
-        ] {
-            let spec: FilterSpec = text.parse().unwrap_or_else(|e| panic!("{text}: {e}"));
-            assert_eq!(spec.to_string(), same);
+        for text in [" Butter: 4 , 5 hz", "butter:4,5", "butter:4,5e0Hz"] {
+            let spec: FilterSpec = text.parse().unwrap();
+            assert_eq!(spec.to_string(), "butter:4,5Hz");
         }
     }
 

@@ -38,28 +38,3 @@ impl Attitude {
         [self.q.w, self.q.i, self.q.j, self.q.k]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gravity_is_up_and_the_gyroscope_turns_the_heading() {
-        let mut attitude = Attitude::default();
-        for up in [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.3, -0.5, 0.8]] {
-            attitude = Attitude::default();
-            attitude.update(0.0, up, None);
-            let v = attitude.q * Vector3::from(up).normalize();
-            assert!((v.z - 1.0).abs() < 1e-12, "{v:?}");
-        }
-        // A quarter turn about the vertical in one second.
-        let up = [0.3, -0.5, 0.8];
-        let rate = Vector3::from(up).normalize() * std::f64::consts::FRAC_PI_2;
-        let before = attitude.q * Vector3::x();
-        for i in 1..=100 {
-            attitude.update(0.01 * f64::from(i), up, Some(rate.into()));
-        }
-        let after = attitude.q * Vector3::x();
-        assert!((after.x + before.y).abs() < 1e-9 && (after.y - before.x).abs() < 1e-9);
-    }
-}

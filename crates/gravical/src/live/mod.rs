@@ -121,25 +121,3 @@ pub fn sentence(text: &str) -> String {
     }
     sentence
 }
-
-#[cfg(test)]
-mod tests {
-    use super::sentence;
-
-    #[test]
-    fn a_text_becomes_a_sentence() {
-        for (text, whole) in [
-            (
-                " it moved: 84 mg, limit -3 mg",
-                "It moved: 84 mg, limit −3 mg.",
-            ),
-            ("x up, tilted 30°. Lean it.", "x up, tilted 30°. Lean it."),
-            (
-                "-x is done! Redo -y; --baud 9600 ",
-                "−x is done! Redo −y; --baud 9600.",
-            ),
-        ] {
-            assert_eq!(sentence(text), whole);
-        }
-    }
-}

@@ -37,79 +37,18 @@ fn kinds(result: &NoiseResult) -> Vec<FindingKind> {
 }
 
 #[test]
-fn white_noise_of_a_sensor_at_rest() {
-    let result = of(&csv(30_000, |_, _| true));
-    assert_eq!((result.channels.len(), result.static_intervals), (6, 1));
-    assert!((result.rate_hz - 100.0).abs() < 1e-6);
-    let mut inside = 0;
-    for channel in &result.channels {
-        let truth = if channel.is_gyroscope() {
-            0.0002
-        } else {
-            0.003
-        };
-        inside += usize::from(holds(channel.n, truth));
-        let n = channel.n.unwrap();
-        assert!(
-            (n.value / truth - 1.0).abs() < 0.01,
-            "{} {n:?}",
-            channel.channel
-        );
-        assert!(
-            channel
-                .adev
-                .iter()
-                .all(|p| p.low < p.sigma && p.sigma < p.high)
-        );
-        for term in [Term::B, Term::K] {
-            assert!(channel.estimate(term).is_some() || channel.missing(term).is_some());
-        }
-        let missing = channel.missing(Term::K).unwrap();
-        assert!(
-            missing.reason.starts_with("not observable in 5.0 min"),
-            "{}",
-            missing.reason
-        );
-    }
-    assert!(inside >= 5, "{inside}");
-    assert!(
-        !kinds(&result)
-            .iter()
-            .any(|k| k.name().starts_with("noise-"))
-    );
-}
-
-#[test]
 fn lost_rows_and_gaps_leave_the_noise_as_it_is() {
     let whole = of(&csv(30_000, |_, _| true));
-    let lossy = of(&csv(30_000, |k, _| {
-        // 2 % lost, one or three at a time, and a pause of 4 s.
-        k % 97 != 5 && !(k % 301 == 7 || k % 301 == 8 || k % 301 == 9) && !(9000..9400).contains(&k)
-    }));
+    // 2 % lost, one or three at a time, and a pause of 4 s.
+    let is_lost =
+        |k: usize| k % 97 == 5 || (7..10).contains(&(k % 301)) || (9000..9400).contains(&k);
+    let lossy = of(&csv(30_000, |k, _| !is_lost(k)));
     assert_eq!(lossy.segments, 2);
-    assert!(
-        (lossy.rate_hz / 100.0 - 1.0).abs() < 1e-6,
-        "{}",
-        lossy.rate_hz
-    );
+    assert!((lossy.rate_hz / 100.0 - 1.0).abs() < 1e-6);
     for (a, b) in whole.channels.iter().zip(&lossy.channels) {
         let ratio = b.n.unwrap().value / a.n.unwrap().value;
         assert!((ratio - 1.0).abs() < 0.01, "{} {ratio}", a.channel);
     }
-}
-
-#[test]
-fn a_knock_is_left_out() {
-    let quiet = of(&csv(20_000, |_, _| true));
-    let knocked = of(&csv(20_000, |k, row| {
-        if (7000..7020).contains(&k) {
-            row[1] += 3.0 * (k as f64).sin();
-        }
-        true
-    }));
-    assert!(knocked.used_s < quiet.used_s);
-    let ratio = knocked.channels[0].adev[0].sigma / quiet.channels[0].adev[0].sigma;
-    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
 }
 
 #[test]
@@ -127,27 +66,23 @@ fn only_rest_is_analysed() {
     assert!(kinds(&result).contains(&FindingKind::NoiseFromRests));
     assert!((result.used_s - 140.0).abs() < 2.0, "{}", result.used_s);
     assert!((result.channels[0].n.unwrap().value / 0.003 - 1.0).abs() < 0.02);
-
-    let text = csv(6000, turning);
-    let recording = read_bytes(text.as_bytes(), "hand.csv", &ReadOptions::default()).unwrap();
-    let error = noise_of(recording).unwrap_err();
-    assert_eq!(error.code(), "not-at-rest");
 }
 
 #[test]
 fn noise_below_the_resolution_has_only_a_limit() {
     let result = of(&csv(20_000, |_, row| {
         // Two decimals of a gyroscope with a noise of 0.002 rad/s.
-        row[4..7]
-            .iter_mut()
-            .for_each(|v| *v = (*v * 100.0).round() / 100.0);
+        let rates = row[4..7].iter_mut();
+        rates.for_each(|v| *v = (*v * 100.0).round() / 100.0);
         true
     }));
     assert!(kinds(&result).contains(&FindingKind::NoiseBelowResolution));
     for channel in result.channels.iter().filter(|c| c.is_gyroscope()) {
-        assert!(channel.n.is_none());
         let most = channel.missing(Term::N).unwrap().at_most.unwrap();
-        assert!(most > 0.0002 && most < 0.001, "{most}");
+        assert!(
+            channel.n.is_none() && most > 0.0002 && most < 0.001,
+            "{most}"
+        );
     }
     assert!(result.channels[0].n.is_some());
 }
@@ -169,38 +104,13 @@ fn noise_behind_a_low_pass_is_that_of_long_averaging_times() {
     assert!(channel.fit.unwrap().from_s > 1.0);
 }
 
-/// Neighbours behind a low-pass differ by less than a step, and the noise still dithers it.
-#[test]
-fn noise_that_moves_slowly_through_the_steps_is_not_below_them() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
-    let (step, mut state) = (0.01, 0.0);
-    // One pole at 5 Hz; a standard deviation of 0.6 steps.
-    let result = of(&csv(100_000, |_, row| {
-        let white: f64 = StandardNormal.sample(&mut rng);
-        state += 0.27 * (1.52 * step * white - state);
-        row[1] = (state / step).round() * step;
-        true
-    }));
-    let channel = &result.channels[0];
-    assert!(channel.adev[0].sigma < 0.45 * step);
-    let n = channel.n.unwrap().value;
-    assert!((n / (1.52 * step * 0.1) - 1.0).abs() < 0.05, "{n}");
-}
-
 #[test]
 fn a_channel_without_values_is_left_out() {
-    let empty: String = csv(3000, |_, _| true)
-        .lines()
-        .enumerate()
-        .map(|(k, line)| {
-            let mut cells: Vec<&str> = line.split(',').collect();
-            if k > 0 {
-                cells[4] = "";
-            }
-            cells.join(",") + "\n"
-        })
-        .collect();
-    let result = of(&empty);
+    let text = csv(3000, |_, row| {
+        row[4] = f64::NAN;
+        true
+    });
+    let result = of(&text.replace("NaN", ""));
     assert!(kinds(&result).contains(&FindingKind::NoiseChannelEmpty));
     assert_eq!(result.channels.len(), 5);
     let nothing = noise_of_samples("ax", &[], 0.01);

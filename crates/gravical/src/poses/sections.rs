@@ -162,14 +162,10 @@ mod tests {
             "label,start,end\nx_p,540,1271\nx_rot, 6770, 7093\n",
             "start;end;label\n540;1271;x_p\n6770;7093;x_rot",
         ] {
-            let sections = parse_sections(text.as_bytes()).unwrap().into_iter();
-            let sections: Vec<_> = sections.map(|s| (s.label, s.rows)).collect();
-            let expected = [("x_p", 540..1271), ("x_rot", 6770..7093)];
-            assert_eq!(
-                sections,
-                expected.map(|(label, rows)| (label.to_owned(), rows)),
-                "{text}"
-            );
+            let sections = parse_sections(text.as_bytes()).unwrap();
+            let found = sections.iter().map(|s| (&*s.label, s.rows.clone()));
+            let expected = [("x_p", 540..1271_usize), ("x_rot", 6770..7093)];
+            assert!(found.eq(expected), "{text}: {sections:?}");
         }
         for text in ["  \n", "[]"] {
             let error = parse_sections(text.as_bytes()).unwrap_err();

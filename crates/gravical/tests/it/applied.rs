@@ -1,23 +1,10 @@
 //! `apply` reads a file as `calibrate` does: real recordings and the cases of the reader.
 
-use std::path::{Path, PathBuf};
-
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
 use gravical::recording::{AccelUnit, ReadOptions, Recording, read, source};
 
-use crate::support::data;
-
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files(&path, found);
-        } else if path.extension().is_some_and(|e| e != "json" && e != "md") {
-            found.push(path);
-        }
-    }
-}
+use crate::support::{data, files};
 
 /// A calibration that only converts the unit of a recording to m/s².
 fn nominal(recording: &Recording) -> CalibrationFile {

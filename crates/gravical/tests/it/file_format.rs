@@ -47,6 +47,8 @@ fn fields_of_later_and_of_earlier_versions() {
     let back = CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
     assert_eq!(file, back);
     assert_eq!(back.to_json().unwrap(), file.to_json().unwrap());
+    value["inputs"][0]["role"] = json!("of-2030");
+    CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
 }
 
 /// Fields, values that cannot be applied, and the code or the field that the error names.

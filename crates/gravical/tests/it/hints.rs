@@ -1,7 +1,5 @@
 //! Options that a refusal or a finding of the reader names do what it says.
 
-use std::path::Path;
-
 use gravical::finding::Advice;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
@@ -183,20 +181,13 @@ fn options_that_are_named_for_the_cases_help() {
     let Some(data) = crate::support::data() else {
         return;
     };
-    let cases = data.join("../cases");
-    let entries = |folder: &Path| -> Vec<_> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten();
-        entries.map(|e| e.unwrap().path()).collect()
-    };
+    let mut paths = Vec::new();
+    crate::support::files(&data.join("../cases"), &mut paths);
     let mut followed = 0;
-    for folder in entries(&cases).into_iter().filter(|p| p.is_dir()) {
-        for path in entries(&folder) {
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            if name != "README" {
-                let bytes = std::fs::read(&path).unwrap();
-                followed += assert_helps(&bytes, &name, &ReadOptions::default()).len();
-            }
-        }
+    for path in paths {
+        let name = path.file_name().unwrap().to_string_lossy();
+        let bytes = std::fs::read(&path).unwrap();
+        followed += assert_helps(&bytes, &name, &ReadOptions::default()).len();
     }
     assert!(followed > 0);
 }

@@ -4,7 +4,7 @@
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile, Wanted};
+use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile};
 use gravical::live::{LiveOptions, Session};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::{Face, angle_deg};
@@ -43,34 +43,6 @@ fn begun() -> Hand {
 }
 
 #[test]
-fn the_first_seconds_identify_the_board_and_its_noise() {
-    let mut hand = Hand::new(1, Clumsiness::None);
-    let events = hand.pass(5.0);
-    let kinds: Vec<&Event> = events
-        .iter()
-        .map(|m| &m.event)
-        .filter(|e| !e.is_status())
-        .collect();
-    let [
-        Event::Identified { rate_hz, unit, .. },
-        Event::Floor,
-        Event::NextPose {
-            kind: Wanted::Face,
-            faces,
-            ..
-        },
-        Event::PoseAccepted(pose),
-        Event::NextPose { faces: left, .. },
-    ] = kinds[..]
-    else {
-        panic!("{kinds:#?}")
-    };
-    assert!((rate_hz.unwrap() - 100.0).abs() < 0.1 && unit.name() == "m/s^2");
-    assert_eq!((faces.len(), left.len(), pose.lines), (6, 5, [52, 301]));
-    assert!(events.iter().filter(|m| m.event.is_status()).count() >= 39);
-}
-
-#[test]
 fn hands_that_follow_reach_a_good_result_that_the_same_rows_confirm() {
     reach_a_good_result(0..2);
 }
@@ -88,15 +60,12 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         let file = ended.file.as_ref().expect("a calibration");
         let verdict = &file.verdict;
         assert_eq!(verdict.grade, Grade::Good, "{clumsiness:?}: {verdict:?}");
-        let scale = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
-        assert!(
-            !rejections(&ended.messages).iter().any(scale),
-            "{clumsiness:?}"
-        );
+        let rejected = rejections(&ended.messages);
+        let is_wrong = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
+        assert!(!rejected.iter().any(is_wrong), "{clumsiness:?}");
         let [rms, worst] = ended.norm_error_mg().unwrap();
         assert!(rms < 1.5 && worst < 5.0, "{clumsiness:?}: {rms} {worst}");
-        let good_s = ended.good_s.unwrap();
-        assert!(good_s < 180.0, "{clumsiness:?}: {good_s}");
+        assert!(ended.good_s.unwrap() < 180.0, "{clumsiness:?}");
         assert!(ended.count(|e| matches!(e, Event::Verdict { r#final: true, .. })) == 1);
         let messages = ended.messages.iter().filter(|m| !m.event.is_status());
         for message in messages.chain(&ended.messages[60..61]) {
@@ -143,34 +112,23 @@ fn the_order_in_which_bytes_arrive_does_not_matter() {
         events.extend(session.command(&Command::Finish));
         events
     };
-    let (one, other) = (replay(7), replay(4096));
-    assert!(one == other);
-    let names = accepted(&ended.messages);
-    assert_eq!(accepted(&one), names);
+    let one = replay(7);
+    assert!(one == replay(4096));
+    assert_eq!(accepted(&one), accepted(&ended.messages));
 }
 
 #[test]
-fn a_bump_in_a_capture_rejects_it_and_the_next_try_counts() {
+fn a_bump_a_repeat_and_a_lean_are_rejected_and_can_be_taken() {
     let mut hand = begun();
+    // A bump where it lies is not worth a word.
+    hand.bump();
+    assert_eq!(rejections(&hand.pass(6.0)), []);
     hand.lay(face("+x"));
     hand.pass(4.0);
     hand.bump();
     let events = hand.pass(1.5);
     assert_eq!(rejections(&events), [Rejection::Moved], "{events:#?}");
-    let (_, text) = rejection(&events);
-    assert!(text.starts_with("It moved after "), "{text}");
-    let events = hand.pass(5.0);
-    assert_eq!(accepted(&events), ["+x"]);
-}
-
-#[test]
-fn a_face_twice_is_a_duplicate_once_it_was_away() {
-    let mut hand = begun();
-    // A bump where it lies is not worth a word.
-    hand.bump();
-    assert_eq!(rejections(&hand.pass(6.0)), []);
-    hand.lay(face("+y"));
-    assert_eq!(accepted(&hand.pass(7.0)), ["+y"]);
+    assert_eq!(accepted(&hand.pass(5.0)), ["+x"]);
     hand.lay(face("+z"));
     let events = hand.pass(7.0);
     assert_eq!(rejections(&events), [Rejection::Duplicate]);
@@ -178,25 +136,16 @@ fn a_face_twice_is_a_duplicate_once_it_was_away() {
         Event::Status(s) => Some(s),
         _ => None,
     });
-    let status = status.unwrap();
-    assert_eq!(status.tiles["+y"], Tile::Done);
-    assert_eq!(status.tiles["-x"], Tile::ToDo);
+    let tiles = &status.unwrap().tiles;
+    assert_eq!((tiles["+x"], tiles["-x"]), (Tile::Done, Tile::ToDo));
     // Taken all the same.
     hand.command(&Command::Capture);
     assert_eq!(accepted(&hand.pass(4.5)), ["+z"]);
-}
-
-#[test]
-fn between_faces_is_rejected_with_the_angle_and_welcome_when_asked_for() {
-    let mut hand = begun();
     hand.hold([1.0, 1.0, 0.0]);
     let events = hand.pass(6.0);
-    assert_eq!(rejections(&events), [Rejection::BetweenFaces]);
-    let (_, text) = rejection(&events);
-    assert!(
-        text.contains("two faces: 4") && text.contains('°'),
-        "{text}"
-    );
+    let (reason, text) = rejection(&events);
+    assert_eq!(reason, Rejection::BetweenFaces);
+    assert!(text.contains("two faces: 4"), "{text}");
     hand.command(&Command::Capture);
     assert_eq!(accepted(&hand.pass(4.5)), ["free"]);
 }
@@ -204,23 +153,18 @@ fn between_faces_is_rejected_with_the_angle_and_welcome_when_asked_for() {
 #[test]
 fn undo_and_redo() {
     let mut hand = begun();
-    hand.lay(face("-x"));
-    assert_eq!(accepted(&hand.pass(7.0)), ["-x"]);
-    let events = hand.command(&Command::Redo {
-        face: "+z".to_owned(),
-    });
-    assert!(matches!(
-        &events[0].event,
-        Event::PoseUndone { pose: 1, .. }
-    ));
-    assert!(events[0].text.ends_with("Put +z up again."));
+    let put = |hand: &mut Hand, name: &str| {
+        hand.lay(face(name));
+        hand.pass(7.0)
+    };
+    assert_eq!(accepted(&put(&mut hand, "-x")), ["-x"]);
+    let face = "+z".to_owned();
+    let events = hand.command(&Command::Redo { face });
+    assert!(matches!(events[0].event, Event::PoseUndone { pose: 1, .. }));
     // The other one is up.
-    hand.lay(face("-z"));
-    assert_eq!(accepted(&hand.pass(7.0)), ["-z"]);
-    hand.lay(face("+x"));
-    hand.pass(7.0);
-    hand.lay(face("-z"));
-    assert_eq!(rejections(&hand.pass(7.0)), [Rejection::Duplicate]);
+    assert_eq!(accepted(&put(&mut hand, "-z")), ["-z"]);
+    put(&mut hand, "+x");
+    assert_eq!(rejections(&put(&mut hand, "-z")), [Rejection::Duplicate]);
     let events = hand.command(&Command::Undo);
     assert!(matches!(&events[0].event, Event::PoseUndone { face: Some(f), .. } if f == "+x"));
     let Event::NextPose { faces, .. } = &events[1].event else {
@@ -228,13 +172,9 @@ fn undo_and_redo() {
     };
     assert_eq!(faces, &["+x", "+y", "-y", "+z"]);
     // Numbers are never used again.
-    hand.lay(face("+y"));
-    let events = hand.pass(7.0);
-    let number = events.iter().find_map(|m| match &m.event {
-        Event::PoseAccepted(p) => Some(p.pose),
-        _ => None,
-    });
-    assert_eq!(number, Some(5));
+    let events = put(&mut hand, "+y");
+    let is_fifth = |m: &Message| matches!(&m.event, Event::PoseAccepted(p) if p.pose == 5);
+    assert!(events.iter().any(is_fifth), "{events:?}");
 }
 
 /// Noise of so many sizes of `step`, the same for the same row and axis.
@@ -242,26 +182,13 @@ fn noise(row: u32, axis: u32, step: f64) -> f64 {
     f64::from((row * 7919 + axis * 131) % 61) * step
 }
 
-/// Rows at 100 Hz: time, reading and noise of two decimals of a milli-g.
+/// Rows at 100 Hz: time, reading and noise.
 fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
     let row = |i: u32| {
         let [x, y, z] = [0, 1, 2].map(|k| at[k as usize] + noise(i, k, 1e-3));
         format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i)
     };
     (from..from + count).map(row).collect()
-}
-
-#[test]
-fn a_board_that_calibrates_is_refused_with_what_to_do() {
-    let mut session = Session::new("recording.csv", LiveOptions::default());
-    let board = "# gravical mpu6050_logger 1.1, MPU6050, accelerometer +-2 g, gyroscope +-500 deg/s, low-pass 44 Hz, rate 100.00 Hz, format 3, calibrated 2026-01-01T00:00:00Z";
-    let rows: String = (0..300)
-        .map(|i| format!("{},0.1,0.2,9.8{}\n", 10 * i, i % 7))
-        .collect();
-    let text = format!("{board}\nt_ms,ax_mps2,ay_mps2,az_mps2\n{rows}");
-    let error = session.bytes(text.as_bytes()).unwrap_err();
-    assert_eq!(error.code(), "already-calibrated");
-    assert!(error.hint().unwrap().contains("gravical live --format si"));
 }
 
 /// A session of `write` that rests on +z for 5 s, turns for a second, and then rests with `up` along x for 5 s,
@@ -306,47 +233,43 @@ fn text([x, y, z]: [f64; 3]) -> String {
     format!("{x:.3},{y:.3},{z:.3}")
 }
 
-/// Rests of so many rows at each reading, and a second of motion after each.
-fn session_of(parts: &[(u32, [f64; 3])]) -> (Session, Vec<Message>) {
+/// Rests of 6 s at each reading, and a second of motion after each.
+fn session_of(readings: &[[f64; 3]]) -> Vec<Message> {
     let mut session = Session::new("recording.csv", LiveOptions::default());
     let mut text = "t_ms,ax,ay,az\n".to_owned();
-    let mut at = 0;
-    for (count, reading) in parts {
-        text += &rows(at, *count, *reading);
-        at += count;
+    for (i, reading) in (0..).step_by(700).zip(readings) {
+        text += &rows(i, 600, *reading);
         // On the way to the next one.
-        for i in 0..100 {
-            let swing = f64::from(i % 9) - 4.0;
-            text += &rows(at, 1, [swing, 5.0 - swing, 5.0 + swing]);
-            at += 1;
+        for k in 0..100 {
+            let swing = f64::from(k % 9) - 4.0;
+            text += &rows(i + 600 + k, 1, [swing, 5.0 - swing, 5.0 + swing]);
         }
     }
-    let events = session.bytes(text.as_bytes()).unwrap();
-    (session, events)
+    session.bytes(text.as_bytes()).unwrap()
 }
 
 #[test]
 fn another_unit_or_scale_is_named() {
-    let up = |v: f64| [0.1, 0.2, v];
-    let (_, events) = session_of(&[(500, up(9.8)), (500, [0.1, 0.2, -24.0])]);
-    assert_eq!(rejections(&events), [Rejection::Units]);
-    let (_, events) = session_of(&[(500, up(9.8)), (500, up(-14.5))]);
-    assert_eq!(rejections(&events), [Rejection::Scale]);
-    // The sketch sends y in place of x: on +y both show gravity, on +x none does. The directions
-    // are between faces, which is not what is wrong.
-    let parts = [
-        (500, [0.2, 0.2, 9.8]),
-        (500, [9.8, 9.8, 0.1]),
-        (500, [0.2, 0.2, 0.1]),
-    ];
-    let (_, events) = session_of(&parts);
-    assert_eq!(rejections(&events), [Rejection::Scale, Rejection::Units]);
-    assert_eq!(accepted(&events), ["+z"]);
-    // A sensor at rest whose unit gravity does not show has no floor either.
-    let (_, events) = session_of(&[(600, [0.1, 0.2, 3.3])]);
-    assert_eq!(rejections(&events), [Rejection::Units]);
-    let is_floor = |m: &Message| matches!(m.event, Event::Floor);
-    assert!(!events.iter().any(is_floor));
+    let still = [0.1, 0.2, 9.8];
+    for (readings, rejected) in [
+        (&[still, [0.1, 0.2, -24.0]][..], &[Rejection::Units][..]),
+        (&[still, [0.1, 0.2, -14.5]], &[Rejection::Scale]),
+        // The sketch sends y in place of x: on +y both show gravity, on +x none does. The directions
+        // are between faces, which is not what is wrong.
+        (
+            &[[0.2, 0.2, 9.8], [9.8, 9.8, 0.1], [0.2, 0.2, 0.1]],
+            &[Rejection::Scale, Rejection::Units],
+        ),
+        // A sensor at rest whose unit gravity does not show has no floor either.
+        (&[[0.1, 0.2, 3.3]], &[Rejection::Units]),
+    ] {
+        let events = session_of(readings);
+        assert_eq!(rejections(&events), rejected);
+        let is_known = readings[0][2] > 9.0;
+        assert_eq!(accepted(&events).len(), usize::from(is_known));
+        let is_floor = |m: &Message| matches!(m.event, Event::Floor);
+        assert_eq!(events.iter().any(is_floor), is_known);
+    }
 }
 
 #[test]
@@ -417,29 +340,6 @@ fn a_warmer_sensor_is_refused_unless_it_is_wanted() {
 }
 
 #[test]
-fn what_moves_is_told_which_test_fails() {
-    let (mut session, _) = session_of(&[(500, [0.1, 0.2, 9.8])]);
-    let shaken = |i: u32| rows(600 + i, 1, [f64::from(i % 9) - 4.0, 5.0, 5.0]);
-    let text: String = (0..800).map(shaken).collect();
-    let events = session.bytes(text.as_bytes()).unwrap();
-    let hints: Vec<(f64, Option<String>)> = events
-        .iter()
-        .filter_map(|m| match &m.event {
-            Event::Status(s) => Some((m.t_s, s.hint.clone())),
-            _ => None,
-        })
-        .collect();
-    let first = hints.iter().find(|(_, hint)| hint.is_some()).unwrap();
-    // Five seconds after it began to move.
-    assert!((9.5..11.5).contains(&first.0), "{first:?}");
-    let last = hints.last().unwrap().1.as_ref().unwrap();
-    assert!(
-        last.starts_with("Still moving: ") && last.ends_with(" times the limit."),
-        "{last}"
-    );
-}
-
-#[test]
 fn rows_that_stop_lose_the_capture_and_nothing_else() {
     let mut hand = begun();
     hand.lay(face("+x"));
@@ -451,7 +351,6 @@ fn rows_that_stop_lose_the_capture_and_nothing_else() {
     };
     assert!(status.event.is_status());
     assert!(matches!(last.event, Event::Lost { poses: 1, .. }));
-    assert_eq!(last.text, "Unplugged. 1 pose is safe. Plug it back in.");
     assert!(hand.lost(Loss::Unplugged).is_empty(), "said once");
     let events = hand.resumed();
     assert!(events[0].event.is_status());
@@ -464,10 +363,7 @@ fn commands_are_typed() {
     for (text, json) in [
         (" undo ", r#"{"command":"undo"}"#),
         ("redo -y", r#"{"command":"redo","face":"-y"}"#),
-        (
-            "port /dev/ttyACM0",
-            r#"{"command":"port","name":"/dev/ttyACM0"}"#,
-        ),
+        ("port COM3", r#"{"command":"port","name":"COM3"}"#),
         ("−x", r#"{"command":"hand","put":"-x"}"#),
         ("0.6 0,6 .5", r#"{"command":"hand","up":[0.6,0.6,0.5]}"#),
         ("latitude 48.1", r#"{"command":"gravity","latitude":48.1}"#),
@@ -476,8 +372,7 @@ fn commands_are_typed() {
         assert_eq!(Command::parse(text).unwrap(), command, "{text}");
     }
     for wrong in ["", "redo", "+w", "gravity much", "1 2"] {
-        let error = Command::parse(wrong).unwrap_err();
-        assert_eq!(error.code(), "command-unknown", "{wrong}");
+        assert!(Command::parse(wrong).is_err(), "{wrong}");
     }
 }
 
@@ -515,15 +410,13 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         let (live, found) = (live.len(), found.len());
         assert_eq!(both, live, "{file}: a pose that calibrate does not find");
         assert!(live * 10 >= found * 8, "{file}: {live} of {found}");
-        let (a, b) = (session.calibration().unwrap(), &done.file);
-        let sd =
-            |f: &gravical::calibration_file::CalibrationFile| f.accelerometer.deviations.unwrap();
+        let [a, b] = [session.calibration().unwrap(), &done.file].map(|f| &f.accelerometer);
+        let [sd_a, sd_b] = [a, b].map(|section| section.deviations.unwrap().bias);
         for i in 0..3 {
-            let off = (a.accelerometer.bias[i] - b.accelerometer.bias[i]).abs();
-            let allowed = 3.0 * sd(a).bias[i].hypot(sd(b).bias[i]);
+            let off = (a.bias[i] - b.bias[i]).abs();
             assert!(
-                off <= allowed,
-                "{file}: bias {i} differs by {off}, allowed {allowed}"
+                off <= 3.0 * sd_a[i].hypot(sd_b[i]),
+                "{file}: bias {i}, {off}"
             );
         }
     }

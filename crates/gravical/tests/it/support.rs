@@ -5,6 +5,8 @@ mod synthetic;
 
 pub use synthetic::*;
 
+use std::path::{Path, PathBuf};
+
 use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use gravical::calibrate::{EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
@@ -103,4 +105,16 @@ pub fn six_files(sensor: &Sensor, rows: usize) -> Vec<Recording> {
             read_bytes(text.as_bytes(), &name, &ReadOptions::default()).unwrap()
         })
         .collect()
+}
+
+/// Recordings in a folder and those below it.
+pub fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e != "json" && e != "md") {
+            found.push(path);
+        }
+    }
 }

@@ -2,22 +2,32 @@
 
 use super::*;
 
-/// A program that calibrates lines of six numbers with `calls`.
-fn main_in_c(head: &str, raw: &str, calls: &str) -> String {
-    format!(
-        "{head}\n#include <stdint.h>\n#include <stdio.h>\nint main(void) {{\n double v[6]; float a[3], w[3];\n while (scanf(\"%lf %lf %lf %lf %lf %lf\", &v[0], &v[1], &v[2], &v[3], &v[4], &v[5]) == 6) {{\n  {raw} r[3], g[3];\n  for (int i = 0; i < 3; i++) {{ r[i] = ({raw})v[i]; g[i] = ({raw})v[3 + i]; }}\n  {calls}\n  printf(\"%.9g %.9g %.9g %.9g %.9g %.9g\\n\", (double)a[0], (double)a[1], (double)a[2], (double)w[0], (double)w[1], (double)w[2]);\n }}\n return 0;\n}}\n"
-    )
+/// A program that calibrates lines of six numbers with `calls`, all of them of the type `raw`.
+const MAIN_C: &str = r#"#include <stdint.h>
+#include <stdio.h>
+int main(void) {
+ double v[6]; float a[3], w[3];
+ while (scanf("%lf %lf %lf %lf %lf %lf", v, v + 1, v + 2, v + 3, v + 4, v + 5) == 6) {
+  raw r[3], g[3];
+  for (int i = 0; i < 3; i++) { r[i] = (raw)v[i]; g[i] = (raw)v[3 + i]; }
+  calls
+  printf("%.9g %.9g %.9g", (double)a[0], (double)a[1], (double)a[2]);
+  printf(" %.9g %.9g %.9g\n", (double)w[0], (double)w[1], (double)w[2]);
+ }
+ return 0;
 }
+"#;
 
 const STRICT: &str =
     "-Wall -Wextra -Werror -pedantic -Wdouble-promotion -Wshadow -Wno-unused-function";
 
 /// Compiles as C99 and as C++11, runs the first, and compares.
-fn compiles_and_agrees(file: &CalibrationFile, header: &str, main: &str) {
+fn compiles_and_agrees(file: &CalibrationFile, header: &str, raw: &str, calls: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     save(path, "cal.h", header);
-    save(path, "main.c", main);
+    let main = MAIN_C.replace("raw", raw).replace("calls", calls);
+    save(path, "main.c", &format!("#include \"cal.h\"\n{main}"));
     let compile = |program, rest: &str| {
         let args: Vec<&str> = STRICT.split(' ').chain(rest.split(' ')).collect();
         output(program, &args, path, "")
@@ -28,12 +38,14 @@ fn compiles_and_agrees(file: &CalibrationFile, header: &str, main: &str) {
         return;
     }
     let counts = file.accelerometer.input_unit == AccelUnit::Counts;
-    let sizes = if counts { [32000.0; 2] } else { [4.0, 500.0] };
+    agrees(file, if counts { [32000.0; 2] } else { [4.0, 500.0] }, path);
+}
+
+/// Compares what the program that was compiled into the folder makes of vectors of these sizes.
+fn agrees(file: &CalibrationFile, sizes: [f64; 2], path: &Path) {
     let (accel, gyro) = (vectors(1, sizes[0]), vectors(2, sizes[1]));
-    agree(
-        &run_main(path, &lines(&accel, &gyro)),
-        &calibrated(file, &accel, &gyro),
-    );
+    let out = run_main(path, &lines(&accel, &gyro));
+    agree(&out, &calibrated(file, &accel, &gyro));
 }
 
 /// Output of the program that was compiled into the folder.
@@ -43,7 +55,7 @@ fn run_main(folder: &Path, input: &str) -> String {
 }
 
 #[test]
-fn c_compiles_and_calibrates_alike() {
+fn c_and_arduino_compile_and_calibrate_alike() {
     for (file, raw, ending) in [
         (in_counts(), "int16_t", "_counts"),
         (in_counts(), "float", ""),
@@ -52,54 +64,51 @@ fn c_compiles_and_calibrates_alike() {
         let options = options_with(|o| o.name = Some("imu_left".to_owned()));
         let header = export_to(&file, "c", &options).unwrap().text;
         let calls = format!("imu_left_accel{ending}(r, a); imu_left_gyro{ending}(g, a, w);");
-        let main = main_in_c("#include \"cal.h\"", raw, &calls);
-        compiles_and_agrees(&file, &header, &main);
+        compiles_and_agrees(&file, &header, raw, &calls);
     }
-}
-
-#[test]
-fn the_arduino_header_compiles_and_calibrates_alike() {
-    for (file, raw) in [(in_counts(), "int16_t"), (in_g(), "float")] {
-        let header = written(&file, "arduino").text;
-        let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
-        compiles_and_agrees(&file, &header, &main_in_c("#include \"cal.h\"", raw, calls));
-    }
-}
-
-/// Raw values of the sensor's converter for a calibration that was made in SI units or in counts
-/// whose gyroscope does not say what they are.
-fn for_the_converter() -> ExportOptions {
-    options_with(|o| (o.counts_per_g, o.counts_per_deg_s) = (Some(16384.0), Some(131.0)))
-}
-
-#[test]
-fn counts_of_a_converter_stand_for_the_unit_of_the_recordings() {
-    // In counts of half the range, and in SI units: the same for a sketch that reads 16384 per g.
-    let half = calibration::in_counts(8192.0, 131.0);
     let calls = "gravical_apply(r, a); gravical_apply_gyro(g, a, w);";
-    for file in [in_counts(), half, in_g()] {
-        let header = export_to(&file, "arduino", &for_the_converter()).unwrap();
-        assert!(
-            !header
-                .notes
-                .iter()
-                .any(|n| n.contains("give the counts per g"))
-        );
-        let main = main_in_c("#include \"cal.h\"", "int16_t", calls);
-        compiles_and_agrees(&in_counts(), &header.text, &main);
+    // Raw values of the sensor's converter, for a calibration in counts of half the range and in SI units:
+    // the same for a sketch that reads 16384 per g.
+    let converter =
+        options_with(|o| (o.counts_per_g, o.counts_per_deg_s) = (Some(16384.0), Some(131.0)));
+    let half = calibration::in_counts(8192.0, 131.0);
+    let plain = ExportOptions::default();
+    for (file, read_as, options) in [
+        (in_counts(), in_counts(), &plain),
+        (in_g(), in_g(), &plain),
+        (in_counts(), in_counts(), &converter),
+        (half, in_counts(), &converter),
+        (in_g(), in_counts(), &converter),
+    ] {
+        let header = export_to(&file, "arduino", options).unwrap();
+        let is_counts = read_as.accelerometer.input_unit == AccelUnit::Counts;
+        let raw = if is_counts { "int16_t" } else { "float" };
+        compiles_and_agrees(&read_as, &header.text, raw, calls);
+        // What is not said is not assumed.
+        let mut notes = header.notes.iter();
+        let asks = notes.any(|n| n.contains("give the counts per g"));
+        assert_eq!(asks, !is_counts);
     }
     // A gyroscope in counts does not say of which range; its own scale shows that it is not that.
-    let other = ExportOptions {
-        counts_per_deg_s: Some(65.5),
-        ..for_the_converter()
-    };
+    let other =
+        options_with(|o| (o.counts_per_g, o.counts_per_deg_s) = (Some(16384.0), Some(65.5)));
     let refused = export_to(&in_counts(), "arduino", &other).unwrap_err();
     assert_eq!(refused.code(), "export-unit");
-    let message = refused.to_string();
-    assert!(message.contains("13") && message.contains("65.5"));
-    // What is not said is not assumed.
-    assert!(written(&in_g(), "arduino").notes[0].contains("give the counts per g"));
 }
+
+const MAIN_RS: &str = r#"mod cal;
+use std::io::Read;
+fn main() {
+ let mut text = String::new();
+ std::io::stdin().read_to_string(&mut text).unwrap();
+ for line in text.lines() {
+  let v: Vec<f64> = line.split(' ').map(|w| w.parse().unwrap()).collect();
+  let a = cal::apply([v[0] as raw, v[1] as raw, v[2] as raw]);
+  let w = cal::apply_gyro([v[3] as raw, v[4] as raw, v[5] as raw], a);
+  println!("{} {} {} {} {} {}", a[0], a[1], a[2], w[0], w[1], w[2]);
+ }
+}
+"#;
 
 #[test]
 fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
@@ -111,28 +120,32 @@ fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         save(path, "cal.rs", &written(&file, "rust").text);
-        let lib = "#![no_std]\n#![deny(warnings)]\npub mod cal;\n";
-        save(path, "lib.rs", lib);
         save(
             path,
-            "main.rs",
-            &format!(
-                "mod cal;\nuse std::io::Read;\nfn main() {{\n let mut text = String::new();\n std::io::stdin().read_to_string(&mut text).unwrap();\n let mut out = String::new();\n for line in text.lines() {{\n  let v: Vec<f64> = line.split(' ').map(|w| w.parse().unwrap()).collect();\n  let a = cal::apply([v[0] as {raw}, v[1] as {raw}, v[2] as {raw}]);\n  let w = cal::apply_gyro([v[3] as {raw}, v[4] as {raw}, v[5] as {raw}], a);\n  out += &format!(\"{{}} {{}} {{}} {{}} {{}} {{}}\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n print!(\"{{out}}\");\n}}\n"
-            ),
+            "lib.rs",
+            "#![no_std]\n#![deny(warnings)]\npub mod cal;\n",
         );
+        save(path, "main.rs", &MAIN_RS.replace("raw", raw));
         let lib = "--edition=2021 --crate-type=lib --emit=metadata lib.rs";
         let lib: Vec<&str> = lib.split(' ').collect();
         if output(&rustc, &lib, path, "").is_none() {
             return;
         }
         output(&rustc, &["--edition=2021", "main.rs"], path, "").unwrap();
-        let (accel, gyro) = (vectors(3, sizes[0]), vectors(4, sizes[1]));
-        agree(
-            &run_main(path, &lines(&accel, &gyro)),
-            &calibrated(&file, &accel, &gyro),
-        );
+        agrees(&file, sizes, path);
     }
 }
+
+const MAIN_PY: &str = "import sys
+import numpy as np
+from cal import gravical_accel, gravical_gyro
+v = np.loadtxt(sys.stdin)
+a = gravical_accel(v[:, :3])
+w = gravical_gyro(v[:, 3:], a)
+assert np.allclose(gravical_accel(list(v[0, :3])), a[0])
+assert np.allclose(gravical_gyro(v[0, 3:], a[0]), w[0])
+np.savetxt(sys.stdout, np.hstack([a, w]))
+";
 
 #[test]
 fn python_calibrates_arrays_alike() {
@@ -145,11 +158,7 @@ fn python_calibrates_arrays_alike() {
     let file = in_g();
     let folder = tempfile::tempdir().unwrap();
     save(folder.path(), "cal.py", &written(&file, "python").text);
-    save(
-        folder.path(),
-        "main.py",
-        "import sys\nimport numpy as np\nfrom cal import gravical_accel, gravical_gyro\nv = np.loadtxt(sys.stdin)\na = gravical_accel(v[:, :3])\nw = gravical_gyro(v[:, 3:], a)\nassert np.allclose(gravical_accel(list(v[0, :3])), a[0])\nassert np.allclose(gravical_gyro(v[0, 3:], a[0]), w[0])\nnp.savetxt(sys.stdout, np.hstack([a, w]))\n",
-    );
+    save(folder.path(), "main.py", MAIN_PY);
     let (accel, gyro) = (vectors(5, 4.0), vectors(6, 500.0));
     let out = output(&python, &["main.py"], folder.path(), &lines(&accel, &gyro)).unwrap();
     agree(&out, &calibrated(&file, &accel, &gyro));
