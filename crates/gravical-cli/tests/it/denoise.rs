@@ -1,10 +1,10 @@
 //! `gravical denoise`: what is written, what is said, and what is refused.
 
-mod stamps;
+use std::path::Path;
+
+use serde_json::Value;
 
 use crate::support::*;
-use serde_json::Value;
-use std::path::Path;
 
 /// A rest of 600 rows with two more columns, one of them text.
 fn rest(folder: &Path) -> Vec<String> {
@@ -19,65 +19,42 @@ fn rest(folder: &Path) -> Vec<String> {
     lines
 }
 
-/// The summary of `denoise FILE -o out.csv --force …`.
-fn summary(folder: &Path, line: &str) -> Value {
-    let run = ends(
-        folder,
-        &format!("denoise {line} -o out.csv --force --json --quiet"),
-        0,
-    );
+/// The summary of `denoise FILE -o out.csv --force …`, and the cells that were written.
+fn denoised(folder: &Path, line: &str) -> (Value, Vec<Vec<String>>) {
+    let line = format!("denoise {line} -o out.csv --force --json --quiet");
+    let run = ends(folder, &line, 0);
     assert!(run.err.is_empty(), "{}", run.err);
-    run.json()
-}
-
-fn written(folder: &Path) -> Vec<Vec<String>> {
     let cells = |line: &str| -> Vec<String> { line.split(',').map(str::to_owned).collect() };
-    read(folder, "out.csv").lines().map(cells).collect()
+    let written = read(folder, "out.csv").lines().map(cells).collect();
+    (run.json(), written)
 }
 
 #[test]
 fn only_the_channels_change() {
     let folder = tempfile::tempdir().unwrap();
     let before = rest(folder.path());
-    let reported = summary(folder.path(), "rest.csv --filter savgol:5,2");
-    let after = written(folder.path());
+    let (reported, after) = denoised(folder.path(), "rest.csv --filter savgol:5,2");
     assert_eq!(after.len(), before.len());
     assert_eq!(after[0].join(","), before[0]);
-    assert_eq!(reported["columns"][1], "ax");
     let mut changed = 0;
     for (after, before) in after.iter().zip(&before).skip(1) {
         let before: Vec<&str> = before.split(',').collect();
         assert_eq!(after[0], before[0]);
         assert_eq!(after[4], before[4]);
         assert_eq!(after[8..], before[8..]);
-        changed +=
-            usize::from(after[1].parse::<f64>().unwrap() != before[1].parse::<f64>().unwrap());
+        let value = |cell: &str| -> f64 { cell.parse().unwrap() };
+        changed += usize::from(value(&after[1]) != value(before[1]));
     }
     assert!(changed > 500, "{changed}");
 
     // What it says of the noise is true of what was written.
     let gain = reported["filters"][0]["noise_gain"].as_f64().unwrap();
     close(gain, (17.0_f64 / 35.0).sqrt(), 1e-12);
-    let sigma = |of: &Value| numbers(&of["accelerometer"]);
-    let (recorded, filtered) = (
-        sigma(&reported["recorded"]),
-        sigma(&reported["filters"][0]["sigma"]),
-    );
+    let filtered = numbers(&reported["filters"][0]["sigma"]["accelerometer"]);
+    let recorded = numbers(&reported["recorded"]["accelerometer"]);
     for (recorded, filtered) in recorded.iter().zip(filtered) {
         close(filtered / recorded, gain, 0.06);
     }
-}
-
-#[test]
-fn the_summary_says_what_smoothing_does_not_do() {
-    let folder = tempfile::tempdir().unwrap();
-    rest(folder.path());
-    let line = "denoise rest.csv --filter butter:4,5Hz --filter mean:3";
-    let run = ends(folder.path(), line, 0);
-    for said in ["600 rows filtered → stdout", "does not reduce drift"] {
-        assert!(run.err.contains(said), "{}", run.err);
-    }
-    crate::compare_check::narrow(&run.err);
 }
 
 /// Calls of `denoise`, the exit code and the code of each.
@@ -87,13 +64,16 @@ rest.csv -o new.csv --filter butter:4,60Hz: 2 filter-range
 rest.csv -o new.csv --filter butter:4,1e-9Hz: 2 filter-range
 untimed.csv -o new.csv --filter butter:4,5Hz: 2 rate-unknown
 . -o new.csv --filter mean:3: 3 is-a-directory
-rest.csv --filter mean:3: 2 json-needs-output";
+rest.csv --filter mean:3: 2 json-needs-output
+anyhow.csv -o new.csv --filter savgol:7,2: 3 uneven-stamps
+anyhow.csv -o new.csv --filter butter:2,5Hz: 3 uneven-stamps";
 
 #[test]
 fn wrong_calls() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     rest(at);
+    uneven(at);
     write(at, "untimed.csv", &"ax,ay,az\n0.1,0.2,9.8\n".repeat(30));
     for row in WRONG.lines() {
         let (line, wanted) = row.split_once(": ").unwrap();
@@ -113,10 +93,117 @@ fn counts_stay_counts() {
     let path = data.join("imu_tk-xsens/xsens_acc.txt.gz");
     for (filter, row, wanted) in [("savgol:11,2", 1, 33108.0), ("highpass:2,5Hz", 100, 0.0)] {
         let line = format!("{} --filter {filter}", path.display());
-        let reported = summary(folder.path(), &line);
+        let (reported, rows) = denoised(folder.path(), &line);
         assert_eq!(reported["accel_unit"], "counts");
-        let rows = read(folder.path(), "out.csv");
-        let cells: Vec<&str> = rows.lines().nth(row).unwrap().split('\t').collect();
+        let cells: Vec<&str> = rows[row][0].split('\t').collect();
         close(cells[1].trim().parse().unwrap(), wanted, 20.0);
+    }
+}
+
+#[test]
+fn gaps_breaks_and_what_is_too_short() {
+    let folder = tempfile::tempdir().unwrap();
+    // A step from one level to another across the gap, as after a pause.
+    let mut text = "t_ms,ax,ay,az\n".to_owned();
+    for i in 0..300 {
+        let (pause, level) = if i < 150 { (0, 0.0) } else { (300, 5.0) };
+        text += &format!("{},{level},0.1,9.81\n", 10 * i + pause);
+    }
+    text += "3700,1,1,9.81\n3710,1,1,9.81\n\n\n3720,2,2,9.81\n";
+    write(folder.path(), "gap.csv", &text);
+    for filter in ["savgol:11,2", "butter:4,2Hz", "butter1:2,2Hz", "mean:9"] {
+        let (reported, rows) = denoised(folder.path(), &format!("gap.csv --filter {filter}"));
+        assert_eq!(reported["segments"], 4, "{filter}");
+        assert_eq!(finding(&reported, "parted")["count"], 2, "{filter}");
+        let samples = rows.iter().skip(1).filter(|r| r.len() == 4);
+        for (i, row) in samples.take(300).enumerate() {
+            let want = if i < 150 { 0.0 } else { 5.0 };
+            // Nothing of one side gets to the other.
+            close(row[1].parse().unwrap(), want, 1e-6);
+        }
+        if filter != "butter1:2,2Hz" {
+            assert_eq!(finding(&reported, "not-filtered")["count"], 9, "{filter}");
+        }
+        // Blank rows are still a break.
+        assert_eq!(rows.iter().filter(|r| r.join("").is_empty()).count(), 1);
+    }
+}
+
+#[test]
+fn stamps_that_run_backwards_and_empty_cells_spoil_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines: Vec<String> = Sensor::default()
+        .file([0.0, 0.0, 1.0], 400, 4)
+        .lines()
+        .map(str::to_owned)
+        .collect();
+    let mut back = lines.clone();
+    back[201] = back[201].replacen("2000,", "1900,", 1);
+    back[301] = back[301].replacen("3000,", ",", 1);
+    write(folder.path(), "back.csv", &(back.join("\n") + "\n"));
+    let line = "back.csv --filter savgol:5,2 --filter butter:2,5Hz";
+    let (reported, rows) = denoised(folder.path(), line);
+    finding(&reported, "bad-stamps");
+    finding(&reported, "parted");
+    assert_eq!(finding(&reported, "absent-time")["count"], 1);
+    assert_eq!(rows.len(), 401);
+
+    let mut holes = lines;
+    holes[101] = "1000,,0.1,9.8".to_owned();
+    holes[251] = "2500,0.1,NaN,".to_owned();
+    write(folder.path(), "holes.csv", &(holes.join("\n") + "\n"));
+    for filter in [
+        "savgol:5,2",
+        "butter:4,5Hz",
+        "highpass1:2,0.5Hz",
+        "hampel:7,3",
+        "mean:5",
+    ] {
+        let (reported, rows) = denoised(folder.path(), &format!("holes.csv --filter {filter}"));
+        assert_eq!(finding(&reported, "empty-cells")["count"], 2, "{filter}");
+        let empty: Vec<(usize, usize)> = (1..rows.len())
+            .flat_map(|r| (1..4).map(move |c| (r, c)))
+            .filter(|(r, c)| rows[*r][*c].is_empty())
+            .collect();
+        assert_eq!(empty, [(101, 1), (251, 2), (251, 3)], "{filter}");
+    }
+}
+
+/// A slope in time, which interpolation keeps: sampled anyhow, and with lost rows.
+fn slope(t: f64) -> f64 {
+    1.0 + 2.0 * t
+}
+
+fn uneven(folder: &Path) {
+    let (mut anyhow, mut lost) = ("t,ax,ay,az\n".to_owned(), "t,ax,ay,az\n".to_owned());
+    for i in 0..300 {
+        let t = 0.01 * f64::from(i) + 0.0037 * f64::from(i * 7 % 3 - 1);
+        anyhow += &format!("{t:.6},{:.9},0.5,9.81\n", slope(t));
+        let t = 0.01 * f64::from(i);
+        if i % 37 != 5 {
+            lost += &format!("{t:.6},{:.9},0.5,9.81\n", slope(t));
+        }
+    }
+    write(folder, "anyhow.csv", &anyhow);
+    write(folder, "lost.csv", &lost);
+}
+
+#[test]
+fn lost_rows_are_bridged() {
+    let folder = tempfile::tempdir().unwrap();
+    uneven(folder.path());
+    for line in [
+        "anyhow.csv --filter hampel:7,3",
+        "anyhow.csv --filter savgol:7,2 --columns t=- --rate 100",
+        "lost.csv --filter savgol:7,2",
+    ] {
+        let (reported, rows) = denoised(folder.path(), line);
+        assert_eq!(reported["segments"], 1, "{line}");
+        if line.starts_with("lost") {
+            for row in &rows[1..] {
+                let t_s = row[0].parse().unwrap();
+                close(row[1].parse().unwrap(), slope(t_s), 3e-6);
+            }
+        }
     }
 }

@@ -60,7 +60,3 @@ pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
         .rate_hz()
         .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
 }
-
-pub fn has(recording: &Recording, kind: FindingKind) -> bool {
-    recording.findings.iter().any(|n| n.kind == kind)
-}

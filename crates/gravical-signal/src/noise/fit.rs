@@ -340,7 +340,6 @@ mod tests {
         let octaves = (0..).map(|k| 1_usize << k).take_while(|m| 2 * m < samples);
         let points = octaves.map(|m| AllanVariance {
             m,
-            terms: 1,
             variance: model.variance(0.01 * m as f64),
         });
         NoisePoints::new(&points.collect::<Vec<_>>(), &[samples], 0.01)
