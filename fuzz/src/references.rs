@@ -37,20 +37,13 @@ fn push() -> &'static Recording {
     })
 }
 
-/// Its motion, without bands.
+/// Its motion.
 fn pushed() -> &'static Motion {
     static PUSHED: OnceLock<Motion> = OnceLock::new();
-    PUSHED.get_or_init(|| match motion(push(), None, &plain()) {
+    PUSHED.get_or_init(|| match motion(push(), None, &MotionOptions::default()) {
         Ok(motion) => motion,
         Err(e) => unreachable!("{e}"),
     })
-}
-
-fn plain() -> MotionOptions {
-    MotionOptions {
-        no_bands: true,
-        ..MotionOptions::default()
-    }
 }
 
 /// A byte chooses options, a table follows: with an odd one the table is the recording itself.

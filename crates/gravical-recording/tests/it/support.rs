@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Error, FindingKind, ReadOptions, Recording, read_bytes};
+use gravical_recording::{Error, ReadOptions, Recording, read_bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
