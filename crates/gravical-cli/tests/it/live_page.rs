@@ -62,10 +62,15 @@ impl Served {
         }
     }
 
+    fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
     /// Sends a head and a body as they stand here.
     fn send(&self, head: &str, body: &[u8]) -> Answer {
-        let mut stream = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut stream = self.connect();
         // Who is refused may find the connection closed before all is sent, or it is reset before the
         // answer is read.
         let _ = stream.write_all(&[head.as_bytes(), b"\r\n\r\n", body].concat());
