@@ -238,6 +238,9 @@ fn parse(text: &str) -> Option<FilterSpec> {
     })
 }
 
+/// From evenly spaced samples, as many as a filter needs or more, to as many.
+type Run = dyn Fn(&[f64]) -> Vec<f64>;
+
 /// A [`FilterSpec`] designed for a sampling rate.
 ///
 /// ```
@@ -258,8 +261,7 @@ pub struct Filter {
     pub(super) reach: usize,
     /// Samples until its response to an impulse ends; `None` without one.
     memory: Option<usize>,
-    /// From evenly spaced samples, `shortest` or more, to as many.
-    run: Box<dyn Fn(&[f64]) -> Vec<f64>>,
+    run: Box<Run>,
 }
 
 impl Filter {
