@@ -466,13 +466,16 @@ impl Plot<'_> {
     }
 }
 
+/// A place on each of two lines, if both are known there.
+type Ends = Option<((f64, f64), (f64, f64))>;
+
 /// The area between two lines, in pieces where both are known.
 fn band(low: &[Option<(f64, f64)>], high: &[Option<(f64, f64)>]) -> String {
-    let ends: Vec<_> = low.iter().zip(high).map(|(l, h)| l.zip(*h)).collect();
+    let ends: Vec<Ends> = low.iter().zip(high).map(|(l, h)| l.zip(*h)).collect();
     let pieces = ends
         .split(Option::is_none)
         .filter(|piece| !piece.is_empty());
-    let outline = |piece: &[Option<((f64, f64), (f64, f64))>]| {
+    let outline = |piece: &[Ends]| {
         let upper = piece.iter().map(|ends| ends.map(|(_, high)| high));
         let lower = piece.iter().rev().map(|ends| ends.map(|(low, _)| low));
         path(upper.chain(lower)) + "z"
