@@ -156,8 +156,11 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     })
 }
 
+/// A cell of a calibration; empty where there is no value.
+type OfCalibration = fn(&CalibrationFile) -> Option<String>;
+
 /// Columns of the summary of `--each`, in the units of each calibration.
-const COLUMNS: [(&str, fn(&CalibrationFile) -> Option<String>); 20] = [
+const COLUMNS: [(&str, OfCalibration); 20] = [
     ("sensor_id", |f| f.sensor.id.clone()),
     ("input_unit", |f| {
         Some(f.accelerometer.input_unit.name().to_owned())
