@@ -39,7 +39,7 @@ RATE = 100.0
 # Not the same work: what gravical computes beyond the other.
 MORE = {
     "calibrate, method Ferraris": "finds the poses; uncertainty, tests, verdict",
-    "noise, Allan deviation": "rests; intervals; N, B and K with theirs; check by the density",
+    "noise, Allan deviation": "rests; intervals; N, B and K with theirs",
     "Butterworth, zero phase": "gaps, uneven stamps; noise before and after",
     "Savitzky–Golay": "gaps, uneven stamps; noise before and after",
 }

@@ -28,8 +28,8 @@ pub struct BoardSettings {
     pub low_pass_hz: u16,
     /// Sampling rate, Hz, as realised by the sensor's divider.
     pub rate_hz: f64,
-    /// 0: text in SI units, 1: text in counts, 3: text with calibrated values. Firmware before 1.2
-    /// had 2: counts in a binary coding, which the logger wrote as text.
+    /// 0: text in SI units, 1: text in counts, 3: text with calibrated values. Older firmware had 2:
+    /// counts in a binary coding, which the logger wrote as text.
     pub format: u8,
     /// The sensor is an MPU-6500 or one of its relatives.
     pub is_mpu6500: bool,

@@ -117,8 +117,8 @@ class Result(Record):
         return tuple(Figure(*drawn) for drawn in (native.figures() if native else ()))
 
     def report(self, path: Path | None = None, *, force: bool = False) -> str:
-        """The report in full, as text; written to ``path`` as the program does with ``--report``:
-        ``.html`` is a page with everything in it, ``.md`` Markdown, ``.txt`` text."""
+        """The report in full, as text; written to ``path``, too: ``.html`` is a page with everything in
+        it, ``.md`` Markdown and ``.txt`` text, both without figures."""
         ending = "txt" if path is None else os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
         ending = "html" if ending == "htm" else ending
         if ending not in ("html", "md", "txt"):
@@ -211,7 +211,7 @@ def split(values: Floats, groups: Groups) -> dict[str, Any]:
             part = values[:, start : start + width]
             arrays[name] = part[:, 0] if width == 1 else part
         start += width
-    return {k: v == 1 if k in ("still", "taken") else v for k, v in arrays.items()}
+    return {k: v == 1 if k == "still" else v for k, v in arrays.items()}
 
 
 class Calibration(Result):

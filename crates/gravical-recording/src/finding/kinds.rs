@@ -89,15 +89,15 @@ kinds! {
     UnsignedCounts "unsigned-counts" Note "16-bit values written as unsigned: around 32768, or 65535 for −1";
     GyroUnitUnverified "gyro-unit-unverified" Note "no rotation between static intervals shows the unit of the gyroscope";
     GyroUnitByNoise "gyro-unit-by-noise" Warning "no rotation shows the unit of the gyroscope, and the header has none or is wrong about the accelerometer; the noise at rest distinguishes rad/s and °/s";
-    UnitUnverified "unit-unverified" Note "`apply`, `check`, `compare`: the unit of the recording cannot be verified";
+    UnitUnverified "unit-unverified" Note "the unit of a recording, soak or calibration is unknown";
     Clipped "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`";
     FrozenAxis "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
     RepeatedRows "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)";
     EmptyCells "empty-cells" Warning "cells without a value, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
-    TemperatureNotApplied "temperature-not-applied" Warning "`apply`, `check`: the calibration has a temperature model, the recording (or some of its rows) no temperatures";
-    GyroUnitUnknown "gyro-unit-unknown" Warning "the unit of the gyroscope is unknown";
+    TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";
+    GyroUnitUnknown "gyro-unit-unknown" Warning "`noise`: the unit or range of the gyroscope is unknown";
     TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";
     RowsAsPoses "rows-as-poses" Note "rows that point everywhere and are similar in magnitude";
     LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn, or turns that cannot be used";
@@ -133,7 +133,7 @@ kinds! {
     GyroScaleOff "gyro-scale-off" Warning "the scale factor of the gyroscope differs by more than 10 % from nominal";
     GyroScaleUnknown "gyro-scale-unknown" Note "the range of the gyroscope is not stated, and no motion determines the scale";
     GyroRateUnknown "gyro-rate-unknown" Note "neither time stamps nor `--rate`: rotations cannot be integrated";
-    PoorCalibration "poor-calibration" Warning "`apply`, `check`, `compare`: the verdict of the calibration is poor";
+    PoorCalibration "poor-calibration" Warning "the verdict of a calibration that is used or compared is poor";
     AlreadyCalibrated "already-calibrated" Warning "the columns have the names of calibrated columns, or the board says that it calibrates";
     SameFileTwice "same-file-twice" Warning "two inputs are identical";
     Parted "parted" Warning "time steps that are longer than ten usual ones or no whole number of them, or decreasing time stamps";

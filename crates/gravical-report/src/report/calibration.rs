@@ -183,7 +183,7 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
 fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
     let raw = &g.input_unit.to_string();
     let how = match g.method {
-        GyroMethod::Turns => "From three known turns and the rests (Ferraris).",
+        GyroMethod::Turns => "From a full turn about each axis and the six faces (Ferraris).",
         GyroMethod::Motion => {
             "From the motions between poses: gravity rotated by the integrated rate must agree with the accelerometer at the next pose. The axes are those of the calibrated accelerometer."
         }

@@ -68,7 +68,7 @@ pub static TARGETS: [Target; 10] = [
     Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
     Target { name: "kalibr", options: &["upper_limit"], form: Noise,
-        holds: "imu.yaml: noise density and random walk, of a calibration with noise" },
+        holds: "imu.yaml: noise density and random walk, of noise or a calibration that keeps it" },
     Target { name: "imucal", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
     Target { name: "gravical", options: &[], form: Text(CalibrationFile::to_json),
