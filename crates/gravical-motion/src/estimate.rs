@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::vec::IntoIter;
 
-use gravical_signal::{RestDetector, RestEvent, detect_rests};
+use gravical_signal::{detect_rests, detect_rests_causally};
 
 use crate::chain::{RestSelector, contradicts};
 use crate::filter::{Filter, Record, Recorder};
@@ -31,8 +31,8 @@ const BELIEVED_S: f64 = 4.0;
 ///    axes.
 /// 4. Backwards: the smoother, from rest to rest.
 ///
-/// A causal run ends with the third. Its rests are those of a [`RestDetector`], and each is decided where it
-/// begins.
+/// A causal run ends with the third. Its rests are those of [`detect_rests_causally`], and each is decided
+/// where it begins.
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
 /// or rests that are given are not spans of samples in order.
@@ -43,7 +43,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let found = match &options.rests {
         Some(given) => given.clone(),
-        None if options.causal => rests_as_they_come(samples),
+        None if options.causal => detect_rests_causally(&samples.channels()),
         None => detect_rests(&samples.channels()),
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
@@ -92,26 +92,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         noise: Some(noise.of_rests(samples.has_gyro())),
         ..course.run(rests.into_iter())
     }
-}
-
-/// Those that the detector finds by what is past.
-fn rests_as_they_come(samples: &Samples) -> Vec<Range<usize>> {
-    let channels = samples.channels();
-    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
-    let mut rests: Vec<Range<usize>> = Vec::new();
-    while let Some(event) = detector
-        .update(&channels)
-        .or_else(|| detector.finish(&channels))
-    {
-        match (event, rests.last_mut()) {
-            (RestEvent::Begin(start), _) => rests.push(start..samples.len()),
-            (RestEvent::Withdraw, _) => drop(rests.pop()),
-            (RestEvent::End(end), Some(rest)) => rest.end = end,
-            (RestEvent::End(_), None) => {}
-        }
-    }
-    rests.retain(|rest| rest.start < rest.end);
-    rests
 }
 
 /// All rests, each with the move before it; the last move has none.

@@ -313,23 +313,6 @@ impl Partition {
         (count, self.start[count])
     }
 
-    /// Drops blocks that no segment reaches any more, once there are many; says how many.
-    pub fn forget(&mut self) -> usize {
-        if self.start.len() < 4 * MAX_BLOCKS {
-            return 0;
-        }
-        let dropped = self.start.len() - 2 * MAX_BLOCKS;
-        self.sum.drain(..dropped);
-        self.squares.drain(..dropped);
-        self.cost.drain(..dropped);
-        self.start.drain(..dropped);
-        let least = self.cost[0];
-        self.cost.iter_mut().for_each(|c| *c -= least);
-        let start = self.start.iter_mut();
-        start.for_each(|s| *s = s.saturating_sub(dropped));
-        dropped
-    }
-
     /// Touching segments that are the same rest are one.
     fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
         segments.dedup_by(|next, last| {
