@@ -55,7 +55,9 @@ pub(crate) struct RestSelector<'a>(pub Model<'a>);
 /// What a rest says to the filter.
 fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    Innovation::of_rest(model, filter, rest).with_slack(slack.powi(2))
+    let mut innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+    (3..5).for_each(|c| innovation.s[(c, c)] += slack.powi(2));
+    innovation
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.

@@ -139,10 +139,14 @@ impl Course<'_> {
                 let this = Leg {
                     end: end.min(last),
                     ends: ends(!is_first, rest.is_some()),
-                    rest: rest
-                        .as_ref()
-                        .filter(|_| !is_first)
-                        .map(|rest| self.known(rest)),
+                    // A causal run knows the first second of it.
+                    rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
+                        if causal {
+                            closing(model, rest)
+                        } else {
+                            rest.clone()
+                        }
+                    }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
                 let (excess, found) = this.run(model, &mut filter, &mut recorder);
@@ -204,15 +208,6 @@ impl Course<'_> {
             smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
         motion.path.reverse();
-    }
-
-    /// What is known of a rest when it is held against the move before it.
-    fn known(&self, rest: &Range<usize>) -> Range<usize> {
-        if self.model.options.causal {
-            closing(&self.model, rest)
-        } else {
-            rest.clone()
-        }
     }
 
     /// The first candidate after the rest that the filter left whose velocity and tilt are those of a rest when it

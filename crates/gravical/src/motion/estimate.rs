@@ -61,8 +61,7 @@ impl Estimate {
     ///
     /// None that can happen: the filter is one that can be designed.
     pub fn by_report(samples: Samples) -> Result<Self> {
-        let motion = report_motion(&samples)?;
-        Ok(Estimate { motion, samples })
+        report_motion(&samples).map(|motion| Estimate { motion, samples })
     }
 }
 
