@@ -27,7 +27,6 @@
 //! ```
 
 mod interactive;
-#[doc(hidden)]
 mod options;
 mod path;
 mod poses;
