@@ -1,9 +1,8 @@
 //! Calibrated samples, and what is known of the sensor that made them.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
-use gravical_signal::{Channels, is_gap, resolution, sampling_period};
+use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
 use crate::odd::{BridgeKind, Bridged, Sensor};
 
@@ -121,7 +120,7 @@ impl Samples {
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
-        samples.divide();
+        samples.pieces = pieces(&samples.time_s, samples.period_s, &[]);
         samples.bridged = bridged
             .into_iter()
             .filter_map(|b| samples.kept(b))
@@ -133,25 +132,10 @@ impl Samples {
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
     #[must_use]
     pub fn with_breaks(mut self, rows: &[usize]) -> Samples {
-        let samples = rows.iter().map(|row| self.first_sample(*row));
-        let breaks: BTreeSet<usize> = samples.filter(|i| (1..self.len()).contains(i)).collect();
-        self.breaks = breaks.into_iter().collect();
-        self.divide();
+        self.breaks = rows.iter().map(|row| self.first_sample(*row)).collect();
+        self.breaks.sort_unstable();
+        self.pieces = pieces(&self.time_s, self.period_s, &self.breaks);
         self
-    }
-
-    /// Pieces between gaps and breaks.
-    fn divide(&mut self) {
-        self.pieces.clear();
-        for i in 0..self.len() {
-            let starts = i == 0
-                || is_gap(self.time_s[i] - self.time_s[i - 1], self.period_s)
-                || self.breaks.binary_search(&i).is_ok();
-            match self.pieces.last_mut() {
-                Some(last) if !starts => last.end = i + 1,
-                _ => self.pieces.push(i..i + 1),
-            }
-        }
     }
 
     /// The first sample of row `row` or later.

@@ -21,7 +21,7 @@ mod rests;
 pub use allan::{AllanVariance, allan_variances};
 pub use causal::detect_rests_causally;
 pub use channels::{
-    Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
+    Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
 };
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,

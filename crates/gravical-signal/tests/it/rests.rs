@@ -59,7 +59,7 @@ impl Recording {
             force_mps2: &self.force,
             rate_rad_s: &self.rate,
             period_s,
-            pieces: &pieces(&self.time_s, period_s),
+            pieces: &pieces(&self.time_s, period_s, &[]),
             resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
         };
         if causal {
