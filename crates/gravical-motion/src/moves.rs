@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Budget, Ends, Move};
+use crate::result::{Ends, Move};
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
@@ -126,16 +126,13 @@ impl Leg {
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
-            duration_s: samples.time_s[span.end] - samples.time_s[span.start],
-            displacement_m: [0.0; 3],
-            covariance_m2: [[0.0; 3]; 3],
-            budget: Budget::default(),
             ends: self.ends,
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
             replaced: within.count(),
             samples: span,
+            ..Move::default()
         }
     }
 }

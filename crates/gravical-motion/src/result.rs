@@ -82,12 +82,10 @@ impl Budget {
 }
 
 /// One move.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Move {
     /// From its first to its last sample, that one included in the integral.
     pub samples: Range<usize>,
-    /// Time from its start to its end, s.
-    pub duration_s: f64,
     /// Displacement, m: x, y level in the directions of the first rest, z up.
     pub displacement_m: [f64; 3],
     /// Its covariance, m².

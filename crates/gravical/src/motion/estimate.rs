@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use gravical_motion::{
-    Budget, CalibrationUncertainty, Ends, Motion, MotionOptions as EngineOptions, Move, PathNode,
-    Samples, estimate_motion,
+    CalibrationUncertainty, Motion, MotionOptions as EngineOptions, Move, PathNode, Samples,
+    estimate_motion,
 };
 
 use super::options::MotionOptions;
@@ -105,15 +105,9 @@ fn report_motion(samples: &Samples) -> Result<Motion> {
     }
     let whole = Move {
         samples: 0..node.sample,
-        duration_s: t[node.sample] - t[0],
         displacement_m: node.position_m,
         covariance_m2: [[f64::NAN; 3]; 3],
-        budget: Budget::default(),
-        ends: Ends::Free,
-        closure: None,
-        stances: 0,
-        replaced: 0,
-        unusable: None,
+        ..Move::default()
     };
     Ok(Motion {
         moves: vec![whole],
