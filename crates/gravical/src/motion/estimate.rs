@@ -2,15 +2,10 @@
 
 use std::ops::Range;
 
-use gravical_motion::{
-    CalibrationUncertainty, Motion, MotionOptions as EngineOptions, Move, PathNode, Samples,
-    estimate_motion,
-};
+use gravical_motion::{Motion, Move, PathNode, Samples};
 
-use super::options::MotionOptions;
 use crate::Result;
 use crate::denoise::{Filter, FilterSpec};
-use crate::recording::Meter;
 
 /// Rows that the mean of the student report is over.
 const ROWS: usize = 500;
@@ -23,27 +18,6 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// By the filter, between `rests` or those that it finds.
-    pub fn new(
-        samples: Samples,
-        options: &MotionOptions,
-        calibration: CalibrationUncertainty,
-        rests: Option<Vec<Range<usize>>>,
-    ) -> Self {
-        let engine = EngineOptions {
-            calibration,
-            stances: !options.no_stances,
-            // Given rests imply that the whole recording is known.
-            causal: options.causal && rests.is_none(),
-            rests,
-            stopped: options.meter.as_ref().map(Meter::flag),
-        };
-        Estimate {
-            motion: estimate_motion(&samples, &engine),
-            samples,
-        }
-    }
-
     /// Its rests in other samples of the same rows.
     pub fn rests_in(&self, samples: &Samples) -> Vec<Range<usize>> {
         let rows = self.samples.rows();

@@ -41,7 +41,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceCovariance, Samples};
+use gravical_motion::{
+    CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions as EngineOptions,
+    Samples, estimate_motion,
+};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -241,37 +244,37 @@ impl Work<'_> {
         self.run(samples, DATA_SHEET.force(), Some(rests))
     }
 
-    /// An estimate, unless it was stopped.
+    /// An estimate by the filter, between `rests` or those that it finds, unless it was stopped.
     fn run(
         &self,
         samples: Samples,
         covariance: ForceCovariance,
         rests: Option<Vec<Range<usize>>>,
     ) -> Result<Estimate> {
-        let calibration = self.calibration(&samples, covariance);
-        let estimate = Estimate::new(samples, self.options, calibration, rests);
-        if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
+        let options = self.options;
+        let by_calibration = variance_of_magnitude(&covariance, &typical(&samples));
+        let own = self.file.filter(|_| self.scales.gyro_calibrated);
+        let engine = EngineOptions {
+            calibration: CalibrationUncertainty {
+                force: covariance,
+                rate: of_gyroscope(own, &options.axes),
+                force_bias_sd_mps2: BIAS_DRIFT_MPS2,
+                gravity_sd_mps2: by_calibration
+                    .sqrt()
+                    .hypot(self.gravity().uncertainty_mps2()),
+            },
+            stances: !options.no_stances,
+            // Given rests imply that the whole recording is known.
+            causal: options.causal && rests.is_none(),
+            rests,
+            stopped: options.meter.as_ref().map(Meter::flag),
+        };
+        let motion = estimate_motion(&samples, &engine);
+        if options.meter.as_ref().is_some_and(Meter::is_stopped) {
             let stopped = std::io::Error::other("its motion was stopped");
             return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
-        Ok(estimate)
-    }
-
-    fn calibration(
-        &self,
-        samples: &Samples,
-        covariance: ForceCovariance,
-    ) -> CalibrationUncertainty {
-        let by_calibration = variance_of_magnitude(&covariance, &typical(samples));
-        let own = self.file.filter(|_| self.scales.gyro_calibrated);
-        CalibrationUncertainty {
-            force: covariance,
-            rate: of_gyroscope(own, &self.options.axes),
-            force_bias_sd_mps2: BIAS_DRIFT_MPS2,
-            gravity_sd_mps2: by_calibration
-                .sqrt()
-                .hypot(self.gravity().uncertainty_mps2()),
-        }
+        Ok(Estimate { samples, motion })
     }
 
     /// How far the parameters may be off, before the rests are asked.

@@ -252,11 +252,8 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
             per_s
         })
     });
-    // Without a fit, white noise: the distribution of the points has to be that of some noise.
-    let white = NoiseModel {
-        squares: [1.0, 0.0, 0.0],
-    };
-    let model = fit.as_ref().map_or(white, |fit| fit.model);
+    // Without a fit the distribution of the points has to be that of some noise.
+    let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
     let freedom = points.degrees_of_freedom(&model);
     let points = variances.iter().zip(freedom);
     let is_gyroscope = name.starts_with('g');
