@@ -161,37 +161,13 @@ impl Samples {
         self.time_s.is_empty()
     }
 
-    /// Their times, s.
-    #[must_use]
-    pub fn time_s(&self) -> &[f64] {
-        &self.time_s
-    }
-
     /// The row of each sample.
     #[must_use]
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
-    /// Specific force of each sample, m/s².
-    #[must_use]
-    pub fn force_mps2(&self) -> &[[f64; 3]] {
-        &self.force
-    }
-
-    /// Angular rate of each sample, rad/s; empty without a gyroscope.
-    #[must_use]
-    pub fn rate_rad_s(&self) -> &[[f64; 3]] {
-        &self.rate
-    }
-
-    /// Spans without a gap, in samples.
-    #[must_use]
-    pub fn pieces(&self) -> &[Range<usize>] {
-        &self.pieces
-    }
-
-    /// The same for the detector of rests.
+    /// Times, values and pieces.
     #[must_use]
     pub fn channels(&self) -> Channels<'_> {
         Channels {

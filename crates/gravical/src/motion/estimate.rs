@@ -42,15 +42,15 @@ impl Estimate {
 /// The procedure of the student report: Savitzky–Golay, the mean of the first rows off, trapezoid. One move in the
 /// axes of the sensor, without rests and bands.
 fn report_motion(samples: &Samples) -> Result<Motion> {
-    let t = samples.time_s();
+    let t = samples.channels().time_s;
     let savgol = FilterSpec::SavitzkyGolay {
         window: 5,
         order: 2,
     };
     let filter = Filter::design(&savgol, None)?;
     let columns: [Vec<f64>; 3] = std::array::from_fn(|c| {
-        let mut column: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
-        for piece in samples.pieces() {
+        let mut column: Vec<f64> = samples.channels().force_mps2.iter().map(|f| f[c]).collect();
+        for piece in samples.channels().pieces {
             filter.apply(&mut column[piece.clone()]);
         }
         let rows = &column[..ROWS.min(column.len())];

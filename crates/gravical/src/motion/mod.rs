@@ -97,7 +97,8 @@ impl Motion {
 
     /// Samples before which others are missing, or the recording is parted.
     pub fn breaks(&self) -> impl Iterator<Item = usize> {
-        self.own.samples.pieces().iter().skip(1).map(|p| p.start)
+        let pieces = self.own.samples.channels().pieces;
+        pieces.iter().skip(1).map(|p| p.start)
     }
 }
 
@@ -129,13 +130,14 @@ pub fn motion(
     let scales = scales(recording, file, options, &mut findings)?;
     let (samples, plain) = prepare::samples(recording, &scales, &mut findings)?;
     findings.extend(words::rows_left_out(recording, &samples));
-    let given = options.rests.as_ref();
+    let rests = options.rests.as_ref();
+    let given = rests.map(|r| r.spans(samples.channels().time_s));
     let work = Work {
         recording,
         file,
         options,
         scales: &scales,
-        rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
+        rests: given.transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
     let (own, misfit) = if by_report {
@@ -151,9 +153,9 @@ pub fn motion(
     let end = end(&own, &moves, options);
     let rests = &own.motion.rests;
     let no_rest = rests.is_empty() && !by_report;
-    let t = own.samples.time_s();
+    let t = own.samples.channels().time_s;
     let visible_moves = visible_moves(&own, options);
-    let has_gyro = !own.samples.rate_rad_s().is_empty();
+    let has_gyro = !own.samples.channels().rate_rad_s.is_empty();
     findings.extend(words::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
@@ -362,7 +364,7 @@ impl Work<'_> {
 /// Median of each axis, m/s²: about gravity.
 fn typical(samples: &Samples) -> [f64; 3] {
     std::array::from_fn(|c| {
-        let mut axis: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
+        let mut axis: Vec<f64> = samples.channels().force_mps2.iter().map(|f| f[c]).collect();
         crate::stats::median(&mut axis).unwrap_or_default()
     })
 }

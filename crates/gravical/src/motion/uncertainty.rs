@@ -170,10 +170,9 @@ impl GravityMisfit {
         rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
-        let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
-        let channels = samples.channels();
+        let (channels, t) = (samples.channels(), samples.channels().time_s);
         rests
             .iter()
             .map(|rest| {
