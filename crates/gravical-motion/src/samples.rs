@@ -121,10 +121,12 @@ impl Samples {
         }
         samples.period_s = sampling_period(&samples.time_s);
         samples.pieces = pieces(&samples.time_s, samples.period_s, &[]);
-        samples.bridged = bridged
-            .into_iter()
-            .filter_map(|b| samples.kept(b))
-            .collect();
+        // In samples, where a row of it was kept.
+        let kept = bridged.into_iter().map(|b| Bridged {
+            rows: samples.first_sample(b.rows.start)..samples.first_sample(b.rows.end),
+            ..b
+        });
+        samples.bridged = kept.filter(|b| !b.rows.is_empty()).collect();
         samples.bridged.sort_by_key(|b| b.rows.end);
         samples
     }
@@ -141,12 +143,6 @@ impl Samples {
     /// The first sample of row `row` or later.
     fn first_sample(&self, row: usize) -> usize {
         self.rows.partition_point(|r| *r < row)
-    }
-
-    /// What was bridged, in samples; none if no row of it was kept.
-    fn kept(&self, bridged: Bridged) -> Option<Bridged> {
-        let rows = self.first_sample(bridged.rows.start)..self.first_sample(bridged.rows.end);
-        (!rows.is_empty()).then_some(Bridged { rows, ..bridged })
     }
 
     /// Number of samples.

@@ -10,7 +10,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use super::options::SimulateOptions;
 use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, uniform};
-use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
+use super::truth::{AccelerometerTruth, GyroscopeTruth, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
 const START_TEMPERATURE_C: f64 = 25.0;
@@ -90,7 +90,7 @@ impl Sensor {
     /// The truth, without recordings.
     pub(super) fn truth(&self, options: &SimulateOptions) -> Truth {
         Truth {
-            format: TRUTH_FORMAT.to_owned(),
+            format: "gravical-truth/1".to_owned(),
             tool: crate::TOOL.to_owned(),
             seed: options.seed,
             gravity_mps2: options.gravity_mps2,
