@@ -5,7 +5,7 @@ use std::vec::IntoIter;
 
 use gravical_signal::{detect_rests, detect_rests_causally};
 
-use crate::chain::{RestSelector, contradicts};
+use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, close, closing, leave};
 use crate::noise::{Density, Noise};
@@ -69,7 +69,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let rests = if options.rests.is_some() || options.causal {
         found
     } else {
-        RestSelector(model).chain(&found)
+        chain(&model, &found)
     };
     let Some(first) = rests.first() else {
         return Motion::default();
