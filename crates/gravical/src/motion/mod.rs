@@ -168,6 +168,10 @@ pub fn motion(
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
 
+    let span = |rest: &Range<usize>| Span {
+        start_s: t[rest.start],
+        end_s: t[rest.end - 1],
+    };
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
@@ -184,7 +188,7 @@ pub fn motion(
         rows: recording.rows() as u64,
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
         frame: words::frame(options),
-        rests: Span::of(t, rests),
+        rests: rests.iter().map(span).collect(),
         noise: own.motion.noise,
         visible_moves,
         gravity_misfit: misfit,
