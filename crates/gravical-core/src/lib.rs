@@ -41,7 +41,6 @@ pub mod calibration;
 pub mod filter;
 pub mod matrix3;
 mod real;
-pub mod rounding;
 pub mod six_position;
 pub mod unit;
 

@@ -1,6 +1,6 @@
 //! Drift of the bias with temperature, from many poses: is it predictable?
 
-use crate::fit::{Options, Undetermined, least_covered, prepare};
+use crate::fit::{Options, Undetermined, prepare};
 use crate::pose::Pose;
 use crate::rows::force;
 
@@ -45,10 +45,7 @@ pub fn test_drift(poses: &[Pose], options: &Options) -> Result<DriftTest, Undete
 
 /// Mean of |‖a‖ − g| over each part, by the fit to the others.
 fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undetermined> {
-    let open = Undetermined {
-        direction: least_covered(poses),
-        sd_mps2: f64::INFINITY,
-    };
+    let open = Undetermined::of(poses);
     let mut search = prepare(poses, options).ok_or(open)?;
     if search.poses.len() < PARTS {
         return Err(open);

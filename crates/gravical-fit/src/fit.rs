@@ -126,10 +126,7 @@ const SAME_PLACEMENT: f64 = 0.3 * std::f64::consts::PI / 180.0;
 ///
 /// [`Undetermined`]; also without poses, or if a mean, its standard deviation or a temperature is not finite.
 pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
-    let open = || Undetermined {
-        direction: least_covered(poses),
-        sd_mps2: f64::INFINITY,
-    };
+    let open = || Undetermined::of(poses);
     let mut search = prepare(poses, options).ok_or_else(open)?;
     let mut found = search.settle().ok_or_else(open)?;
     let mut misfits = search.misfits();
@@ -258,18 +255,23 @@ fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f
     k
 }
 
-/// The direction that the readings cover least.
-pub(crate) fn least_covered(poses: &[Pose]) -> [f64; 3] {
-    let mut spread = Matrix3::zeros();
-    for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
-        let n = Vector3::from(pose.mean)
-            .try_normalize(0.0)
-            .unwrap_or_default();
-        spread += n * n.transpose();
+impl Undetermined {
+    /// Where nothing limits the direction that the readings cover least.
+    pub(crate) fn of(poses: &[Pose]) -> Undetermined {
+        let mut spread = Matrix3::zeros();
+        for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
+            let n = Vector3::from(pose.mean)
+                .try_normalize(0.0)
+                .unwrap_or_default();
+            spread += n * n.transpose();
+        }
+        let eigen = spread.symmetric_eigen();
+        let least = eigen.eigenvalues.imin();
+        Undetermined {
+            direction: eigen.eigenvectors.column(least).into_owned().into(),
+            sd_mps2: f64::INFINITY,
+        }
     }
-    let eigen = spread.symmetric_eigen();
-    let least = eigen.eigenvalues.imin();
-    eigen.eigenvectors.column(least).into_owned().into()
 }
 
 /// Degrees of freedom of the angles of faces, less what the parameters take of them.

@@ -24,6 +24,12 @@ pub fn matrix(x: &Parameters) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| x[3 * r + c])
 }
 
+/// M⁻¹; NaN where M is singular.
+pub(crate) fn inverse(x: &Parameters) -> Matrix3<f64> {
+    let inverse = matrix(x).try_inverse();
+    inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN))
+}
+
 /// b at a temperature `warmer_c` above that of reference.
 pub fn bias(x: &Parameters, warmer_c: f64) -> Vector3<f64> {
     Vector3::from_fn(|i, _| x[BIAS + i] + warmer_c * x[DRIFT + i])

@@ -1,12 +1,12 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, SMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
 use crate::model::{
-    BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, jacobian,
-    matrix, sensitivity, sphere,
+    BENDS, BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, invariants, inverse,
+    jacobian, matrix, sensitivity, sphere,
 };
 
 /// Gravity, and how well it is known.
@@ -146,8 +146,7 @@ impl Sensor {
     /// What is claimed of ‖a‖ along some unit vectors, m/s²; NaN where M is singular.
     pub fn claims(&self, directions: impl Iterator<Item = Vector3<f64>>) -> Vec<Claim> {
         let covariance = self.covariance_with_gravity();
-        let inverse = matrix(&self.parameters).try_inverse();
-        let inverse = inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        let inverse = inverse(&self.parameters);
         let gravity = self.gravity.value_mps2;
         let claim = |direction: Vector3<f64>| {
             let h = sensitivity(&inverse, &direction, gravity);

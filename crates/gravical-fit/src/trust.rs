@@ -2,13 +2,14 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, matrix, sensitivity, sphere,
+    BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, inverse, matrix, sensitivity,
+    sphere,
 };
 use crate::rows::{Held, Placed, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
@@ -152,16 +153,6 @@ impl Fit {
         }
     }
 
-    fn inverse(&self) -> Matrix3<f64> {
-        matrix(self.found.x())
-            .try_inverse()
-            .unwrap_or_else(|| Matrix3::repeat(f64::NAN))
-    }
-
-    fn counts(&self, k: usize) -> bool {
-        self.search.counts(k)
-    }
-
     /// The sensor with another covariance, working units.
     fn sensor_with(&self, covariance: Covariance) -> Sensor {
         Sensor {
@@ -191,9 +182,9 @@ impl Fit {
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
         let near = NEIGHBOUR.cos();
-        let others = |i: usize| self.counts(i) && directions[i].dot(&directions[k]) < near;
+        let others = |i: usize| self.search.counts(i) && directions[i].dot(&directions[k]) < near;
         let held = &self.search.held;
-        if !self.counts(k) || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
+        if !self.search.counts(k) || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
             return None;
         }
         let linear = &self.found.linear;
@@ -230,7 +221,7 @@ impl Fit {
         let held = &self.search.held;
         let straight = Held { bend: 0.0, ..*held };
         let linear = &self.found.linear;
-        let solution = linear.solve_poses(&straight, |k| self.counts(k))?;
+        let solution = linear.solve_poses(&straight, |k| self.search.counts(k))?;
         let test = |k: usize| {
             let row = &linear.rows[k];
             // An error along gravity changes the length and no angle.
@@ -242,10 +233,12 @@ impl Fit {
             covariance: self.found.solution.covariance,
             straight: solution.covariance,
             tests: (0..linear.rows.len())
-                .filter(|k| self.counts(*k))
+                .filter(|k| self.search.counts(*k))
                 .filter_map(test)
                 .collect(),
-            freedom: linear.lengths(held, &solution, |k| self.counts(k)).freedom,
+            freedom: linear
+                .lengths(held, &solution, |k| self.search.counts(k))
+                .freedom,
         })
     }
 
@@ -264,7 +257,7 @@ impl Fit {
     }
 
     fn undetected_by(&self, state: &State) -> Option<Undetected> {
-        let inverse = self.inverse();
+        let inverse = inverse(self.found.x());
         let gravity = self.search.held.gravity;
         let along: Vec<(Vector3<f64>, Parameters)> = sphere(DIRECTIONS)
             .map(|n| (n, sensitivity(&inverse, &n, gravity)))
@@ -297,7 +290,7 @@ impl Fit {
 
     /// The session with one free pose more along n: nothing moves, the covariance shrinks.
     fn with_pose(&self, state: &State, n: &Vector3<f64>, sd: f64) -> State {
-        let h = sensitivity(&self.inverse(), n, self.search.held.gravity);
+        let h = sensitivity(&inverse(self.found.x()), n, self.search.held.gravity);
         let mut more = state.clone();
         let variance = sd * sd;
         for covariance in [&mut more.covariance, &mut more.straight] {
@@ -369,7 +362,7 @@ impl Fit {
             .rows
             .iter()
             .enumerate()
-            .filter(|(k, _)| self.counts(*k))
+            .filter(|(k, _)| self.search.counts(*k))
         {
             let whitener = row.whitener(held)?;
             let gain = solution.covariance * (whitener * row.jacobian).transpose() * whitener;
@@ -378,7 +371,7 @@ impl Fit {
             }
         }
         let rest = solution.covariance - sums[0] - sums[1] - sums[2];
-        let inverse = self.inverse();
+        let inverse = inverse(self.found.x());
         let over_sphere = |f: &dyn Fn(Vector3<f64>) -> f64| {
             (sphere(DIRECTIONS).map(f).sum::<f64>() / DIRECTIONS as f64).sqrt()
         };

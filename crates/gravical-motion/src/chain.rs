@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::closure::REST_SPEED_MPS;
 use crate::filter::{Filter, Innovation, Recorder};
-use crate::samples::Unusable;
+use crate::samples::{Samples, Unusable};
 use crate::transition::Model;
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
@@ -49,13 +49,12 @@ const MAX_PAUSE_SD: f64 = 2.0;
 /// Samples between the nodes of an integration whose path nobody sees, s.
 const NODE_S: f64 = 0.1;
 
-/// The test of rests.
-pub(crate) struct RestSelector<'a>(pub Model<'a>);
-
 /// What a rest says to the filter.
 fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    Innovation::of_rest(model, filter, rest).with_slack(slack.powi(2))
+    let mut innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+    (3..5).for_each(|c| innovation.s[(c, c)] += slack.powi(2));
+    innovation
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.
@@ -64,155 +63,145 @@ pub(crate) fn contradicts(model: &Model<'_>, filter: &Filter, rest: &Range<usize
     excess_chi2(&innovation, model.samples.has_gyro()) > 0.0
 }
 
-impl RestSelector<'_> {
-    /// A filter at the end of a rest.
-    fn filter_after(&self, rest: &Range<usize>) -> Filter {
-        let mut filter = Filter::new(&self.0, rest.start, rest);
-        let off = &mut Recorder::default();
-        filter.rest(&self.0, rest, REST_SPEED_MPS, off);
-        filter.halt(&self.0, rest.end - 1, off);
-        filter
+/// What it costs to take `next` for the rest after that which the filter left, and the standard
+/// deviation of the velocity where it begins, m/s.
+fn cost(model: &Model<'_>, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
+    let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
+    let node = model.samples.count_in(NODE_S).max(1);
+    for into_s in TRIED_S {
+        let to = model.samples.after_s(next.start, into_s);
+        let to = to.min(next.end - 1);
+        if to > filter.at {
+            let excess = model.noise.excess(filter.at, to);
+            filter.propagate(model, to, node, &excess, &mut Recorder::default());
+        }
+        let innovation = innovation(model, filter, next);
+        if into_s == 0.0 {
+            speed_sd_mps = innovation.velocity_sd_mps();
+        }
+        let cost = if into_s == 0.0 && model.samples.has_gyro() {
+            COST_OF_BOTH * excess_chi2(&innovation, true)
+        } else {
+            COST_OF_VELOCITY * excess_chi2(&innovation, false)
+        };
+        worst = f64::max(worst, cost);
     }
+    (worst, speed_sd_mps)
+}
 
-    /// What it costs to take `next` for the rest after that which the filter left, and the standard
-    /// deviation of the velocity where it begins, m/s.
-    fn cost(&self, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
-        let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
-        let node = self.0.samples.count_in(NODE_S).max(1);
-        for into_s in TRIED_S {
-            let to = self.0.samples.after_s(next.start, into_s);
-            let to = to.min(next.end - 1);
-            if to > filter.at {
-                let excess = self.0.noise.excess(filter.at, to);
-                filter.propagate(&self.0, to, node, &excess, &mut Recorder::default());
-            }
-            let innovation = innovation(&self.0, filter, next);
-            if into_s == 0.0 {
-                speed_sd_mps = innovation.velocity_sd_mps();
-            }
-            let cost = if into_s == 0.0 && self.0.samples.has_gyro() {
-                COST_OF_BOTH * excess_chi2(&innovation, true)
+/// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
+/// at a speed.
+pub(crate) fn chain(model: &Model<'_>, spans: &[Range<usize>]) -> Vec<Range<usize>> {
+    let samples = model.samples;
+    let seconds: Vec<f64> = spans.iter().map(|s| samples.duration_s(s)).collect();
+    let rested = |s: f64| s.min(FULL_WEIGHT_S) / FULL_WEIGHT_S + LONG_WEIGHT_PER_S * s;
+    let weight: Vec<f64> = (0..spans.len())
+        .map(|k| 1.0 + rested(seconds[k]) + if k == 0 { FIRST_WEIGHT } else { 0.0 })
+        .collect();
+    let mut best = weight.clone();
+    let mut before = vec![None; spans.len()];
+    // Quiet time up to the end of each span in which nothing sped up: it counts once.
+    let mut together_s = seconds.clone();
+    for k in 0..spans.len() {
+        let costs = costs(model, spans, k);
+        // Those that agree, or where none does the least contradiction.
+        let least = costs.iter().map(|c| c.1).fold(f64::MAX, f64::min);
+        let none_agrees = costs.iter().all(|(next, cost)| *cost >= weight[*next]);
+        for (next, cost) in costs {
+            let one = !speeds_up(samples, &spans[k], &spans[next]);
+            let together = seconds[next] + if one { together_s[k] } else { 0.0 };
+            let gain = if none_agrees && cost > least {
+                continue;
+            } else if none_agrees {
+                TIE / (1.0 + cost)
+            } else if one {
+                rested(together) - rested(together_s[k]) - cost
             } else {
-                COST_OF_VELOCITY * excess_chi2(&innovation, false)
+                weight[next] - cost
             };
-            worst = f64::max(worst, cost);
-        }
-        (worst, speed_sd_mps)
-    }
-
-    /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
-    /// at a speed.
-    pub fn chain(&self, spans: &[Range<usize>]) -> Vec<Range<usize>> {
-        let samples = self.0.samples;
-        let seconds: Vec<f64> = spans.iter().map(|s| samples.duration_s(s)).collect();
-        let rested = |s: f64| s.min(FULL_WEIGHT_S) / FULL_WEIGHT_S + LONG_WEIGHT_PER_S * s;
-        let weight: Vec<f64> = (0..spans.len())
-            .map(|k| 1.0 + rested(seconds[k]) + if k == 0 { FIRST_WEIGHT } else { 0.0 })
-            .collect();
-        let mut best = weight.clone();
-        let mut before = vec![None; spans.len()];
-        // Quiet time up to the end of each span in which nothing sped up: it counts once.
-        let mut together_s = seconds.clone();
-        for k in 0..spans.len() {
-            let costs = self.costs(spans, k);
-            // Those that agree, or where none does the least contradiction.
-            let least = costs.iter().map(|c| c.1).fold(f64::MAX, f64::min);
-            let none_agrees = costs.iter().all(|(next, cost)| *cost >= weight[*next]);
-            for (next, cost) in costs {
-                let one = !self.speeds_up(&spans[k], &spans[next]);
-                let together = seconds[next] + if one { together_s[k] } else { 0.0 };
-                let gain = if none_agrees && cost > least {
-                    continue;
-                } else if none_agrees {
-                    TIE / (1.0 + cost)
-                } else if one {
-                    rested(together) - rested(together_s[k]) - cost
-                } else {
-                    weight[next] - cost
-                };
-                if best[k] + gain > best[next] {
-                    (best[next], before[next]) = (best[k] + gain, Some(k));
-                    together_s[next] = together;
-                }
+            if best[k] + gain > best[next] {
+                (best[next], before[next]) = (best[k] + gain, Some(k));
+                together_s[next] = together;
             }
         }
-        let mut chain = Vec::new();
-        let mut at = (0..spans.len()).max_by(|a, b| best[*a].total_cmp(&best[*b]));
-        while let Some(k) = at {
-            chain.push(spans[k].clone());
-            at = before[k];
+    }
+    let mut chain = Vec::new();
+    let mut at = (0..spans.len()).max_by(|a, b| best[*a].total_cmp(&best[*b]));
+    while let Some(k) = at {
+        chain.push(spans[k].clone());
+        at = before[k];
+    }
+    chain.reverse();
+    joined(model, chain)
+}
+
+/// Between two spans the sensor has another velocity than in the first.
+fn speeds_up(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
+    let rest = samples.channels().mean(a);
+    let mut velocity = [0.0; 3];
+    (a.end..b.start).any(|i| {
+        let h = samples.time_s[i] - samples.time_s[i - 1];
+        for c in 0..3 {
+            velocity[c] += (samples.force[i][c] - rest[c]) * h;
         }
-        chain.reverse();
-        self.joined(chain)
-    }
+        velocity.iter().map(|v| v * v).sum::<f64>() > MAX_BUMP_MPS.powi(2)
+    })
+}
 
-    /// Between two spans the sensor has another velocity than in the first.
-    fn speeds_up(&self, a: &Range<usize>, b: &Range<usize>) -> bool {
-        let samples = self.0.samples;
-        let rest = samples.channels().mean(a);
-        let mut velocity = [0.0; 3];
-        (a.end..b.start).any(|i| {
-            let h = samples.time_s[i] - samples.time_s[i - 1];
-            for c in 0..3 {
-                velocity[c] += (samples.force[i][c] - rest[c]) * h;
-            }
-            velocity.iter().map(|v| v * v).sum::<f64>() > MAX_BUMP_MPS.powi(2)
-        })
-    }
-
-    /// Costs of the spans after `k` as its next rest.
-    fn costs(&self, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
-        let time_s = &self.0.samples.time_s;
-        let mut filter = self.filter_after(&spans[k]);
-        let (mut agreed, mut costs) = (0, Vec::new());
-        for next in k + 1..spans.len() {
-            if self.0.options.is_stopped() {
-                break;
-            }
-            let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
-            if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
-                break;
-            }
-            let (cost, speed_sd_mps) = self.cost(&mut filter, &spans[next]);
-            costs.push((next, cost));
-            agreed += usize::from(cost <= 0.0 || agreed > 0);
-            if cost <= 0.0 && speed_sd_mps < MAX_SURE_MPS {
-                break;
-            }
+/// Costs of the spans after `k` as its next rest.
+fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
+    let time_s = &model.samples.time_s;
+    let off = &mut Recorder::default();
+    let mut filter = Filter::new(model, spans[k].start, &spans[k]);
+    filter.rest(model, &spans[k], REST_SPEED_MPS, off);
+    filter.halt(model, spans[k].end - 1, off);
+    let (mut agreed, mut costs) = (0, Vec::new());
+    for next in k + 1..spans.len() {
+        if model.options.is_stopped() {
+            break;
         }
-        costs
+        let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
+        if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
+            break;
+        }
+        let (cost, speed_sd_mps) = cost(model, &mut filter, &spans[next]);
+        costs.push((next, cost));
+        agreed += usize::from(cost <= 0.0 || agreed > 0);
+        if cost <= 0.0 && speed_sd_mps < MAX_SURE_MPS {
+            break;
+        }
     }
+    costs
+}
 
-    /// Touching rests of one pose are one.
-    fn joined(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
-        let (samples, channels) = (self.0.samples, self.0.samples.channels());
-        let distance2 =
-            |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
-        rests.dedup_by(|next, last| {
-            let (a, b) = (channels.mean(last), channels.mean(next));
-            let between = last.end.min(next.start)..next.start;
-            let variance = between
-                .clone()
-                .map(|i| distance2(&channels.sample(i), &a))
-                .sum::<f64>()
-                / between.len().max(1) as f64;
-            let noise = self.0.noise.rest.force.sum();
-            let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
-            let calm = variance * samples.period_s < noise * (1.0 + chance);
-            let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
-            let near = match samples.unusable(&(last.end - 1..next.start)) {
-                None => pause_s < MAX_PAUSE_S,
-                Some(Unusable::Gap { .. }) => between.is_empty() && pause_s < MAX_HOLE_S,
-                Some(_) => false,
-            };
-            let same = near && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
-            if same {
-                last.end = next.end;
-            }
-            same
-        });
-        rests
-    }
+/// Touching rests of one pose are one.
+fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let (samples, channels) = (model.samples, model.samples.channels());
+    let distance2 = |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
+    rests.dedup_by(|next, last| {
+        let (a, b) = (channels.mean(last), channels.mean(next));
+        let between = last.end.min(next.start)..next.start;
+        let variance = between
+            .clone()
+            .map(|i| distance2(&channels.sample(i), &a))
+            .sum::<f64>()
+            / between.len().max(1) as f64;
+        let noise = model.noise.rest.force.sum();
+        let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
+        let calm = variance * samples.period_s < noise * (1.0 + chance);
+        let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
+        let near = match samples.unusable(&(last.end - 1..next.start)) {
+            None => pause_s < MAX_PAUSE_S,
+            Some(Unusable::Gap { .. }) => between.is_empty() && pause_s < MAX_HOLE_S,
+            Some(_) => false,
+        };
+        let same = near && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
+        if same {
+            last.end = next.end;
+        }
+        same
+    });
+    rests
 }
 
 /// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force counts

@@ -1,13 +1,10 @@
 //! Closures: what a rest says of the move before it.
 
-use serde::Serialize;
-use std::ops::Range;
-
 use nalgebra::{SMatrix, Vector3};
+use serde::Serialize;
 
-use crate::filter::{Filter, Innovation};
+use crate::filter::Innovation;
 use crate::noise::Density;
-use crate::transition::Model;
 
 /// A rest has no velocity but this, m/s: a table that gives way.
 pub(crate) const REST_SPEED_MPS: f64 = 0.001;
@@ -37,11 +34,6 @@ pub struct Closure {
 }
 
 impl Innovation {
-    /// Of a rest that begins where the filter is.
-    pub fn of_rest(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
-        filter.rest_innovation(model, rest, REST_SPEED_MPS)
-    }
-
     /// χ² of rows `first..first + D` with `variance` added to each.
     pub fn chi2<const D: usize>(&self, first: usize, variance: f64) -> f64 {
         let y = self.y.fixed_rows::<D>(first).into_owned();
@@ -51,26 +43,9 @@ impl Innovation {
             .map_or(f64::INFINITY, |s| (y.transpose() * s * y)[0])
     }
 
-    /// Adds a variance to the two horizontal components of the force.
-    pub fn with_slack(mut self, variance: f64) -> Innovation {
-        for c in 3..5 {
-            self.s[(c, c)] += variance;
-        }
-        self
-    }
-
     /// Standard deviation of the velocity, the largest of the axes, m/s.
     pub fn velocity_sd_mps(&self) -> f64 {
         (0..3).map(|c| self.s[(c, c)]).fold(0.0, f64::max).sqrt()
-    }
-
-    /// How well a move closes with it.
-    pub fn closure(&self) -> Closure {
-        Closure {
-            velocity_chi2: self.chi2::<3>(0, 0.0),
-            tilt_chi2: self.chi2::<2>(3, 0.0),
-            widened: false,
-        }
     }
 
     /// The density over `seconds` that makes a velocity whose χ² is above `limit` one of chance. None if it is
@@ -102,10 +77,8 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
 /// The density that makes the velocity at a stance one of chance, in a step that took `seconds`: a foot that
 /// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
 /// all steps, are taken for the scale of the sensor. None if it is one.
-pub(crate) fn step_enlargement(filter: &Filter, seconds: f64) -> Option<Density> {
-    filter
-        .stance_innovation()
-        .force_density(MAX_STEP_CHI2, seconds)
+pub(crate) fn step_enlargement(stance: &Innovation, seconds: f64) -> Option<Density> {
+    stance.force_density(MAX_STEP_CHI2, seconds)
 }
 
 fn isotropic(variance: f64, seconds: f64) -> Vector3<f64> {

@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::vec::IntoIter;
 
-use gravical_signal::{RestDetector, RestEvent, detect_rests};
+use gravical_signal::{detect_rests, detect_rests_causally};
 
-use crate::chain::{RestSelector, contradicts};
+use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, close, closing, leave};
 use crate::noise::{Density, Noise};
@@ -31,8 +31,8 @@ const BELIEVED_S: f64 = 4.0;
 ///    axes.
 /// 4. Backwards: the smoother, from rest to rest.
 ///
-/// A causal run ends with the third. Its rests are those of a [`RestDetector`], and each is decided where it
-/// begins.
+/// A causal run ends with the third. Its rests are those of [`detect_rests_causally`], and each is decided
+/// where it begins.
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
 /// or rests that are given are not spans of samples in order.
@@ -43,7 +43,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let found = match &options.rests {
         Some(given) => given.clone(),
-        None if options.causal => rests_as_they_come(samples),
+        None if options.causal => detect_rests_causally(&samples.channels()),
         None => detect_rests(&samples.channels()),
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
@@ -69,7 +69,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let rests = if options.rests.is_some() || options.causal {
         found
     } else {
-        RestSelector(model).chain(&found)
+        chain(&model, &found)
     };
     let Some(first) = rests.first() else {
         return Motion::default();
@@ -92,26 +92,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         noise: Some(noise.of_rests(samples.has_gyro())),
         ..course.run(rests.into_iter())
     }
-}
-
-/// Those that the detector finds by what is past.
-fn rests_as_they_come(samples: &Samples) -> Vec<Range<usize>> {
-    let channels = samples.channels();
-    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
-    let mut rests: Vec<Range<usize>> = Vec::new();
-    while let Some(event) = detector
-        .update(&channels)
-        .or_else(|| detector.finish(&channels))
-    {
-        match (event, rests.last_mut()) {
-            (RestEvent::Begin(start), _) => rests.push(start..samples.len()),
-            (RestEvent::Withdraw, _) => drop(rests.pop()),
-            (RestEvent::End(end), Some(rest)) => rest.end = end,
-            (RestEvent::End(_), None) => {}
-        }
-    }
-    rests.retain(|rest| rest.start < rest.end);
-    rests
 }
 
 /// All rests, each with the move before it; the last move has none.
@@ -159,10 +139,14 @@ impl Course<'_> {
                 let this = Leg {
                     end: end.min(last),
                     ends: ends(!is_first, rest.is_some()),
-                    rest: rest
-                        .as_ref()
-                        .filter(|_| !is_first)
-                        .map(|rest| self.known(rest)),
+                    // A causal run knows the first second of it.
+                    rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
+                        if causal {
+                            closing(model, rest)
+                        } else {
+                            rest.clone()
+                        }
+                    }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
                 let (excess, found) = this.run(model, &mut filter, &mut recorder);
@@ -224,15 +208,6 @@ impl Course<'_> {
             smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
         motion.path.reverse();
-    }
-
-    /// What is known of a rest when it is held against the move before it.
-    fn known(&self, rest: &Range<usize>) -> Range<usize> {
-        if self.model.options.causal {
-            closing(&self.model, rest)
-        } else {
-            rest.clone()
-        }
     }
 
     /// The first candidate after the rest that the filter left whose velocity and tilt are those of a rest when it

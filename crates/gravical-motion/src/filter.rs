@@ -255,7 +255,7 @@ impl Filter {
         innovation
     }
 
-    /// What a stance says.
+    /// What a stance says: zero velocity of a foot on the ground.
     pub fn stance_innovation(&self) -> Innovation {
         let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
         // Rows that say nothing.
@@ -264,11 +264,6 @@ impl Filter {
         }
         innovation.s += innovation.h * self.covariance * innovation.h.transpose();
         innovation
-    }
-
-    /// Zero velocity of a foot on the ground.
-    pub fn stance(&mut self, recorder: &mut Recorder) {
-        self.update(&self.stance_innovation(), recorder);
     }
 
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
@@ -351,7 +346,8 @@ impl Filter {
         SECOND_ORDER * turned * tilt * (0.5 * tilt * self.nominal.gravity.powi(2) + force)
     }
 
-    fn update(&mut self, m: &Innovation, recorder: &mut Recorder) {
+    /// Takes over what is said.
+    pub fn update(&mut self, m: &Innovation, recorder: &mut Recorder) {
         let p_ht = self.covariance * m.h.transpose();
         // Not positive where samples are absurd: then nothing is learned.
         let Some(cholesky) = m.s.cholesky() else {

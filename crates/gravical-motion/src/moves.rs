@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
-use crate::filter::{Filter, Innovation, Record, Recorder};
+use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Budget, Ends, Move};
+use crate::result::{Ends, Move};
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
@@ -61,8 +61,12 @@ impl Leg {
         loop {
             self.propagate(model, filter, &excess, recorder);
             let more = self.rest.as_ref().and_then(|rest| {
-                let innovation = Innovation::of_rest(model, filter, rest);
-                closed.get_or_insert_with(|| innovation.closure());
+                let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+                closed.get_or_insert_with(|| Closure {
+                    velocity_chi2: innovation.chi2::<3>(0, 0.0),
+                    tilt_chi2: innovation.chi2::<2>(3, 0.0),
+                    widened: false,
+                });
                 enlargement(&innovation, filter.nominal.gravity, seconds)
             });
             match (more, &mut closed) {
@@ -101,13 +105,15 @@ impl Leg {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(model, stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
-            if let Some(more) = step_enlargement(filter, seconds) {
+            let mut innovation = filter.stance_innovation();
+            if let Some(more) = step_enlargement(&innovation, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
                 let force = excess.force + more.force;
                 filter.propagate(model, stance, node, &Density { force, ..*excess }, recorder);
+                innovation = filter.stance_innovation();
             }
-            filter.stance(recorder);
+            filter.update(&innovation, recorder);
         }
         filter.propagate(model, end, node, excess, recorder);
         filter.inflate_rate_bias(inflation);
@@ -120,16 +126,13 @@ impl Leg {
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
-            duration_s: samples.time_s[span.end] - samples.time_s[span.start],
-            displacement_m: [0.0; 3],
-            covariance_m2: [[0.0; 3]; 3],
-            budget: Budget::default(),
             ends: self.ends,
             closure,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
             replaced: within.count(),
             samples: span,
+            ..Move::default()
         }
     }
 }

@@ -19,22 +19,9 @@ const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found: a matched filter sees it at so many standard deviations.
 const VISIBLE_SD: f64 = 10.0;
 
-pub(crate) fn array(v: &Vector3<f64>) -> [f64; 3] {
-    [v.x, v.y, v.z]
-}
-
-pub(crate) fn rows(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
-}
-
 /// Root of a variance that rounding may have left below zero; what is no number stays none.
 fn deviation(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance.sqrt() }
-}
-
-/// Standard deviations of the elements, by a covariance.
-fn deviations(covariance: &[[f64; 3]; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| deviation(covariance[c][c]))
 }
 
 /// How velocity is tied down at the ends of a move.
@@ -85,7 +72,7 @@ impl Budget {
         let total = total.diagonal();
         let calibration = calibration.diagonal().inf(&total);
         let attitude = attitude.diagonal().inf(&(total - calibration));
-        let part = |variance: Vector3<f64>| array(&variance.map(deviation));
+        let part = |variance: Vector3<f64>| variance.map(deviation).into();
         Budget {
             noise: part(total - calibration - attitude),
             calibration: part(calibration),
@@ -95,12 +82,10 @@ impl Budget {
 }
 
 /// One move.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Move {
     /// From its first to its last sample, that one included in the integral.
     pub samples: Range<usize>,
-    /// Time from its start to its end, s.
-    pub duration_s: f64,
     /// Displacement, m: x, y level in the directions of the first rest, z up.
     pub displacement_m: [f64; 3],
     /// Its covariance, m².
@@ -123,7 +108,7 @@ impl Move {
     /// Standard deviations of the displacement, m.
     #[must_use]
     pub fn sd_m(&self) -> [f64; 3] {
-        deviations(&self.covariance_m2)
+        std::array::from_fn(|c| deviation(self.covariance_m2[c][c]))
     }
 }
 
@@ -159,9 +144,9 @@ impl PathNode {
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
         PathNode {
             sample: node.sample,
-            position_m: array(&(nominal.position + part(POSITION))),
+            position_m: (nominal.position + part(POSITION)).into(),
             position_sd_m: sd(POSITION),
-            velocity_mps: array(&(nominal.velocity + part(VELOCITY))),
+            velocity_mps: (nominal.velocity + part(VELOCITY)).into(),
             velocity_sd_mps: sd(VELOCITY),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
         }

@@ -1,9 +1,8 @@
 //! Calibrated samples, and what is known of the sensor that made them.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
-use gravical_signal::{Channels, is_gap, resolution, sampling_period};
+use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
 use crate::odd::{BridgeKind, Bridged, Sensor};
 
@@ -121,11 +120,13 @@ impl Samples {
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
-        samples.divide();
-        samples.bridged = bridged
-            .into_iter()
-            .filter_map(|b| samples.kept(b))
-            .collect();
+        samples.pieces = pieces(&samples.time_s, samples.period_s, &[]);
+        // In samples, where a row of it was kept.
+        let kept = bridged.into_iter().map(|b| Bridged {
+            rows: samples.first_sample(b.rows.start)..samples.first_sample(b.rows.end),
+            ..b
+        });
+        samples.bridged = kept.filter(|b| !b.rows.is_empty()).collect();
         samples.bridged.sort_by_key(|b| b.rows.end);
         samples
     }
@@ -133,36 +134,15 @@ impl Samples {
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
     #[must_use]
     pub fn with_breaks(mut self, rows: &[usize]) -> Samples {
-        let samples = rows.iter().map(|row| self.first_sample(*row));
-        let breaks: BTreeSet<usize> = samples.filter(|i| (1..self.len()).contains(i)).collect();
-        self.breaks = breaks.into_iter().collect();
-        self.divide();
+        self.breaks = rows.iter().map(|row| self.first_sample(*row)).collect();
+        self.breaks.sort_unstable();
+        self.pieces = pieces(&self.time_s, self.period_s, &self.breaks);
         self
-    }
-
-    /// Pieces between gaps and breaks.
-    fn divide(&mut self) {
-        self.pieces.clear();
-        for i in 0..self.len() {
-            let starts = i == 0
-                || is_gap(self.time_s[i] - self.time_s[i - 1], self.period_s)
-                || self.breaks.binary_search(&i).is_ok();
-            match self.pieces.last_mut() {
-                Some(last) if !starts => last.end = i + 1,
-                _ => self.pieces.push(i..i + 1),
-            }
-        }
     }
 
     /// The first sample of row `row` or later.
     fn first_sample(&self, row: usize) -> usize {
         self.rows.partition_point(|r| *r < row)
-    }
-
-    /// What was bridged, in samples; none if no row of it was kept.
-    fn kept(&self, bridged: Bridged) -> Option<Bridged> {
-        let rows = self.first_sample(bridged.rows.start)..self.first_sample(bridged.rows.end);
-        (!rows.is_empty()).then_some(Bridged { rows, ..bridged })
     }
 
     /// Number of samples.
@@ -177,37 +157,13 @@ impl Samples {
         self.time_s.is_empty()
     }
 
-    /// Their times, s.
-    #[must_use]
-    pub fn time_s(&self) -> &[f64] {
-        &self.time_s
-    }
-
     /// The row of each sample.
     #[must_use]
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
-    /// Specific force of each sample, m/s².
-    #[must_use]
-    pub fn force_mps2(&self) -> &[[f64; 3]] {
-        &self.force
-    }
-
-    /// Angular rate of each sample, rad/s; empty without a gyroscope.
-    #[must_use]
-    pub fn rate_rad_s(&self) -> &[[f64; 3]] {
-        &self.rate
-    }
-
-    /// Spans without a gap, in samples.
-    #[must_use]
-    pub fn pieces(&self) -> &[Range<usize>] {
-        &self.pieces
-    }
-
-    /// The same for the detector of rests.
+    /// Times, values and pieces.
     #[must_use]
     pub fn channels(&self) -> Channels<'_> {
         Channels {

@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::filter::{Filter, Node, Record, Update};
-use crate::result::{Budget, CLOCK_SD, Move, PathNode, array, rows};
+use crate::result::{Budget, CLOCK_SD, Move, PathNode};
 use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
 
@@ -144,8 +144,9 @@ impl Smoother {
             .into_owned();
         let mut gravity = constants.column_mut(0);
         gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
-        one.displacement_m = array(&displacement);
-        one.covariance_m2 = rows(&total);
+        one.displacement_m = displacement.into();
+        // nalgebra's arrays are columns.
+        one.covariance_m2 = total.transpose().into();
         one.budget = Budget::new(&total, &(constants * constants.transpose()), &open.by_rate);
     }
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::result::{Motion, PathNode, array};
+use crate::result::{Motion, PathNode};
 use crate::samples::Samples;
 use crate::transition::turn;
 
@@ -244,7 +244,7 @@ impl<'a> Interval<'a> {
         let linear =
             |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
         let [velocity_mps, position_m] = match self.integrated.get(i - from.sample) {
-            Some(integrated) => integrated.each_ref().map(array),
+            Some(integrated) => integrated.map(<[f64; 3]>::from),
             None => [
                 linear(&from.velocity_mps, &to.velocity_mps),
                 linear(&from.position_m, &to.position_m),
@@ -254,7 +254,7 @@ impl<'a> Interval<'a> {
         SampleState {
             at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
-            acceleration_mps2: array(&self.acceleration(i)),
+            acceleration_mps2: self.acceleration(i).into(),
             velocity_mps,
             velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),
             position_m,

@@ -278,7 +278,9 @@ impl Recording {
     /// Row ranges between the breaks, none of them empty.
     #[must_use]
     pub fn segments(&self) -> Vec<Range<usize>> {
-        between(&self.breaks, self.rows())
+        let edges: Vec<usize> = [&[0], &self.breaks[..], &[self.rows()]].concat();
+        let ranges = edges.windows(2).map(|w| w[0]..w[1]);
+        ranges.filter(|range| !range.is_empty()).collect()
     }
 
     /// [`resolution`](Self::resolution) of the accelerometer.
@@ -306,14 +308,6 @@ impl Recording {
 
     /// Sampling rate assumed for window lengths if it is unknown, Hz.
     pub const ASSUMED_RATE_HZ: f64 = 100.0;
-}
-
-/// Ranges between `breaks` in `0..len`, without empty ones.
-#[must_use]
-pub fn between(breaks: &[usize], len: usize) -> Vec<Range<usize>> {
-    let edges: Vec<usize> = [&[0], breaks, &[len]].concat();
-    let ranges = edges.windows(2).map(|w| w[0]..w[1]);
-    ranges.filter(|range| !range.is_empty()).collect()
 }
 
 /// The first 256 KiB of a text, without the line that they cut.

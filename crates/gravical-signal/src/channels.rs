@@ -140,18 +140,21 @@ pub fn sampling_period(time_s: &[f64]) -> f64 {
 }
 
 /// True if a step of the times is a gap. The last digit of a time decides nothing.
-#[must_use]
-pub fn is_gap(step_s: f64, period_s: f64) -> bool {
+fn is_gap(step_s: f64, period_s: f64) -> bool {
     step_s > (1.0 + 1e-6) * (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S)
 }
 
-/// Spans between gaps.
+/// Spans between gaps, and `breaks`: samples, in order, before which something is missing whatever the times
+/// say.
 #[must_use]
-pub fn pieces(time_s: &[f64], period_s: f64) -> Vec<Range<usize>> {
+pub fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     let mut from = 0;
     for i in 1..=time_s.len() {
-        if i == time_s.len() || is_gap(time_s[i] - time_s[i - 1], period_s) {
+        if i == time_s.len()
+            || is_gap(time_s[i] - time_s[i - 1], period_s)
+            || breaks.binary_search(&i).is_ok()
+        {
             out.push(from..i);
             from = i;
         }

@@ -6,23 +6,23 @@
 //!
 //! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still; [`RestDetector`]: the same as samples come;
+//! 3. [`detect_rests`]: where the sensor lay still; [`detect_rests_causally`]: the same by what is past;
 //!    [`detect_quiet`]: where it was quiet, but may have turned slowly.
 //! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
 mod allan;
+mod causal;
 mod channels;
-mod detector;
 mod faint;
 mod noise;
 mod rests;
 
 pub use allan::{AllanVariance, allan_variances};
+pub use causal::detect_rests_causally;
 pub use channels::{
-    Block, Channels, block_len, blocks, is_gap, pieces, quantile, resolution, sampling_period,
+    Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
 };
-pub use detector::{RestDetector, RestEvent};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };

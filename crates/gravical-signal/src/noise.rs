@@ -88,6 +88,11 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
+    /// White noise of N = 1.
+    pub const WHITE: NoiseModel = NoiseModel {
+        squares: [1.0, 0.0, 0.0],
+    };
+
     /// Parts of the Allan variance at τ.
     fn parts(&self, tau_s: f64) -> [f64; 3] {
         NoiseTerm::ALL.map(|term| self.squares[term as usize] * term.shape(tau_s))

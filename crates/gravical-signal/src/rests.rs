@@ -313,23 +313,6 @@ impl Partition {
         (count, self.start[count])
     }
 
-    /// Drops blocks that no segment reaches any more, once there are many; says how many.
-    pub fn forget(&mut self) -> usize {
-        if self.start.len() < 4 * MAX_BLOCKS {
-            return 0;
-        }
-        let dropped = self.start.len() - 2 * MAX_BLOCKS;
-        self.sum.drain(..dropped);
-        self.squares.drain(..dropped);
-        self.cost.drain(..dropped);
-        self.start.drain(..dropped);
-        let least = self.cost[0];
-        self.cost.iter_mut().for_each(|c| *c -= least);
-        let start = self.start.iter_mut();
-        start.for_each(|s| *s = s.saturating_sub(dropped));
-        dropped
-    }
-
     /// Touching segments that are the same rest are one.
     fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
         segments.dedup_by(|next, last| {
@@ -435,10 +418,11 @@ pub(crate) fn start_edge(
         return span.start;
     }
     let near = span.len().min(NEAR_BLOCKS * size);
-    let rest = Rest::new(channels, &(span.start..span.start + near), variance);
+    let rest = span.start..span.start + near;
     let first = span.start.saturating_sub(size).max(piece.start);
     let most = channels.time_s.len() - 1 - first;
-    let onset = rest.onset(reach(near, size).min(most), |u| first + u);
+    let reach = reach(near, size).min(most);
+    let onset = onset(channels, &rest, variance, reach, |u| first + u);
     first + onset + margin(size)
 }
 
@@ -451,44 +435,35 @@ pub(crate) fn end_edge(
     variance: &[f64; 6],
 ) -> usize {
     let near = span.len().min(NEAR_BLOCKS * size);
-    let rest = Rest::new(channels, &(span.end - near..span.end), variance);
-    let onset = rest.onset(reach(near, size).min(last), |u| last - u);
+    let (rest, reach) = (span.end - near..span.end, reach(near, size).min(last));
+    let onset = onset(channels, &rest, variance, reach, |u| last - u);
     (last + 1).saturating_sub(onset + margin(size))
 }
 
-struct Rest<'a> {
-    channels: &'a Channels<'a>,
-    mean: [f64; 6],
-    variance: &'a [f64; 6],
-}
-
-impl<'a> Rest<'a> {
-    fn new(channels: &'a Channels<'a>, span: &Range<usize>, variance: &'a [f64; 6]) -> Rest<'a> {
-        Rest {
-            channels,
-            mean: channels.mean(span),
-            variance,
+/// Samples from the first of `at` to the onset of a ramp: the one that explains most of what leaves the mean
+/// of `rest`.
+fn onset(
+    channels: &Channels<'_>,
+    rest: &Range<usize>,
+    variance: &[f64; 6],
+    reach: usize,
+    at: impl Fn(usize) -> usize,
+) -> usize {
+    let mean = channels.mean(rest);
+    let (mut total, mut moment, mut squares) = ([0.0; 6], [0.0; 6], 0.0);
+    let (mut best, mut onset) = (f64::MIN, 0);
+    for u in 1..reach {
+        let x = channels.sample(at(u - 1));
+        squares += (u * u) as f64;
+        let mut gain = 0.0;
+        for c in 0..6 {
+            total[c] += x[c] - mean[c];
+            moment[c] += total[c];
+            gain += moment[c] * moment[c] / variance[c];
+        }
+        if gain / squares > best {
+            (best, onset) = (gain / squares, u);
         }
     }
-
-    /// Samples from the first of `at` to the onset of a ramp: the one that explains most of what leaves
-    /// the mean of the rest.
-    fn onset(&self, reach: usize, at: impl Fn(usize) -> usize) -> usize {
-        let (mut total, mut moment, mut squares) = ([0.0; 6], [0.0; 6], 0.0);
-        let (mut best, mut onset) = (f64::MIN, 0);
-        for u in 1..reach {
-            let x = self.channels.sample(at(u - 1));
-            squares += (u * u) as f64;
-            let mut gain = 0.0;
-            for c in 0..6 {
-                total[c] += x[c] - self.mean[c];
-                moment[c] += total[c];
-                gain += moment[c] * moment[c] / self.variance[c];
-            }
-            if gain / squares > best {
-                (best, onset) = (gain / squares, u);
-            }
-        }
-        onset
-    }
+    onset
 }

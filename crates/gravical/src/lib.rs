@@ -66,6 +66,7 @@ pub mod output;
 pub mod poses;
 pub mod recording;
 mod rewrite;
+mod rounding;
 pub mod session;
 pub mod simulate;
 #[doc(hidden)]

@@ -34,9 +34,7 @@ pub(crate) fn weighted_median(pairs: &mut [(f64, f64)]) -> Option<f64> {
 
 /// Variance of rounding to these steps, all axes together.
 pub(crate) fn floors(step: &[f64]) -> f64 {
-    step.iter()
-        .map(|q| gravical_core::rounding::floor(*q))
-        .sum()
+    step.iter().map(|q| crate::rounding::floor(*q)).sum()
 }
 
 /// Mean of the values that are finite; NaN without any.

@@ -10,7 +10,7 @@ use crate::Real;
 /// A second-order section, and where it stands.
 ///
 /// H(z) = (b₀ + b₁z⁻¹ + b₂z⁻²)/(1 + a₁z⁻¹ + a₂z⁻²). A sample that is not finite
-/// stays in the state: [`reset`](Self::reset) or [`settle`](Self::settle) after one.
+/// stays in the state: [`settle`](Self::settle) after one.
 ///
 /// ```
 /// use gravical_core::filter::biquad::Biquad;
@@ -63,11 +63,6 @@ impl<T: Real> Biquad<T> {
             b2 * input - a2 * output,
         ];
         output
-    }
-
-    /// As if nothing had ever been put in.
-    pub fn reset(&mut self) {
-        self.state = [T::zero(); 2];
     }
 
     /// As if `input` had been put in for ever; gives what then comes out.

@@ -10,6 +10,7 @@ use rand_distr::StandardNormal;
 type V3 = Vector3<f64>;
 
 pub const G: f64 = 9.81;
+const RATE_HZ: f64 = 100.0;
 
 /// What happens in a move, or after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +53,6 @@ pub struct Scene {
     pub rests_s: [f64; 2],
     pub moves: usize,
     pub gyro: bool,
-    pub rate_hz: f64,
     /// Noise of a sample.
     pub noise: [f64; 2],
     /// Range of the accelerometer and the gyroscope.
@@ -73,7 +73,6 @@ impl Scene {
             rests_s: [5.0, 5.0],
             moves: 1,
             gyro: true,
-            rate_hz: 100.0,
             noise: [0.033, 1e-3],
             ranges: [1e3, 1e3],
             miscalibrated: 1.0,
@@ -164,7 +163,7 @@ impl Scene {
         let tilt_axis = draw.vector(1.0).normalize();
         let period = self.rests_s[0] + self.move_s;
         // No move begins at a sample.
-        let offset_s = drawn(self.seed, 4).uniform(0.0, 1.0) / self.rate_hz;
+        let offset_s = drawn(self.seed, 4).uniform(0.0, 1.0) / RATE_HZ;
         let moves_s: Vec<(f64, f64)> = (0..self.moves)
             .map(|k| self.rests_s[0] + k as f64 * period + offset_s)
             .map(|t| (t, t + self.move_s))
@@ -205,13 +204,13 @@ impl Scene {
             displacement: direction * self.distance_m,
             moves_s: moves_s.clone(),
         };
-        for i in 0..(end * self.rate_hz) as usize {
+        for i in 0..(end * RATE_HZ) as usize {
             let jitter = if drops {
                 clock.uniform(-1e-3, 1e-3)
             } else {
                 0.0
             };
-            let t = i as f64 / self.rate_hz + jitter;
+            let t = i as f64 / RATE_HZ + jitter;
             let (mut a, mut turn, mut rate) = (V3::zeros(), V3::zeros(), V3::zeros());
             let (mut shake, mut spin) = (self.noise[0], self.noise[1]);
             let mut extra = V3::zeros();
@@ -301,7 +300,7 @@ impl Scene {
         match self.trouble {
             Trouble::Spikes(rows) => (at..at + rows).for_each(|i| out.force[i][0] += 15.0),
             Trouble::Hang => {
-                let rows = at..at + (1.4 * self.rate_hz) as usize;
+                let rows = at..at + (1.4 * RATE_HZ) as usize;
                 out.force.copy_within(at..at + 1, at);
                 let (force, rate) = (out.force[at], out.rate.get(at).copied());
                 for i in rows {

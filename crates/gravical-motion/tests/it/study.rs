@@ -191,13 +191,6 @@ pub fn kinds() -> Vec<Kind> {
         ("clipped force", |s| {
             Scene::new(s, T::None).with(|s| (s.move_s, s.ranges) = (0.4, [2.0 * 9.80665, 1e3]))
         }),
-        ("tilt 115°", |s| {
-            Scene::new(s, T::Tilt(2.0)).with(|s| s.move_s = 1.0)
-        }),
-        ("wobble 57°", |s| {
-            Scene::new(s, T::Wobble(1.0)).with(|s| s.move_s = 1.0)
-        }),
-        ("wobble 57° 2 s", |s| Scene::new(s, T::Wobble(1.0))),
         ("clipped rate", |s| {
             Scene::new(s, T::Tilt(2.0))
                 .with(|s| (s.ranges, s.move_s) = ([1e3, 250.0_f64.to_radians()], 1.0))

@@ -184,10 +184,7 @@ impl NoisePoints {
     }
 
     fn reweighted(&self) -> Option<NoiseModel> {
-        // As if the noise were white.
-        let white = NoiseModel {
-            squares: [1.0, 0.0, 0.0],
-        };
+        let white = NoiseModel::WHITE;
         let relative = self.deviations(&white).into_iter().zip(&self.tau_s);
         let relative = relative.map(|(sd, tau_s)| sd / white.variance(*tau_s));
         let first: Vec<f64> = relative.zip(&self.variance).map(|(sd, v)| sd * v).collect();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, RestDetector, RestEvent, detect_rests, pieces, sampling_period};
+use gravical_signal::{Channels, detect_rests, detect_rests_causally, pieces, sampling_period};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -59,34 +59,15 @@ impl Recording {
             force_mps2: &self.force,
             rate_rad_s: &self.rate,
             period_s,
-            pieces: &pieces(&self.time_s, period_s),
+            pieces: &pieces(&self.time_s, period_s, &[]),
             resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
         };
         if causal {
-            rests_as_they_come(&channels)
+            detect_rests_causally(&channels)
         } else {
             detect_rests(&channels)
         }
     }
-}
-
-/// Those that the detector finds as samples come; the last may go on to the end.
-fn rests_as_they_come(channels: &Channels<'_>) -> Vec<Range<usize>> {
-    let mut detector = RestDetector::new(channels.period_s, channels.resolution);
-    let mut rests: Vec<Range<usize>> = Vec::new();
-    while let Some(event) = detector
-        .update(channels)
-        .or_else(|| detector.finish(channels))
-    {
-        match event {
-            RestEvent::Begin(start) => rests.push(start..channels.time_s.len()),
-            RestEvent::Withdraw => {
-                rests.pop();
-            }
-            RestEvent::End(end) => rests.last_mut().unwrap().end = end,
-        }
-    }
-    rests
 }
 
 /// Noise of 0.03 m/s² and no rate.

@@ -9,11 +9,11 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_core::rounding;
 use gravical_recording::Sample;
 use gravical_signal::{BLOCK_S, block_len};
 
 use super::rest::Means;
+use crate::rounding;
 use crate::stats::floors;
 
 /// Fraction of the blocks that is quiet in any session.

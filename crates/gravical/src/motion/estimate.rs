@@ -2,15 +2,10 @@
 
 use std::ops::Range;
 
-use gravical_motion::{
-    Budget, CalibrationUncertainty, Ends, Motion, MotionOptions as EngineOptions, Move, PathNode,
-    Samples, estimate_motion,
-};
+use gravical_motion::{Motion, Move, PathNode, Samples};
 
-use super::options::MotionOptions;
 use crate::Result;
 use crate::denoise::{Filter, FilterSpec};
-use crate::recording::Meter;
 
 /// Rows that the mean of the student report is over.
 const ROWS: usize = 500;
@@ -23,27 +18,6 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// By the filter, between `rests` or those that it finds.
-    pub fn new(
-        samples: Samples,
-        options: &MotionOptions,
-        calibration: CalibrationUncertainty,
-        rests: Option<Vec<Range<usize>>>,
-    ) -> Self {
-        let engine = EngineOptions {
-            calibration,
-            stances: !options.no_stances,
-            // Given rests imply that the whole recording is known.
-            causal: options.causal && rests.is_none(),
-            rests,
-            stopped: options.meter.as_ref().map(Meter::flag),
-        };
-        Estimate {
-            motion: estimate_motion(&samples, &engine),
-            samples,
-        }
-    }
-
     /// Its rests in other samples of the same rows.
     pub fn rests_in(&self, samples: &Samples) -> Vec<Range<usize>> {
         let rows = self.samples.rows();
@@ -61,23 +35,22 @@ impl Estimate {
     ///
     /// None that can happen: the filter is one that can be designed.
     pub fn by_report(samples: Samples) -> Result<Self> {
-        let motion = report_motion(&samples)?;
-        Ok(Estimate { motion, samples })
+        report_motion(&samples).map(|motion| Estimate { motion, samples })
     }
 }
 
 /// The procedure of the student report: Savitzky–Golay, the mean of the first rows off, trapezoid. One move in the
 /// axes of the sensor, without rests and bands.
 fn report_motion(samples: &Samples) -> Result<Motion> {
-    let t = samples.time_s();
+    let t = samples.channels().time_s;
     let savgol = FilterSpec::SavitzkyGolay {
         window: 5,
         order: 2,
     };
     let filter = Filter::design(&savgol, None)?;
     let columns: [Vec<f64>; 3] = std::array::from_fn(|c| {
-        let mut column: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
-        for piece in samples.pieces() {
+        let mut column: Vec<f64> = samples.channels().force_mps2.iter().map(|f| f[c]).collect();
+        for piece in samples.channels().pieces {
             filter.apply(&mut column[piece.clone()]);
         }
         let rows = &column[..ROWS.min(column.len())];
@@ -106,15 +79,9 @@ fn report_motion(samples: &Samples) -> Result<Motion> {
     }
     let whole = Move {
         samples: 0..node.sample,
-        duration_s: t[node.sample] - t[0],
         displacement_m: node.position_m,
         covariance_m2: [[f64::NAN; 3]; 3],
-        budget: Budget::default(),
-        ends: Ends::Free,
-        closure: None,
-        stances: 0,
-        replaced: 0,
-        unusable: None,
+        ..Move::default()
     };
     Ok(Motion {
         moves: vec![whole],

@@ -41,7 +41,10 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3::norm;
-use gravical_motion::{CalibrationUncertainty, ElementErrors, ForceCovariance, Samples};
+use gravical_motion::{
+    CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions as EngineOptions,
+    Samples, estimate_motion,
+};
 
 use crate::calibration_file::CalibrationFile;
 use crate::gravity::Gravity;
@@ -94,7 +97,8 @@ impl Motion {
 
     /// Samples before which others are missing, or the recording is parted.
     pub fn breaks(&self) -> impl Iterator<Item = usize> {
-        self.own.samples.pieces().iter().skip(1).map(|p| p.start)
+        let pieces = self.own.samples.channels().pieces;
+        pieces.iter().skip(1).map(|p| p.start)
     }
 }
 
@@ -126,13 +130,14 @@ pub fn motion(
     let scales = scales(recording, file, options, &mut findings)?;
     let (samples, plain) = prepare::samples(recording, &scales, &mut findings)?;
     findings.extend(words::rows_left_out(recording, &samples));
-    let given = options.rests.as_ref();
+    let rests = options.rests.as_ref();
+    let given = rests.map(|r| r.spans(samples.channels().time_s));
     let work = Work {
         recording,
         file,
         options,
         scales: &scales,
-        rests: given.map(|r| r.spans(samples.time_s())).transpose()?,
+        rests: given.transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
     let (own, misfit) = if by_report {
@@ -148,9 +153,9 @@ pub fn motion(
     let end = end(&own, &moves, options);
     let rests = &own.motion.rests;
     let no_rest = rests.is_empty() && !by_report;
-    let t = own.samples.time_s();
+    let t = own.samples.channels().time_s;
     let visible_moves = visible_moves(&own, options);
-    let has_gyro = !own.samples.rate_rad_s().is_empty();
+    let has_gyro = !own.samples.channels().rate_rad_s.is_empty();
     findings.extend(words::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
@@ -163,6 +168,10 @@ pub fn motion(
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
 
+    let span = |rest: &Range<usize>| Span {
+        start_s: t[rest.start],
+        end_s: t[rest.end - 1],
+    };
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
@@ -179,7 +188,7 @@ pub fn motion(
         rows: recording.rows() as u64,
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
         frame: words::frame(options),
-        rests: Span::of(t, rests),
+        rests: rests.iter().map(span).collect(),
         noise: own.motion.noise,
         visible_moves,
         gravity_misfit: misfit,
@@ -241,37 +250,37 @@ impl Work<'_> {
         self.run(samples, DATA_SHEET.force(), Some(rests))
     }
 
-    /// An estimate, unless it was stopped.
+    /// An estimate by the filter, between `rests` or those that it finds, unless it was stopped.
     fn run(
         &self,
         samples: Samples,
         covariance: ForceCovariance,
         rests: Option<Vec<Range<usize>>>,
     ) -> Result<Estimate> {
-        let calibration = self.calibration(&samples, covariance);
-        let estimate = Estimate::new(samples, self.options, calibration, rests);
-        if self.options.meter.as_ref().is_some_and(Meter::is_stopped) {
+        let options = self.options;
+        let by_calibration = variance_of_magnitude(&covariance, &typical(&samples));
+        let own = self.file.filter(|_| self.scales.gyro_calibrated);
+        let engine = EngineOptions {
+            calibration: CalibrationUncertainty {
+                force: covariance,
+                rate: of_gyroscope(own, &options.axes),
+                force_bias_sd_mps2: BIAS_DRIFT_MPS2,
+                gravity_sd_mps2: by_calibration
+                    .sqrt()
+                    .hypot(self.gravity().uncertainty_mps2()),
+            },
+            stances: !options.no_stances,
+            // Given rests imply that the whole recording is known.
+            causal: options.causal && rests.is_none(),
+            rests,
+            stopped: options.meter.as_ref().map(Meter::flag),
+        };
+        let motion = estimate_motion(&samples, &engine);
+        if options.meter.as_ref().is_some_and(Meter::is_stopped) {
             let stopped = std::io::Error::other("its motion was stopped");
             return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
-        Ok(estimate)
-    }
-
-    fn calibration(
-        &self,
-        samples: &Samples,
-        covariance: ForceCovariance,
-    ) -> CalibrationUncertainty {
-        let by_calibration = variance_of_magnitude(&covariance, &typical(samples));
-        let own = self.file.filter(|_| self.scales.gyro_calibrated);
-        CalibrationUncertainty {
-            force: covariance,
-            rate: of_gyroscope(own, &self.options.axes),
-            force_bias_sd_mps2: BIAS_DRIFT_MPS2,
-            gravity_sd_mps2: by_calibration
-                .sqrt()
-                .hypot(self.gravity().uncertainty_mps2()),
-        }
+        Ok(Estimate { samples, motion })
     }
 
     /// How far the parameters may be off, before the rests are asked.
@@ -359,7 +368,7 @@ impl Work<'_> {
 /// Median of each axis, m/s²: about gravity.
 fn typical(samples: &Samples) -> [f64; 3] {
     std::array::from_fn(|c| {
-        let mut axis: Vec<f64> = samples.force_mps2().iter().map(|f| f[c]).collect();
+        let mut axis: Vec<f64> = samples.channels().force_mps2.iter().map(|f| f[c]).collect();
         crate::stats::median(&mut axis).unwrap_or_default()
     })
 }

@@ -18,7 +18,7 @@ pub(super) fn moves(
     uncalibrated: Option<&Estimate>,
     options: &MotionOptions,
 ) -> Vec<Move> {
-    let t = own.samples.time_s();
+    let t = own.samples.channels().time_s;
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
@@ -56,7 +56,7 @@ fn unconfirmed(
     let [only] = &own.motion.rests[..] else {
         return None;
     };
-    let t = own.samples.time_s();
+    let t = own.samples.channels().time_s;
     let rest_s = t[only.end - 1] - t[only.start];
     let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests.is_none();
     is_short.then(|| words::lone_rest(rest_s))
@@ -64,7 +64,7 @@ fn unconfirmed(
 
 /// Peak speed and length of the path of each move.
 fn measure_paths(own: &Estimate, moves: &mut [Move]) {
-    let (t, spans) = (own.samples.time_s(), &own.motion.moves);
+    let (t, spans) = (own.samples.channels().time_s, &own.motion.moves);
     let (mut k, mut before) = (0, 0.0);
     for (i, state) in own.motion.states(&own.samples).enumerate() {
         let speed = norm(&state.velocity_mps);
@@ -87,7 +87,7 @@ fn measure_paths(own: &Estimate, moves: &mut [Move]) {
 pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
     let mut unusable = moves.iter().filter(|m| m.unusable.is_some());
     let is_known = unusable.clone().next().is_none();
-    let last_s = own.samples.time_s().last();
+    let last_s = own.samples.channels().time_s.last();
     let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
     // At rest it is what may hide in the rest, not the noise.
     let has_band = is_known && options.has_bands() && !moves.is_empty();
@@ -111,7 +111,7 @@ pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<Visi
     if options.rests.is_some() || options.causal {
         return Vec::new();
     }
-    let t = own.samples.time_s();
+    let t = own.samples.channels().time_s;
     let rests = own.motion.rests.iter();
     let longest_s = rests.map(|r| t[r.end - 1] - t[r.start]).fold(0.0, f64::max);
     let fits = REPORTED_S.into_iter().filter(|s| *s <= longest_s);

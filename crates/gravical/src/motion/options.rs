@@ -68,12 +68,6 @@ fn interval(text: &str) -> Result<(f64, f64)> {
 }
 
 impl Intervals {
-    /// Start and end of each, s; the end may be infinite.
-    #[must_use]
-    pub fn as_slice(&self) -> &[(f64, f64)] {
-        &self.0
-    }
-
     /// Spans of samples with these times, in order, joined where they touch.
     ///
     /// # Errors

@@ -10,10 +10,11 @@ use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
 
 use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::{CalibrationFile, TemperatureModel};
+use crate::finding::finding;
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 use gravical_recording::full_scale::FULL_SCALES_DEG_S;
 
@@ -122,11 +123,11 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
 fn held(recording: &Recording, model: &TemperatureModel, findings: &mut Vec<Finding>) -> Vec<f64> {
     let mut held_c = recording.temperature_c.clone().unwrap_or_default();
     let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-        let text = format!(
+        findings.push(finding!(
+            TemperatureNotApplied,
             "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
             crate::temperature::cost_text(model)
-        );
-        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+        ));
         return Vec::new();
     };
     for t in &mut held_c {
@@ -222,8 +223,8 @@ pub(super) fn scales(
         _ if options.procedure != Procedure::Strapdown => None,
         None => None,
         Some(gyro) if is_dead(gyro) => {
-            findings.push(Finding::new(
-                FindingKind::DeadGyro,
+            findings.push(finding!(
+                DeadGyro,
                 "the gyroscope never changes; motion is computed without it",
             ));
             None
@@ -235,9 +236,9 @@ pub(super) fn scales(
     };
     let gyro_nominal = scale.and_then(|s| s.nominal());
     if scale.is_some() && gyro_nominal.is_none() {
-        let unused = Finding::new(
-            FindingKind::GyroNotUsed,
-            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; give the unit, and the range for counts",
+        let unused = finding!(
+            GyroNotUsed,
+            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; give the unit, and the range for counts"
         );
         findings.push(unused.advise("gyro_unit", "").advise("gyro_range", ""));
     }
@@ -252,10 +253,7 @@ pub(super) fn scales(
     let gyro_calibration = gyro_file.and_then(|(section, calibration)| {
         let differs = scale.and_then(|scale| mismatch(section, &scale));
         if let Some(why) = &differs {
-            findings.push(Finding::new(
-                FindingKind::UnitMismatch,
-                format!("{why}; it is used uncalibrated"),
-            ));
+            findings.push(finding!(UnitMismatch, "{why}; it is used uncalibrated"));
         }
         differs.is_none().then_some(calibration)
     });

@@ -2,7 +2,6 @@
 //! its table.
 
 pub use gravical_motion::{Budget, Closure, Ends, NoiseAtRest};
-use std::ops::Range;
 
 use serde::Serialize;
 
@@ -106,17 +105,6 @@ pub struct Span {
     pub start_s: f64,
     /// Last sample.
     pub end_s: f64,
-}
-
-impl Span {
-    /// Of spans of samples.
-    pub(super) fn of(t_s: &[f64], rests: &[Range<usize>]) -> Vec<Self> {
-        let span = |r: &Range<usize>| Span {
-            start_s: t_s[r.start],
-            end_s: t_s[r.end - 1],
-        };
-        rests.iter().map(span).collect()
-    }
 }
 
 /// How far a move has to go to be distinguished from rest.

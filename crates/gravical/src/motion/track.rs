@@ -67,20 +67,18 @@ impl MotionSample {
 
 /// The samples of a motion, in order.
 pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
-    let own = &motion.own.samples;
-    let raw = motion
-        .uncalibrated
-        .as_ref()
-        .map_or(own, |plain| &plain.samples);
+    let own = motion.own.samples.channels();
+    let plain = motion.uncalibrated.as_ref();
+    let raw = plain.map_or(own, |plain| plain.samples.channels());
     let states = states(&motion.own, &motion.result.moves).enumerate();
     states.map(move |(i, mut state)| {
         if !motion.bands {
             (state.velocity_sd_mps, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
         }
         MotionSample {
-            t_s: own.time_s()[i],
-            raw_mps2: raw.force_mps2()[i],
-            force_mps2: own.force_mps2()[i],
+            t_s: own.time_s[i],
+            raw_mps2: raw.force_mps2[i],
+            force_mps2: own.force_mps2[i],
             state,
         }
     })
@@ -92,7 +90,7 @@ pub(super) fn states<'a>(
     estimate: &'a Estimate,
     moves: &[Move],
 ) -> impl Iterator<Item = SampleState> + use<'a> {
-    let time_s = estimate.samples.time_s();
+    let time_s = estimate.samples.channels().time_s;
     let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
     // At its ends it may rest, but for those of the recording.
     let inside = |m: &Move| {

@@ -19,7 +19,8 @@ use gravical_recording::{
 
 use super::{Comparison, Motion, Move, MoveComparison};
 use crate::calibration_file::{InputFile, InputRole};
-use crate::recording::{Finding, FindingKind, ReadOptions, Recording};
+use crate::finding::finding;
+use crate::recording::{Finding, ReadOptions, Recording};
 use crate::{Error, Result};
 
 /// Nothing is interpolated over more than this, s, and than so many median steps.
@@ -149,18 +150,18 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
             .at(path, None)
             .with_hint("name the columns of the positions px_m, py_m, pz_m"));
     }
-    let text = format!(
-        "{} of {all} rows of the reference have no position; stepped over",
-        all - known
+    let unknown = all - known;
+    let gaps = finding!(
+        TruthGaps,
+        "{unknown} of {all} rows of the reference have no position; stepped over"
     );
-    let findings = (known < all).then(|| Finding::new(FindingKind::TruthGaps, text));
     Ok(Reference {
         source: path.display().to_string(),
         sha256: input.sha256(),
         t_s,
         position_m,
         same_file,
-        findings: findings.into_iter().collect(),
+        findings: if unknown > 0 { vec![gaps] } else { vec![] },
     })
 }
 
@@ -228,7 +229,7 @@ fn plain_name(name: &str) -> (String, f64) {
 /// `truth-overlap` (input) when the two have no time in common.
 pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
     let position_m: Vec<[f64; 3]> = motion.samples().map(|s| s.state.position_m).collect();
-    let own = Line::new(motion.own.samples.time_s(), &position_m);
+    let own = Line::new(motion.own.samples.channels().time_s, &position_m);
     let mut findings = reference.findings.clone();
     let (comparison, aligned) = compare(&own, &motion.result.moves, reference, &mut findings)?;
     motion.reference = Some(aligned);
@@ -246,24 +247,20 @@ fn compare(
     reference: &Reference,
     findings: &mut Vec<Finding>,
 ) -> Result<(Comparison, Reference)> {
-    let offset_s = if reference.same_file {
-        0.0
-    } else {
+    let mut offset_s = 0.0;
+    if !reference.same_file {
         let other = Line::new(&reference.t_s, &reference.position_m);
         // None where one of the two hardly moves.
         let (lag_s, correlation) = best_lag(own, &other).unwrap_or_default();
         if correlation < MIN_CORRELATION {
-            let text = format!(
+            findings.push(finding!(
+                TruthOffset,
                 "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
-            );
-            findings.push(Finding::new(FindingKind::TruthOffset, text));
-        }
-        if correlation < MIN_CORRELATION {
-            0.0
+            ));
         } else {
-            lag_s
+            offset_s = lag_s;
         }
-    };
+    }
     // Where both are known, counted from the first such point.
     let shifted = reference.t_s.iter().map(|t| t + offset_s);
     let both = shifted.zip(&reference.position_m);

@@ -8,10 +8,10 @@
 //! parameters are off by more than the covariance says, in ways that rests in one attitude
 //! do not show: the bands then allow for an error of that size in each of them.
 
-use gravical_core::matrix3::{diagonal, mul, mul_vec, norm, transpose};
+use gravical_core::matrix3::{identity, mul, mul_vec, norm, transpose};
 use gravical_fit::model::Covariance;
 use gravical_motion::{ElementErrors, ForceCovariance, RateCovariance, Samples};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use serde::Serialize;
 
 use super::estimate::Estimate;
@@ -46,14 +46,7 @@ pub(super) fn by_covariance(
     covariance: &Covariance,
     axes: &AxisMap,
 ) -> ForceCovariance {
-    let change = |k: usize| {
-        let mut step = [0.0; 12];
-        step[k] = 1.0;
-        let [x, y, z] = [step[9], step[10], step[11]];
-        error(axes, &section.matrix, &square(&step), [x, y, z])
-    };
-    let changes: [SVector<f64, 12>; 12] = std::array::from_fn(change);
-    let change = SMatrix::<f64, 12, 12>::from_columns(&changes);
+    let change = changes(axes, &section.matrix);
     change * covariance.fixed_view::<12, 12>(0, 0) * change.transpose()
 }
 
@@ -74,14 +67,8 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ra
             UNSTATED.rate()
         };
     };
-    let change = |k: usize| {
-        let mut step = [0.0; 9];
-        step[k] = 1.0;
-        let error = error(&axes.of_rates(), &section.matrix, &square(&step), [0.0; 3]);
-        error.fixed_rows::<9>(0).into_owned()
-    };
-    let changes: [SVector<f64, 9>; 9] = std::array::from_fn(change);
-    let change = RateCovariance::from_columns(&changes);
+    let change = changes(&axes.of_rates(), &section.matrix);
+    let change = change.fixed_view::<9, 9>(0, 0);
     change * RateCovariance::from_fn(|i, j| covariance.values[i][j]) * change.transpose()
 }
 
@@ -99,6 +86,16 @@ pub(super) fn applied_twice(
     change * change.transpose()
 }
 
+/// The errors that each of the parameters makes, in columns.
+fn changes(axes: &AxisMap, a: &[[f64; 3]; 3]) -> ForceCovariance {
+    let columns: [SVector<f64, 12>; 12] = std::array::from_fn(|k| {
+        let one = |i: usize| f64::from(u8::from(i == k));
+        let m = std::array::from_fn(|i| std::array::from_fn(|j| one(3 * i + j)));
+        error(axes, a, &m, [one(9), one(10), one(11)])
+    });
+    ForceCovariance::from_columns(&columns)
+}
+
 /// The error A (M f + o) of a specific force in the axes of the case: its matrix row by row, and its offset.
 fn error(
     axes: &AxisMap,
@@ -111,15 +108,6 @@ fn error(
     let offset = axes.to_case(mul_vec(a, &offset));
     let all = transpose(&columns).into_iter().chain([offset]).flatten();
     SVector::from_iterator(all)
-}
-
-fn identity() -> [[f64; 3]; 3] {
-    diagonal([1.0; 3])
-}
-
-/// The first nine, row by row.
-fn square(step: &[f64]) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| step[3 * i + j]))
 }
 
 /// Variance of the magnitude of a specific force, (m/s²)².
@@ -182,10 +170,9 @@ impl GravityMisfit {
         rests.truncate(if causal { 1 } else { rests.len() });
         let noise = estimate.motion.noise?;
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
-        let t = samples.time_s();
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
-        let channels = samples.channels();
+        let (channels, t) = (samples.channels(), samples.channels().time_s);
         rests
             .iter()
             .map(|rest| {

@@ -7,9 +7,9 @@ use gravical_motion::{Samples, Unusable};
 use super::options::{MotionOptions, Procedure};
 use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
+use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::recording::why_calibrated;
-use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use crate::recording::{Finding, FindingKind, LineSpans, Recording, why_calibrated};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
@@ -113,8 +113,8 @@ pub(super) fn frame(options: &MotionOptions) -> String {
 
 /// A calibration without covariance.
 pub(super) fn no_covariance() -> Finding {
-    Finding::new(
-        FindingKind::CovarianceUnknown,
+    finding!(
+        CovarianceUnknown,
         "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
     )
 }
@@ -124,8 +124,11 @@ pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<
     let mut kept = samples.rows().iter().peekable();
     let left_out = (0..recording.rows()).filter(|row| kept.next_if(|k| *k == row).is_none());
     let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
-    let text = "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them";
-    (!lines.is_empty()).then(|| Finding::new(FindingKind::RowsLeftOut, text).at_lines(&lines))
+    let finding = finding!(
+        RowsLeftOut,
+        "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them"
+    );
+    (!lines.is_empty()).then(|| finding.at_lines(&lines))
 }
 
 /// A length to two digits, m.
@@ -142,27 +145,27 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
         let lasts = moves.iter().map(|m| m.end_s - m.start_s);
         let longest = lasts.fold(0.0, f64::max);
         let cost = 9.8 * 1.0_f64.to_radians() * longest * longest / std::f64::consts::TAU;
-        out.push(Finding::new(
-            FindingKind::NoGyro,
-            format!(
-                "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; the band allows for tilts of half a degree",
-            ),
+        out.push(finding!(
+            NoGyro,
+            "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; the band allows for tilts of half a degree"
         ));
     }
     let closures = moves.iter().filter_map(|m| m.closure);
     let (widened, all) = (closures.filter(|c| c.widened).count(), moves.len());
     if widened > 0 {
-        let text = format!(
+        let finding = finding!(
+            ClosureContradicts,
             "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
         );
-        out.push(Finding::new(FindingKind::ClosureContradicts, text).counting(widened as u64));
+        out.push(finding.counting(widened as u64));
     }
     let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
     if replaced > 0 {
-        let text = format!(
+        let finding = finding!(
+            ValuesReplaced,
             "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
         );
-        out.push(Finding::new(FindingKind::ValuesReplaced, text).counting(replaced as u64));
+        out.push(finding.counting(replaced as u64));
     }
     out
 }
@@ -192,10 +195,11 @@ pub(super) fn lone_rest(rest_s: f64) -> String {
 /// Columns that may have been calibrated before.
 pub(super) fn already_calibrated(by_board: bool) -> Finding {
     let why = why_calibrated(by_board);
-    let text = format!(
+    let finding = finding!(
+        AlreadyCalibrated,
         "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
     );
-    Finding::new(FindingKind::AlreadyCalibrated, text).advise("calibration", "")
+    finding.advise("calibration", "")
 }
 
 /// The magnitude at rest without a calibration, where it is not gravity.

@@ -39,7 +39,6 @@ mod series;
 use std::ops::Range;
 use std::path::Path;
 
-use gravical_core::rounding;
 use gravical_signal::{
     AllanVariance, BLOCK_S, NoiseFit, NoiseModel, NoisePoints, TermEstimate, allan_variances,
     block_len, chi_square_factors, fit_noise,
@@ -52,6 +51,7 @@ use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
 use crate::recording::{self, ReadOptions, Recording};
+use crate::rounding;
 use crate::stats::pooled_deviation;
 use crate::{Error, Result};
 
@@ -74,7 +74,7 @@ const STEADY_DRIFT: f64 = 3.0;
 /// Length of the means about which samples scatter, s.
 const MEAN_S: f64 = 1.0;
 /// Noise before rounding below this fraction of the resolution does not average it away
-/// ([`gravical_core::rounding`]).
+/// ([`rounding`]).
 const MIN_OF_RESOLUTION: f64 = 0.34;
 /// Fraction of samples that are replaced beyond which it is a finding.
 const MAX_FILLED: f64 = 0.05;
@@ -252,11 +252,8 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
             per_s
         })
     });
-    // Without a fit, white noise: the distribution of the points has to be that of some noise.
-    let white = NoiseModel {
-        squares: [1.0, 0.0, 0.0],
-    };
-    let model = fit.as_ref().map_or(white, |fit| fit.model);
+    // Without a fit the distribution of the points has to be that of some noise.
+    let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
     let freedom = points.degrees_of_freedom(&model);
     let points = variances.iter().zip(freedom);
     let is_gyroscope = name.starts_with('g');

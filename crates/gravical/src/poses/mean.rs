@@ -4,9 +4,9 @@
 
 use std::ops::Range;
 
-use gravical_core::rounding;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use crate::rounding;
 use crate::stats::{mean_of_finite, median};
 
 /// Fewer blocks than these say nothing about their own scatter.

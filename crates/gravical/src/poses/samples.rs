@@ -8,7 +8,7 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::resolutions;
-use gravical_signal::{BLOCK_S, Channels, block_len, blocks, is_gap, quantile};
+use gravical_signal::{BLOCK_S, Channels, block_len, blocks, pieces, quantile};
 
 use super::spikes;
 use crate::recording::units::{MDPS_PER_DEG_S, Origin};
@@ -77,7 +77,11 @@ impl Samples {
         if let Some(gyro) = &recording.gyro {
             samples.rate = samples.held(gyro);
         }
-        samples.part(recording);
+        let breaks = recording.breaks.iter();
+        let breaks: Vec<usize> = breaks
+            .map(|row| samples.rows.partition_point(|r| r < row))
+            .collect();
+        samples.pieces = pieces(&samples.time_s, period_s, &breaks);
         if !samples.rate.is_empty() {
             let (per_rad_s, is_guessed) = samples.rate_scale(recording);
             if is_guessed {
@@ -105,22 +109,6 @@ impl Samples {
             last
         };
         self.rows.iter().map(hold).collect()
-    }
-
-    /// Parts the samples at breaks and gaps.
-    fn part(&mut self, recording: &Recording) {
-        let count = self.rows.len();
-        let mut starts: Vec<usize> = recording
-            .breaks
-            .iter()
-            .map(|row| self.rows.partition_point(|r| r < row))
-            .collect();
-        let gaps =
-            (1..count).filter(|i| is_gap(self.time_s[*i] - self.time_s[i - 1], self.period_s));
-        starts.extend(gaps);
-        starts.sort_unstable();
-        starts.dedup();
-        self.pieces = gravical_recording::between(&starts, count);
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in

@@ -88,8 +88,7 @@ impl InteractiveSensor {
     }
 
     /// Time of the latest reading, s.
-    #[must_use]
-    pub fn now_s(&self) -> f64 {
+    fn now_s(&self) -> f64 {
         self.steps as f64 / INSIDE_HZ
     }
 

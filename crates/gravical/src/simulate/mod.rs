@@ -27,7 +27,6 @@
 //! ```
 
 mod interactive;
-#[doc(hidden)]
 mod options;
 mod path;
 mod poses;
@@ -48,8 +47,7 @@ pub use options::{
 pub use record::Row;
 pub use sensor::Reading;
 pub use truth::{
-    AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, TRUTH_FORMAT,
-    Truth,
+    AccelerometerTruth, FileTruth, GyroscopeTruth, MoveTruth, PoseKind, PoseTruth, Truth,
 };
 pub use write::simulate_to;
 

@@ -294,10 +294,6 @@ pub struct SensorOptions {
     #[serde(skip_deserializing)]
     #[cfg_attr(feature = "clap", arg(skip = true))]
     pub quantise: bool,
-    /// −3 dB frequency of the second-order low-pass, Hz; it delays the signal by 0.225/f. `None`: no filter.
-    #[serde(skip_deserializing)]
-    #[cfg_attr(feature = "clap", arg(skip = SensorOptions::default().low_pass_hz))]
-    pub low_pass_hz: Option<f64>,
     /// M of the accelerometer, row-major. Default drawn.
     #[serde(skip_deserializing)]
     #[cfg_attr(feature = "clap", arg(skip))]
@@ -306,10 +302,6 @@ pub struct SensorOptions {
     #[serde(skip_deserializing)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub accel_bias_mps2: Option<[f64; 3]>,
-    /// Factor on the errors that have no option: cross-axis, biases, gyroscope. Default 1; 0 is for tests.
-    #[serde(skip_deserializing)]
-    #[cfg_attr(feature = "clap", arg(skip = 1.0))]
-    pub error_factor: f64,
 }
 
 impl Default for SensorOptions {
@@ -322,41 +314,21 @@ impl Default for SensorOptions {
             bias_drift_mg_per_c: 0.5,
             temperature_time_s: 120.0,
             quantise: true,
-            low_pass_hz: Some(44.0),
             accel_matrix: None,
             accel_bias_mps2: None,
-            error_factor: 1.0,
         }
     }
 }
 
 impl SensorOptions {
-    /// A sensor without any errors: M = 1, no bias, noise, low-pass or rounding, constant temperature. It
-    /// still clips at its range.
-    #[must_use]
-    pub fn ideal() -> Self {
-        Self {
-            noise_factor: 0.0,
-            scale_sd_percent: 0.0,
-            temperature_rise_c: 0.0,
-            bias_drift_mg_per_c: 0.0,
-            quantise: false,
-            low_pass_hz: None,
-            error_factor: 0.0,
-            ..Self::default()
-        }
-    }
-
     fn validate(&self) -> Result<()> {
         let range_g = self.accel_range_g;
         if ![2, 4, 8, 16].contains(&range_g) {
             let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
             return Err(bad(text));
         }
-        let low_pass_hz = self.low_pass_hz.unwrap_or(44.0);
         let (rise_c, drift) = (self.temperature_rise_c, self.bias_drift_mg_per_c);
         check(&[
-            ("low-pass", low_pass_hz, 1.0, 260.0, "Hz"),
             ("noise", self.noise_factor, 0.0, 100.0, ""),
             ("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%"),
             ("temperature-rise", rise_c, -40.0, 40.0, "°C"),

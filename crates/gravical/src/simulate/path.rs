@@ -36,20 +36,11 @@ fn minimum_jerk(tau: f64) -> (f64, f64, f64) {
     )
 }
 
-impl Piece {
-    pub(super) fn end_s(&self) -> f64 {
-        self.start_s + self.duration_s
-    }
-
-    pub(super) fn end_attitude(&self) -> UnitQuaternion<f64> {
-        self.attitude * UnitQuaternion::from_scaled_axis(self.rotation)
-    }
-}
-
 impl MotionPath {
     /// Length of the path, s.
     pub fn duration_s(&self) -> f64 {
-        self.pieces.last().map_or(0.0, Piece::end_s)
+        let last = self.pieces.last();
+        last.map_or(0.0, |p| p.start_s + p.duration_s)
     }
 
     /// Specific force, m/s², and angular rate, rad/s, in the sensor frame. The rate is exact, because the

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::random::{Purpose, normal, stream};
 use crate::poses::face::Face;
-use gravical_fit::model::sphere;
+use gravical_fit::model::{sphere, tangents};
 
 /// Standard deviation of a free pose from the planned one, per component, rad.
 const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -37,20 +37,13 @@ pub(super) const Z_UP: Face = Face { axis: 2, up: true };
 
 /// Rotates `direction` by two random normal components tangent to it, sd in rad each.
 fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64> {
-    let (first, second) = tangents(direction);
+    let [first, second] = tangents(&direction);
     let delta = sd * (first * normal(rng) + second * normal(rng));
     let angle = delta.norm();
     if angle == 0.0 {
         return direction;
     }
     direction * angle.cos() + delta * (angle.sin() / angle)
-}
-
-/// Two unit vectors that form a right-handed frame with `direction`.
-pub(super) fn tangents(direction: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    let first = direction.cross(&Vector3::ith(direction.iamin(), 1.0));
-    let first = first.normalize();
-    (first, direction.cross(&first))
 }
 
 /// Angle between two unit vectors, rad; also accurate for small angles.
@@ -79,7 +72,7 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
     let axis = if axis.norm() > 1e-9 {
         axis
     } else {
-        tangents(from).0
+        tangents(&from)[0]
     };
     UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle)
 }
@@ -87,7 +80,7 @@ pub(super) fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuatern
 /// `count` directions far from the six faces and from each other: each is the one of 400 on a
 /// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
 /// hand.
-pub fn spread_directions(count: usize, seed: u64) -> Vec<[f64; 3]> {
+pub(super) fn spread_directions(count: usize, seed: u64) -> Vec<[f64; 3]> {
     let candidates: Vec<_> = sphere(400).collect();
     let mut taken = Face::all()
         .map(|face| Vector3::from(face.direction()))

@@ -151,16 +151,15 @@ impl Builder {
     }
 
     fn push(&mut self, rotation: Vector3<f64>, displacement: Vector3<f64>, duration_s: f64) {
-        let piece = Piece {
+        self.path.pieces.push(Piece {
             start_s: self.now_s(),
             duration_s,
             attitude: self.attitude,
             rotation,
             displacement,
-        };
-        self.attitude = piece.end_attitude();
+        });
+        self.attitude *= UnitQuaternion::from_scaled_axis(rotation);
         self.position += displacement;
-        self.path.pieces.push(piece);
     }
 
     fn hold(

@@ -10,7 +10,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use super::options::SimulateOptions;
 use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, uniform};
-use super::truth::{AccelerometerTruth, GyroscopeTruth, TRUTH_FORMAT, Truth};
+use super::truth::{AccelerometerTruth, GyroscopeTruth, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
 const START_TEMPERATURE_C: f64 = 25.0;
@@ -34,6 +34,10 @@ pub(super) const ACCEL_NOISE_MPS_RTS: f64 = 3.3e-3;
 pub(super) const GYRO_NOISE_DEG_RTS: f64 = 0.005;
 const TEMPERATURE_NOISE_C: f64 = 0.02;
 
+/// Cutoff (−3 dB) of the low-pass, Hz. It is a second-order Butterworth, since the real filter is not published:
+/// its data sheet gives a delay of 4.9 ms for this setting, this one has 0.225/f, 5.1 ms.
+pub(super) const LOW_PASS_HZ: f64 = 44.0;
+
 type Matrix = [[f64; 3]; 3];
 
 /// Errors and scales of one part.
@@ -50,13 +54,12 @@ impl Sensor {
         let o = &options.sensor;
         let mut rng = stream(options.seed, Purpose::Parameters, 0);
         let scale_sd = o.scale_sd_percent / 100.0;
-        let k = o.error_factor;
-        let misalignment_sd = k * MISALIGNMENT_SD_DEG.to_radians();
+        let misalignment_sd = MISALIGNMENT_SD_DEG.to_radians();
 
         let scale = from_fn(|_| 1.0 + scale_sd * normal(&mut rng));
         let cross = from_fn(|_| from_fn(|_| misalignment_sd * normal(&mut rng)));
         let matrix = scaled_and_misaligned(scale, cross);
-        let bias = from_fn(|_| k * ACCEL_BIAS_MPS2 * uniform(&mut rng));
+        let bias = from_fn(|_| ACCEL_BIAS_MPS2 * uniform(&mut rng));
         let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
         let accel = AccelerometerTruth {
             matrix: o.accel_matrix.unwrap_or(matrix),
@@ -66,12 +69,12 @@ impl Sensor {
             lsb_mps2: STANDARD_GRAVITY_MPS2 / (32768.0 / f64::from(o.accel_range_g)),
         };
 
-        let scale = from_fn(|_| 1.0 + k * GYRO_SCALE * uniform(&mut rng));
+        let scale = from_fn(|_| 1.0 + GYRO_SCALE * uniform(&mut rng));
         let cross = from_fn(|_| from_fn(|_| misalignment_sd * normal(&mut rng)));
         let matrix = scaled_and_misaligned(scale, cross);
-        let limit = k * GYRO_BIAS_DEG_S.to_radians();
+        let limit = GYRO_BIAS_DEG_S.to_radians();
         let bias = from_fn(|_| limit * uniform(&mut rng));
-        let per_g = k * G_SENSITIVITY_SD_DEG_S.to_radians();
+        let per_g = G_SENSITIVITY_SD_DEG_S.to_radians();
         let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
         let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
         let gyro = GyroscopeTruth {
@@ -87,7 +90,7 @@ impl Sensor {
     /// The truth, without recordings.
     pub(super) fn truth(&self, options: &SimulateOptions) -> Truth {
         Truth {
-            format: TRUTH_FORMAT.to_owned(),
+            format: "gravical-truth/1".to_owned(),
             tool: crate::TOOL.to_owned(),
             seed: options.seed,
             gravity_mps2: options.gravity_mps2,
@@ -148,9 +151,7 @@ impl Reading {
 pub(super) struct Part {
     pub sensor: Sensor,
     quantise: bool,
-    /// Second-order Butterworth. The real filter is not published; its data sheet gives a delay of
-    /// 4.9 ms for the 44 Hz setting, this one has 5.1 ms.
-    filters: Option<[Biquad<f64>; 6]>,
+    filters: [Biquad<f64>; 6],
     noise: rand_chacha::ChaCha8Rng,
     /// Of a sample of accelerometer and gyroscope, and of the thermometer.
     noise_sd: [f64; 2],
@@ -170,16 +171,13 @@ impl Part {
         let o = &options.sensor;
         let sensor = Sensor::draw(options);
         let first = sensor.measure(path.force_and_rate(0.0), 0.0);
-        // The options are valid: the cutoff is below half of the rate.
-        let filters = o.low_pass_hz.and_then(|cutoff_hz| {
-            let mut filter = [Biquad::default()];
-            low_pass(2, cutoff_hz, 1.0 / step_s, &mut filter).ok()?;
-            let mut filters = [filter[0]; 6];
-            for (filter, input) in filters.iter_mut().zip(first) {
-                filter.settle(input);
-            }
-            Some(filters)
-        });
+        let mut filter = [Biquad::default()];
+        let designed = low_pass(2, LOW_PASS_HZ, 1.0 / step_s, &mut filter);
+        debug_assert!(designed.is_ok(), "a step is a millisecond at most");
+        let mut filters = [filter[0]; 6];
+        for (filter, input) in filters.iter_mut().zip(first) {
+            filter.settle(input);
+        }
         // White noise whose means over t have the standard deviation N/√t.
         let per_step = 1.0 / step_s.sqrt();
         let densities = [sensor.accel.noise_mps_rts, sensor.gyro.noise_rad_rts];
@@ -192,10 +190,7 @@ impl Part {
             temperature_sd_c: o.noise_factor * TEMPERATURE_NOISE_C,
         };
         // The initial state of the low-pass must already be noise.
-        let settle_steps = o
-            .low_pass_hz
-            .map_or(0, |f| (5.0 / (f * step_s)).ceil() as usize);
-        for _ in 0..settle_steps {
+        for _ in 0..(5.0 / (LOW_PASS_HZ * step_s)).ceil() as usize {
             part.update(path, 0.0, warmer_c);
         }
         part
@@ -209,7 +204,7 @@ impl Part {
             // not depend on the noise of the other.
             *value += self.noise_sd[channel / 3] * normal(&mut self.noise);
         }
-        for (filter, value) in self.filters.iter_mut().flatten().zip(&mut values) {
+        for (filter, value) in self.filters.iter_mut().zip(&mut values) {
             *value = filter.update(*value);
         }
         values

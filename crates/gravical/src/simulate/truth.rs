@@ -4,13 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::options::SimulateOptions;
 
-/// Format of `truth.json`; within `/1` fields are only added.
-pub const TRUTH_FORMAT: &str = "gravical-truth/1";
-
 /// True values of a simulation. Times are true seconds since the first row of the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Truth {
-    /// [`TRUTH_FORMAT`].
+    /// `gravical-truth/1`.
     pub format: String,
     /// Name and version of the program.
     pub tool: String,

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::options::{FileOptions, SimulateOptions};
 use super::record::{Row, record};
-use super::sensor::{ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, Reading, temperature_counts};
+use super::sensor::{
+    ACCEL_NOISE_MPS_RTS, GYRO_NOISE_DEG_RTS, LOW_PASS_HZ, Reading, temperature_counts,
+};
 use super::truth::Truth;
 use super::{MAX_WRITTEN, planned};
 use crate::output::{check_target, make_folder, write_atomic, write_text};
@@ -62,9 +64,6 @@ pub fn simulate_to(
 /// Comment lines and header.
 fn preamble(o: &SimulateOptions, name: &str) -> String {
     let s = &o.sensor;
-    let low_pass = s
-        .low_pass_hz
-        .map_or("off".to_owned(), |f| format!("{f} Hz"));
     let header = match o.file {
         FileOptions { raw: true, .. } => RAW_HEADER,
         FileOptions {
@@ -76,7 +75,7 @@ fn preamble(o: &SimulateOptions, name: &str) -> String {
     let scenario = o.scenario.name();
     format!(
         "# simulated by {tool}, not measured: {scenario}, {name}; what was put in is in truth.json\n\
-         # seed {}, rate {} Hz, range {} g and 250 °/s, low-pass {low_pass}, noise {} m/s/√s and {} °/√s\n\
+         # seed {}, rate {} Hz, range {} g and 250 °/s, low-pass {LOW_PASS_HZ} Hz, noise {} m/s/√s and {} °/√s\n\
          # gravity {} m/s², tilt of the poses {}°, jitter {} ms, lost rows {}\n\
          {header}\n",
         o.seed,

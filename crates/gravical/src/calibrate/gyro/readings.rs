@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use gravical_core::rounding;
 use gravical_fit::{Motion, Sample, StaticInterval};
 
 use crate::finding::{Finding, finding};
@@ -10,6 +9,7 @@ use crate::poses::mean::pooled_noise;
 use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
 use crate::recording::{LineSpans, Recording};
+use crate::rounding;
 use crate::stats::mean_of_finite;
 use gravical_recording::range_end;
 

@@ -5,7 +5,7 @@
 //! and no number of them tells where between two steps the truth lies: q/√12
 //! (Widrow and Kollár, *Quantization Noise*, 2008, chapters 4 and 10).
 
-use crate::Real;
+use std::f64::consts::PI;
 
 /// Below this share of q² the variance of rounded samples grows evenly with the
 /// noise: a sample steps over only where the truth lies near the middle of two steps.
@@ -14,52 +14,43 @@ const EVENLY: f64 = 0.141;
 const ROOT_PI: f64 = 1.772_453_850_905_516;
 
 /// Standard deviation before rounding, from the variance of samples that are rounded
-/// to steps of `step`; the same unit. Zero where the samples never change: the noise
+/// to steps of `step`, above 0; the same unit. Zero where the samples never change: the noise
 /// cannot be seen.
 ///
 /// The variance that is expected wherever between two steps the truth lies, with
 /// s = σ/q, is q² (s² + Σ_k (1 − exp(−4π²k²s²))/(2π²k²)): s/√π under s = 0.25, and
 /// s² + 1/12 less the first of the exponentials above. This is its inverse.
-fn noise_before<T: Real>(variance: T, step: T) -> T {
-    if step <= T::zero() {
-        return variance.max(T::zero()).sqrt();
+fn noise_before(variance: f64, step: f64) -> f64 {
+    let share = variance.max(0.0) / (step * step);
+    if share <= EVENLY {
+        return ROOT_PI * share * step;
     }
-    let c = T::from_f64;
-    let share = variance.max(T::zero()) / (step * step);
-    if share <= c(EVENLY) {
-        return c(ROOT_PI) * share * step;
-    }
-    let twelfth = c(1.0 / 12.0);
-    let squared = share - twelfth;
-    let harmonic = left(squared) / c(2.0 * core::f64::consts::PI * core::f64::consts::PI);
-    (squared + harmonic).sqrt() * step
+    let squared = share - 1.0 / 12.0;
+    (squared + left(squared) / (2.0 * PI * PI)).sqrt() * step
 }
 
 /// Variance of a mean that rounding leaves however many samples there are:
 /// (q²/12)·exp(−4π²σ²/q²), from the variance of the rounded samples.
-#[must_use]
-pub fn mean_variance<T: Real>(variance: T, step: T) -> T {
-    floor(step) * (T::one() - shown(variance, step))
+pub(crate) fn mean_variance(variance: f64, step: f64) -> f64 {
+    floor(step) * (1.0 - shown(variance, step))
 }
 
 /// Share of what there is to see that shows through rounding, from the variance of
 /// the rounded samples: 1 − exp(−4π²σ²/q²). Zero where the samples never change.
-#[must_use]
-pub fn shown<T: Real>(variance: T, step: T) -> T {
-    if step <= T::zero() {
-        return T::one();
+pub(crate) fn shown(variance: f64, step: f64) -> f64 {
+    if step <= 0.0 {
+        return 1.0;
     }
     let sigma = noise_before(variance, step) / step;
-    T::one() - left(sigma * sigma)
+    1.0 - left(sigma * sigma)
 }
 
 /// Variance of rounding itself, q²/12: no sample is known better.
-#[must_use]
-pub fn floor<T: Real>(step: T) -> T {
-    step * step / T::from_f64(12.0)
+pub(crate) fn floor(step: f64) -> f64 {
+    step * step / 12.0
 }
 
 /// exp(−4π²s²).
-fn left<T: Real>(squared: T) -> T {
-    (T::from_f64(-4.0 * core::f64::consts::PI * core::f64::consts::PI) * squared).exp()
+fn left(squared: f64) -> f64 {
+    (-4.0 * PI * PI * squared).exp()
 }
