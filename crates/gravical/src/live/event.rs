@@ -255,8 +255,6 @@ pub struct Status {
     pub hint: Option<String>,
     /// Direction of specific force.
     pub up: [f64; 3],
-    /// Attitude: quaternion w, x, y, z from the sensor to the world, whose z is up.
-    pub attitude: [f64; 4],
     /// Magnitude of specific force over gravity, mean of the last 0.2 s.
     pub norm_g: f64,
     /// Scatter of the last block, three axes together, mg.

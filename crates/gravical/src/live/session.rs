@@ -16,7 +16,6 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::attitude::Attitude;
 use super::event::{
     Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind,
 };
@@ -98,7 +97,6 @@ pub struct Session {
     /// What the last block said; none after rows that are missing.
     pub(super) last: Option<Stillness>,
     pub(super) rate_hz: f64,
-    pub(super) attitude: Attitude,
     pub(super) hold: Option<Hold>,
     /// The accepted poses.
     pub(super) poses: Vec<Pose>,
@@ -130,7 +128,6 @@ impl Session {
             stop: None,
             last: None,
             rate_hz,
-            attitude: Attitude::default(),
             hold: None,
             poses: Vec::new(),
             numbers: 0,
@@ -448,8 +445,6 @@ impl Session {
             self.interrupt();
         }
         let sample = self.remember(sample);
-        let rate = self.units.and_then(|u| u.rate_rad_s(sample.gyro));
-        self.attitude.update(sample.time_s, sample.accel, rate);
         if self.detector.is_some() {
             self.detect(sample);
         } else {

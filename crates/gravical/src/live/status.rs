@@ -48,7 +48,6 @@ impl Session {
             state,
             hint: self.hint(state, up).map(|h| sentence(&h)),
             up,
-            attitude: self.attitude.wxyz(),
             norm_g: finite(norm(&reading) / nominal),
             noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
             limit_mg: self.units.and(last).map(|s| self.mg(s.max_scatter[0])),
