@@ -50,6 +50,8 @@ const STATUS_S: f64 = 0.1;
 /// From this many poses on, a fit is tried, and from this many on it is complete.
 const FIRST_FIT: usize = 4;
 const FULL_FIT: usize = 6;
+/// Beyond this many poses that were not asked for, the next fit waits until there are a tenth more.
+const MANY_POSES: usize = 20;
 
 /// Why nothing happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,8 +106,9 @@ pub struct Session {
     numbers: u32,
     /// Faces to record again.
     pub(super) redo: Vec<Face>,
-    /// The calibration of the poses so far.
+    /// The calibration of the poses so far, and how many it was tried with.
     file: Option<CalibrationFile>,
+    fitted: usize,
     /// Time of the last row, of the last progress, and of the last status, s.
     pub(super) now_s: f64,
     pub(super) progress_s: f64,
@@ -133,6 +136,7 @@ impl Session {
             numbers: 0,
             redo: Vec::new(),
             file: None,
+            fitted: 0,
             now_s: 0.0,
             progress_s: 0.0,
             status_s: f64::NEG_INFINITY,
@@ -735,7 +739,11 @@ impl Session {
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
         });
-        self.fit();
+        let poses = self.poses.len();
+        let waits = self.options.any_pose && poses > MANY_POSES && 10 * poses < 11 * self.fitted;
+        if !waits {
+            self.fit();
+        }
     }
 
     fn warming(&self, means: &Means) -> Option<Fault> {
@@ -825,6 +833,7 @@ impl Session {
     /// Calibrates, and says which pose is wanted next: the poses or gravity have changed.
     fn fit(&mut self) {
         let before = self.grade();
+        self.fitted = self.poses.len();
         let fitted = (self.poses.len() >= FIRST_FIT).then(|| self.calibrated());
         self.file = fitted.transpose().unwrap_or_else(|error| {
             if self.poses.len() >= FULL_FIT {
@@ -911,6 +920,9 @@ impl Session {
     }
 
     fn finish(&mut self) {
+        if self.fitted != self.poses.len() {
+            self.fit();
+        }
         if let Some((event, text)) = self.file.as_ref().map(|file| verdict(file, true)) {
             self.stop = Some(Stop::Done);
             self.emit(event, &text);
