@@ -5,7 +5,6 @@ mod console;
 mod driver;
 mod source;
 mod truth;
-#[cfg(feature = "live")]
 mod web;
 
 use std::io::{IsTerminal as _, stdin};
@@ -27,14 +26,11 @@ use gravical::{Error, Result};
 use crate::cmd::log::BoardArgs;
 use crate::failure;
 use crate::options::{GravityArgs, number};
-#[cfg(not(feature = "live"))]
-use crate::text::say;
 
 use connect::{Connection, OpenSource, Origin};
 use console::{Console, EventLines, Plain, Renderer};
 use driver::Driver;
 use source::{PortSource, Replay, Simulated, Source};
-#[cfg(feature = "live")]
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -79,11 +75,9 @@ pub struct Args {
     #[arg(long)]
     plain: bool,
     /// Do not open the page in the browser
-    #[cfg(feature = "live")]
     #[arg(long, conflicts_with = "plain")]
     no_open: bool,
     /// Port of the page [default: a free one]
-    #[cfg(feature = "live")]
     #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1..))]
     http_port: Option<u16>,
     /// Accept every steady hold at any time
@@ -119,19 +113,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         renderers.push(Box::new(EventLines::open(path, is_real_time)?));
     }
     let (sender, entries) = sync_channel(ENTRIES);
-    #[cfg(feature = "live")]
-    let page = {
-        let serve = || Page::serve(args.http_port, sender.clone());
-        args.has_page().then(serve).transpose()?
-    };
-    #[cfg(feature = "live")]
+    let serve = || Page::serve(args.http_port, sender.clone());
+    let page = args.has_page().then(serve).transpose()?;
     renderers.extend(page.as_ref().map(|page| page.renderer(!args.no_open)));
-    #[cfg(not(feature = "live"))]
-    if args.has_page() {
-        say(
-            "This program was built without the page (feature `live`): the session is in the terminal.",
-        );
-    }
     if args.replay.is_none() {
         console::send_typed(sender);
     }
@@ -140,18 +124,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         entries,
         interrupted,
     };
-    #[cfg(feature = "live")]
-    if let Some(page) = &page {
-        let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
-        while done.is_ok() && page.stay(&console) {
-            done = args.go_on(folder.as_deref(), &mut console);
-        }
-        if let Err(error) = &done {
-            page.fail(&error.to_string());
-        }
-        return done;
+    let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
+    let Some(page) = page else { return done };
+    while done.is_ok() && page.stay(&console) {
+        done = args.go_on(folder.as_deref(), &mut console);
     }
-    args.guide(folder.as_deref(), journal.as_ref(), &mut console)
+    if let Err(error) = &done {
+        page.fail(&error.to_string());
+    }
+    done
 }
 
 /// The path, or one with a number that does not exist.
@@ -191,7 +172,6 @@ impl Args {
 
     /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
     /// before.
-    #[cfg(feature = "live")]
     fn go_on(&self, folder: Option<&Path>, console: &mut Console) -> anyhow::Result<ExitCode> {
         let mut args = self.clone();
         args.resume = folder.map(Path::to_path_buf);
@@ -295,7 +275,7 @@ impl Args {
 
     /// A user sees what happens, and can choose a port. In a script an error ends the program.
     fn is_seen(&self) -> bool {
-        cfg!(feature = "live") && self.has_page() || stdin().is_terminal()
+        self.has_page() || stdin().is_terminal()
     }
 
     fn read_options(&self) -> ReadOptions {
