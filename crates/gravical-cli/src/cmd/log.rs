@@ -167,7 +167,7 @@ fn end(
     let now_s = session.now_s();
     // What failed to be written is rescued.
     if done.as_ref().map_err(Error::code) != Err("io") {
-        let closed = session.close(done.is_err()).map(drop);
+        let closed = session.close(done.is_err());
         done = done.and(closed);
     }
     reporter.report(&session.take_events());

@@ -72,11 +72,7 @@ impl<'a> Driver<'a> {
             args,
             console,
             folder,
-            // A simulated sensor is left alone until its noise is known.
-            busy_until_s: match opened.kind {
-                SourceKind::Simulate => HAND_S,
-                _ => 0.0,
-            },
+            busy_until_s: 0.0,
             opened,
             session: Session::new(&recording, options),
             journal: journal.transpose()?,
@@ -122,11 +118,12 @@ impl<'a> Driver<'a> {
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
             self.render(&restored)?;
-            if self.opened.kind == SourceKind::Simulate {
-                self.busy_until_s = self.now_s + HAND_S;
-            }
         } else {
             self.show(begun)?;
+        }
+        if self.opened.kind == SourceKind::Simulate {
+            // It is left alone until its noise is known.
+            self.busy_until_s = self.now_s + HAND_S;
         }
         match std::mem::take(&mut self.opened.first) {
             first if first.is_empty() => Ok(()),

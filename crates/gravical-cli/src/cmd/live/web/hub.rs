@@ -64,7 +64,12 @@ impl Hub {
     /// The events for a new tab, from the beginning.
     pub fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
         self.0.send_modify(|said| said.had_tab = true);
-        unfold(Tab::new(self), |mut tab| async {
+        let tab = Tab {
+            said: self.0.subscribe(),
+            next: 0,
+            status: None,
+        };
+        unfold(tab, |mut tab| async {
             let text = tab.next().await?;
             let event = sse::Event::default().retry(RETRY).data(text);
             Some((Ok(event), tab))
@@ -81,14 +86,6 @@ struct Tab {
 }
 
 impl Tab {
-    fn new(hub: &Hub) -> Self {
-        Tab {
-            said: hub.0.subscribe(),
-            next: 0,
-            status: None,
-        }
-    }
-
     /// The next event; none at the end.
     async fn next(&mut self) -> Option<Arc<str>> {
         loop {
