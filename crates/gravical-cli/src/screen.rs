@@ -55,9 +55,4 @@ impl Screen {
         }
         self.is_raw = false;
     }
-
-    /// Waits until everything is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        let _ = self.out.drain();
-    }
 }

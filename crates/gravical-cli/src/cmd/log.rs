@@ -125,12 +125,10 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let done = match record(args, &mut reporter) {
+    match record(args, &mut reporter) {
         Err(error) if args.json => reporter.fail(&error).ok_or(error),
         done => done,
-    };
-    reporter.drain();
-    done
+    }
 }
 
 fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {

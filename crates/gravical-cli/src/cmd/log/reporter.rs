@@ -98,12 +98,6 @@ impl Reporter {
         let _ = self.out.send(line);
         Some(ExitCode::from(error.exit))
     }
-
-    /// Waits until everything is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        let _ = self.out.drain();
-        self.screen.drain();
-    }
 }
 
 fn summary(ended: &Ended) -> String {
