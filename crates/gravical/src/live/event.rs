@@ -111,13 +111,10 @@ pub enum Event {
         /// Reasons.
         reasons: Vec<String>,
     },
-    /// Gravity was given.
+    /// Gravity was given; with the source `standard` it has to be asked for.
     Gravity(Gravity),
-    /// Something to know.
-    Warning {
-        /// What it is about.
-        kind: WarningKind,
-    },
+    /// Something to know; a command that cannot be done now.
+    Warning,
     /// The calibration is on the disk.
     Saved {
         /// The file.
@@ -334,18 +331,6 @@ pub enum Wanted {
     Free,
     /// Nothing: the result is good.
     None,
-}
-
-/// What a warning is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WarningKind {
-    /// Local gravity.
-    Gravity,
-    /// A command that cannot be done now.
-    Refused,
-    /// Anything else.
-    Other,
 }
 
 /// Why no rows arrive.

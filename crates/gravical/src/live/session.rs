@@ -16,9 +16,7 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind,
-};
+use super::event::{Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted};
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
@@ -268,7 +266,7 @@ impl Session {
             Command::Capture => self.capture_now(),
             Command::Undo => match self.poses.last().map(|pose| pose.pose) {
                 Some(last) => self.remove("The others are untouched.", |p| p.pose == last),
-                None => self.refuse("There is no pose to undo."),
+                None => self.warn("There is no pose to undo."),
             },
             Command::Redo { face } => self.record_again(face),
             Command::Finish => self.finish(),
@@ -278,11 +276,11 @@ impl Session {
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
             Command::Cancel => self.stop = Some(Stop::Done),
-            Command::Resume => self.refuse("The session goes on already."),
+            Command::Resume => self.warn("The session goes on already."),
             Command::Port { .. } | Command::Simulate => {
-                self.refuse("The sensor was chosen: another one needs a new session.");
+                self.warn("The sensor was chosen: another one needs a new session.");
             }
-            Command::Hand { .. } => self.refuse("This sensor is moved by hand, not by commands."),
+            Command::Hand { .. } => self.warn("This sensor is moved by hand, not by commands."),
         }
         self.take_events()
     }
@@ -320,12 +318,8 @@ impl Session {
         std::mem::take(&mut self.events)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) {
-        self.emit(Event::Warning { kind }, text);
-    }
-
-    fn refuse(&mut self, why: &str) {
-        self.warn(WarningKind::Refused, why);
+    fn warn(&mut self, text: &str) {
+        self.emit(Event::Warning, text);
     }
 
     /// A hold was not accepted.
@@ -575,12 +569,12 @@ impl Session {
         self.emit(Event::Floor, &text);
         for finding in &recording.findings {
             if finding.kind == FindingKind::FrozenAxis {
-                self.warn(WarningKind::Other, &finding.message);
+                self.warn(&finding.message);
             }
         }
         if gravity.source == GravitySource::Standard {
             let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";
-            self.warn(WarningKind::Gravity, text);
+            self.emit(Event::Gravity(gravity), text);
         }
         self.progress_s = self.now_s;
         self.request_pose();
@@ -790,13 +784,13 @@ impl Session {
                 let start = hold.rows.start.max(earliest);
                 *hold = Hold::new(start..hold.rows.end, true);
             }
-            _ => self.refuse("It moves: hold it still first."),
+            _ => self.warn("It moves: hold it still first."),
         }
     }
 
     fn record_again(&mut self, name: &str) {
         let Some(face) = face_of(name) else {
-            self.refuse("A face is +x, -x, +y, -y, +z or -z.");
+            self.warn("A face is +x, -x, +y, -y, +z or -z.");
             return;
         };
         if self.is_recorded(face) {
@@ -837,7 +831,7 @@ impl Session {
         let fitted = (self.poses.len() >= FIRST_FIT).then(|| self.calibrated());
         self.file = fitted.transpose().unwrap_or_else(|error| {
             if self.poses.len() >= FULL_FIT {
-                self.warn(WarningKind::Other, &error.to_string());
+                self.warn(&error.to_string());
             }
             None
         });
@@ -906,7 +900,7 @@ impl Session {
         let gravity = match (value, latitude) {
             (Some(value), None) => Gravity::given(value),
             (None, Some(latitude)) => Gravity::at(latitude, altitude.unwrap_or(0.0)),
-            _ => return self.refuse("Gravity is given by a value, or by the latitude."),
+            _ => return self.warn("Gravity is given by a value, or by the latitude."),
         };
         match gravity {
             Ok(gravity) => {
@@ -915,7 +909,7 @@ impl Session {
                 self.emit(Event::Gravity(gravity), &text);
                 self.fit();
             }
-            Err(error) => self.refuse(error.message()),
+            Err(error) => self.warn(error.message()),
         }
     }
 
@@ -928,7 +922,7 @@ impl Session {
             self.emit(event, &text);
         } else {
             let poses = count(self.poses.len(), "pose");
-            self.refuse(&format!(
+            self.warn(&format!(
                 "With {poses} nothing is determined yet: at least {FIRST_FIT} are needed, better six faces and three free poses."
             ));
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind, WarningKind};
+use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind};
 use gravical::live::sentence;
 use gravical::{Category, Error, Result};
 
@@ -95,7 +95,7 @@ impl Connection<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                Incoming::Warning(text) => self.warn(WarningKind::Other, &text)?,
+                Incoming::Warning(text) => self.warn(&text)?,
                 Incoming::Lost(Loss::Silent) | Incoming::End => {}
             }
         }
@@ -159,14 +159,14 @@ impl Connection<'_> {
                     self.origin = origin;
                     return Ok(true);
                 }
-                Err(why) => self.warn(WarningKind::Refused, &why)?,
+                Err(why) => self.warn(&why)?,
             }
         }
         Ok(false)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
-        self.console.note(Event::Warning { kind }, text)
+    fn warn(&mut self, text: &str) -> Result<()> {
+        self.console.note(Event::Warning, text)
     }
 }
 

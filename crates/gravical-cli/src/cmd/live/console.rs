@@ -7,8 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 
+use gravical::calibration_file::GravitySource;
 use gravical::escape::{one_line, shown_json};
-use gravical::live::event::{Command, Event, Message, Status, WarningKind};
+use gravical::live::event::{Command, Event, Message, Status};
 use gravical::{Error, Result};
 
 use crate::device::ports;
@@ -142,7 +143,8 @@ impl Renderer for Plain {
             Event::PoseAccepted(_) => "✓ ",
             Event::PoseRejected { .. } => "✗ ",
             Event::NextPose { .. } => "→ ",
-            Event::Ports { .. } | Event::Warning { .. } | Event::Lost { .. } => "! ",
+            Event::Ports { .. } | Event::Warning | Event::Lost { .. } => "! ",
+            Event::Gravity(gravity) if gravity.source == GravitySource::Standard => "! ",
             _ => "",
         };
         let first = format!("{mark}{}", message.text);
@@ -218,8 +220,7 @@ impl Renderer for EventLines {
     fn show(&mut self, message: &Message) -> Result<()> {
         if let Some(n) = self.out.take_dropped() {
             let text = format!("{n} events were dropped here: they were not read in time.");
-            let kind = WarningKind::Other;
-            self.show(&Message::new(message.t_s, Event::Warning { kind }, &text))?;
+            self.show(&Message::new(message.t_s, Event::Warning, &text))?;
         }
         // Not even a reader who has gone is an end in silence.
         let line = format!("{}\n", shown_json(&message.to_json()));

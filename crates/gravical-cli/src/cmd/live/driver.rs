@@ -10,9 +10,7 @@ use gravical::calibrate::{CalibrateOptions, Calibrated};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
 use gravical::live::Session;
-use gravical::live::event::{
-    Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
-};
+use gravical::live::event::{Command, EndReason, Event, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::numfmt::count;
 use gravical::recording::{Recording, read};
@@ -170,10 +168,7 @@ impl<'a> Driver<'a> {
             }
             Incoming::Lost(why) => self.session.lost(why),
             Incoming::Connected(_) => Vec::new(),
-            Incoming::Warning(text) => {
-                let kind = WarningKind::Other;
-                self.session.note(Event::Warning { kind }, &text)
-            }
+            Incoming::Warning(text) => self.session.note(Event::Warning, &text),
             Incoming::End => self.session.settle_format().unwrap_or_default(),
         };
         self.show(messages)?;
@@ -233,7 +228,7 @@ impl<'a> Driver<'a> {
                 Ok(entry) => match entry.command {
                     Ok(command) if entry.is_clicked => self.command(&command)?,
                     Ok(command) => self.typed.push_back(command),
-                    Err(text) => self.warn(WarningKind::Refused, &text)?,
+                    Err(text) => self.warn(&text)?,
                 },
                 Err(error) => break error != TryRecvError::Disconnected,
             }
@@ -261,7 +256,7 @@ impl<'a> Driver<'a> {
                 let messages = self.session.command(command);
                 self.show(messages)
             }
-            Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
+            Err(error) => self.warn(&error.to_string()),
         }
     }
 
@@ -384,7 +379,7 @@ impl<'a> Driver<'a> {
         let path = folder.join(name);
         if let Err(error) = write_report(&path, false, &document) {
             let why = format!("the report was not written: {error}");
-            self.warn(WarningKind::Other, &why)?;
+            self.warn(&why)?;
             return Ok(None);
         }
         Ok(Some(path))
@@ -400,8 +395,8 @@ impl<'a> Driver<'a> {
         self.note(event, text)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
-        self.note(Event::Warning { kind }, text)
+    fn warn(&mut self, text: &str) -> Result<()> {
+        self.note(Event::Warning, text)
     }
 
     /// Shows what only the program knows.

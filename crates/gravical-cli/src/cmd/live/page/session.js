@@ -38,8 +38,7 @@ function after(state, event) {
   if (!Object.hasOwn(MARKS, event.type)) return next;
   const entry = { t_s: event.t_s, mark: MARKS[event.type], text: event.text };
   next.log.push(entry);
-  // The page asks for gravity itself.
-  if (Object.hasOwn(NOTICES, event.type) && event.kind !== "gravity") next.notice = entry;
+  if (Object.hasOwn(NOTICES, event.type)) next.notice = entry;
   return next;
 }
 
