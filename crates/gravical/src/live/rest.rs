@@ -37,11 +37,10 @@ pub(super) struct Units {
 
 impl Units {
     /// What is wrong with a capture, the gravest fault first.
-    pub fn fault(&self, samples: &[Sample], gravity_mps2: f64) -> Option<Fault> {
-        let means = Means::of(samples);
+    pub fn fault(&self, samples: &[Sample], means: &Means, gravity_mps2: f64) -> Option<Fault> {
         self.clipped(samples)
             .or_else(|| self.magnitude_fault(means.accel, gravity_mps2))
-            .or_else(|| self.turning(&means))
+            .or_else(|| self.turning(means))
     }
 
     fn clipped(&self, samples: &[Sample]) -> Option<Fault> {

@@ -16,7 +16,9 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::event::{Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted};
+use super::event::{
+    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, State, Wanted,
+};
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
@@ -51,15 +53,6 @@ const FULL_FIT: usize = 6;
 /// Beyond this many poses that were not asked for, the next fit waits until there are a tenth more.
 const MANY_POSES: usize = 20;
 
-/// Why nothing happens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// No rows arrive.
-    Lost,
-    /// The user has finished or cancelled it.
-    Done,
-}
-
 /// Rest without interruption.
 #[derive(Debug, Clone)]
 pub(super) struct Hold {
@@ -93,7 +86,8 @@ pub struct Session {
     pub(super) detector: Option<StillnessDetector>,
     /// None before the noise at rest is known.
     pub(super) units: Option<Units>,
-    pub(super) stop: Option<Stop>,
+    /// Why nothing happens: no rows arrive, or the user has finished or cancelled it.
+    pub(super) stop: Option<State>,
     /// What the last block said; none after rows that are missing.
     pub(super) last: Option<Stillness>,
     pub(super) rate_hz: f64,
@@ -149,7 +143,7 @@ impl Session {
     ///
     /// As of [`bytes`](Self::bytes).
     pub fn restore(&mut self, bytes: &[u8], journal: &Journal) -> Result<Vec<Message>> {
-        self.stop = Some(Stop::Lost);
+        self.stop = Some(State::Lost);
         self.numbers = journal.numbers;
         for sample in self.reading.push(bytes)? {
             self.remember(sample);
@@ -218,7 +212,7 @@ impl Session {
     /// No rows arrive.
     pub fn lost(&mut self, why: Loss) -> Vec<Message> {
         if self.stop.is_none() {
-            self.stop = Some(Stop::Lost);
+            self.stop = Some(State::Lost);
             self.interrupt();
             let safe = self.safe();
             let text = match why {
@@ -236,7 +230,7 @@ impl Session {
 
     /// Rows arrive again.
     pub fn resumed(&mut self) -> Vec<Message> {
-        if self.stop != Some(Stop::Lost) {
+        if self.stop != Some(State::Lost) {
             return Vec::new();
         }
         self.stop = None;
@@ -275,7 +269,7 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
-            Command::Cancel => self.stop = Some(Stop::Done),
+            Command::Cancel => self.stop = Some(State::Done),
             Command::Resume => self.warn("The session goes on already."),
             Command::Port { .. } | Command::Simulate => {
                 self.warn("The sensor was chosen: another one needs a new session.");
@@ -305,7 +299,7 @@ impl Session {
     /// True once the user has finished or cancelled.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.stop == Some(Stop::Done)
+        self.stop == Some(State::Done)
     }
 
     // Events.
@@ -704,7 +698,7 @@ impl Session {
         let means = Means::of(&samples);
         let gravity_mps2 = self.options.gravity.value_mps2;
         let fault = units
-            .fault(&samples, gravity_mps2)
+            .fault(&samples, &means, gravity_mps2)
             .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
@@ -918,7 +912,7 @@ impl Session {
             self.fit();
         }
         if let Some((event, text)) = self.file.as_ref().map(|file| verdict(file, true)) {
-            self.stop = Some(Stop::Done);
+            self.stop = Some(State::Done);
             self.emit(event, &text);
         } else {
             let poses = count(self.poses.len(), "pose");
