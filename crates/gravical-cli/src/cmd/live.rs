@@ -156,7 +156,6 @@ impl Args {
             folder: folder.unwrap_or(Path::new("")),
             console: &mut *console,
             origin: self.origin(before),
-            resumes: before.is_some(),
         };
         let Some(opened) = connection.open()? else {
             let event = Event::End {
@@ -199,7 +198,7 @@ impl Args {
         let default = || folder.map(|folder| folder.join("calibration.json"));
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
-        Some(if self.resume.is_some() {
+        Some(if self.resumes() {
             free_name(&output)
         } else {
             output
@@ -215,6 +214,11 @@ impl Args {
             "exists" => error.with_hint("name another file"),
             _ => error,
         })
+    }
+
+    /// The session goes on, with the sensor that it has.
+    fn resumes(&self) -> bool {
+        self.resume.is_some()
     }
 
     /// Times real time; 0 is as fast as possible.
@@ -291,7 +295,7 @@ impl Args {
 
     /// Opens the source.
     fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
-        let resumes = self.resume.is_some();
+        let resumes = self.resumes();
         let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {

@@ -43,8 +43,6 @@ pub struct Connection<'a> {
     pub folder: &'a Path,
     pub console: &'a mut Console,
     pub origin: Origin,
-    /// The session goes on with the sensor that it has.
-    pub resumes: bool,
 }
 
 impl Connection<'_> {
@@ -74,7 +72,7 @@ impl Connection<'_> {
         while opened.kind == SourceKind::Port && opened.first.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
             if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
-                opened.source.discard();
+                opened.source.close(true);
                 return waited.map(|_| None);
             }
         }
@@ -121,7 +119,7 @@ impl Connection<'_> {
                     ports: found.clone(),
                     tried,
                     flash,
-                    simulate: !self.resumes,
+                    simulate: !self.args.resumes(),
                 };
                 let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
                 self.console.note(event, &text)?;
@@ -141,8 +139,10 @@ impl Connection<'_> {
                     self.console.interrupt();
                     return Ok(false);
                 }
-                Ok(Command::Simulate) if !self.resumes => Ok(Origin::Simulated(None)),
-                Ok(Command::Simulate) => Err("This session is of another sensor.".to_owned()),
+                Ok(Command::Simulate) if self.args.resumes() => {
+                    Err("This session is of another sensor.".to_owned())
+                }
+                Ok(Command::Simulate) => Ok(Origin::Simulated(None)),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);

@@ -90,7 +90,7 @@ impl<'a> Driver<'a> {
         if ended.as_ref().is_err_and(|error| error.code() == "io") {
             self.journal = None;
         } else {
-            self.opened.source.close();
+            self.opened.source.close(false);
         }
         if let Err(error) = ended {
             // What shows the events may have failed, too.

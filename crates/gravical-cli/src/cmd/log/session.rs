@@ -157,12 +157,6 @@ impl Session {
         done
     }
 
-    /// Closes port and file without writing what is held.
-    pub fn discard(&mut self) {
-        self.serial = None;
-        self.file.discard_empty();
-    }
-
     fn observe(&mut self, now_s: f64) {
         let recorder = &mut self.recorder;
         let mut status = recorder.status(now_s);
