@@ -23,7 +23,7 @@ use gravical::recording::ReadOptions;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::BoardArgs;
+use crate::cmd::log::{BoardArgs, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 
@@ -135,14 +135,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     done
 }
 
-/// The path, or one with a number that does not exist.
-fn free_name(path: &Path) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let numbered = (2..).map(|n| path.with_file_name(format!("{stem}-{n}.json")));
-    let mut all = std::iter::once(path.to_owned()).chain(numbered);
-    all.find(|p| !p.exists()).unwrap_or_else(|| path.to_owned())
-}
-
 impl Args {
     /// From the source to the end of the session; `before` is the journal of one that goes on.
     fn guide(
@@ -199,7 +191,7 @@ impl Args {
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
         Some(if self.resumes() {
-            free_name(&output)
+            free_path(&output)
         } else {
             output
         })

@@ -21,7 +21,7 @@ use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
 use gravical::{Error, Result};
 
 pub use event::Event;
-pub use file::{Existing, LogFile};
+pub use file::{Existing, LogFile, free_path};
 pub use session::Session;
 
 use event::{End, Ended};
@@ -100,7 +100,6 @@ impl Args {
         Args {
             output: Some(output),
             append,
-            quiet: true,
             board: board.clone(),
             is_read_along: true,
             ..Args::default()
