@@ -840,9 +840,8 @@ impl Session {
     }
 
     fn calibrated(&self) -> Result<CalibrationFile> {
-        let recording = self.recording().transpose()?;
-        let recording =
-            recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
+        let no_rows = || Error::input("no-rows", "no row was received yet");
+        let recording = self.recording().ok_or_else(no_rows)??;
         let sections = self.poses.iter().map(|pose| section(pose, &recording));
         let options = CalibrateOptions {
             segment: SegmentOptions {

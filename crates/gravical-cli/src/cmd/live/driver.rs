@@ -116,6 +116,12 @@ impl<'a> Driver<'a> {
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
             self.render(&restored)?;
+            let gravity = self.session.gravity();
+            if gravity != journal.gravity {
+                // The journal has to say what the calibration of the session is computed with.
+                let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
+                self.note(Event::Gravity(gravity), &text)?;
+            }
         } else {
             self.show(begun)?;
         }
