@@ -291,12 +291,9 @@ impl Args {
         let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
+                let name = file.display().to_string();
                 let replay = Replay::open(file, &self.read_options())?;
-                (
-                    SourceKind::Replay,
-                    file.display().to_string(),
-                    Box::new(replay),
-                )
+                (SourceKind::Replay, name, Box::new(replay))
             }
             Origin::Simulated(seed) => {
                 make_folder(folder)?;

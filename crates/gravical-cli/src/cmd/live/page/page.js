@@ -170,9 +170,9 @@ function updateButtons(now) {
 // What the status does not change.
 function updateRecord() {
   render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
-  const fits = [...state.errors.values()].sort((a, b) => a.poses - b.poses);
-  render($("#error svg"), errorsMarkup(fits));
-  render($("#predicted"), fits.length > 0 ? html`at most <b>${inMg(fits.at(-1).worst_mg)}</b> (95 %)` : "");
+  const { errors } = state;
+  render($("#error svg"), errorsMarkup(errors));
+  render($("#predicted"), errors.length > 0 ? html`at most <b>${inMg(errors.at(-1).worst_mg)}</b> (95 %)` : "");
 }
 
 // A reader of the screen hears what is new, not every tenth of a second that is left.
