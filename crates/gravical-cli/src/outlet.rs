@@ -1,5 +1,5 @@
-//! Standard output or standard error behind a bounded queue: a reader who stops reading
-//! stops neither the recording nor its end.
+//! Standard output, standard error or a file behind a bounded queue: a reader who stops reading stops
+//! neither what happens in real time nor its end.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,74 +14,23 @@ const ROOM_FOR_STATUS: usize = 50;
 /// At the end a reader who reads nothing for this time is not waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Where messages of a session go.
-pub enum Sink {
-    /// As fast as possible: the reader sets the pace.
-    Waiting(Box<dyn Write>),
-    /// In real time, which does not wait for a reader.
-    Queued(Outlet),
-}
-
-impl Sink {
-    /// Writes a message.
-    ///
-    /// # Errors
-    ///
-    /// The system's; of a queue those of messages before.
-    pub fn send(&mut self, message: String) -> io::Result<()> {
-        match self {
-            Sink::Waiting(to) => to.write_all(message.as_bytes()).and_then(|()| to.flush()),
-            Sink::Queued(outlet) => {
-                outlet.send(message.into_bytes());
-                outlet.failure()
-            }
-        }
-    }
-
-    /// Writes a status, of which another follows soon.
-    ///
-    /// # Errors
-    ///
-    /// As [`send`](Self::send).
-    pub fn status(&mut self, message: String) -> io::Result<()> {
-        match self {
-            Sink::Waiting(_) => self.send(message),
-            Sink::Queued(outlet) => {
-                outlet.status(message.into_bytes());
-                outlet.failure()
-            }
-        }
-    }
-
-    /// Waits until all is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        if let Sink::Queued(outlet) = self {
-            outlet.drain();
-        }
-    }
-}
-
-impl Drop for Sink {
-    fn drop(&mut self) {
-        self.drain();
-    }
-}
-
 /// A queue of messages, and the thread that writes them.
 pub struct Outlet {
-    queue: SyncSender<Vec<u8>>,
+    queue: SyncSender<String>,
     /// Messages that are not written yet.
     waiting: Arc<AtomicUsize>,
     /// Why a message could not be written.
     failed: Arc<OnceLock<io::ErrorKind>>,
     dropped: u64,
+    /// The reader sets the pace: nothing is dropped.
+    waits: bool,
     /// Nobody reads: the end is not waited for any more.
     is_given_up: bool,
 }
 
 impl Outlet {
-    /// Writes to `to` in a thread of its own, which is not waited for.
-    pub fn new(to: impl Write + Send + 'static) -> Self {
+    /// Writes to `to` in a thread of its own, which is not waited for in `real_time`.
+    pub fn new(to: impl Write + Send + 'static, real_time: bool) -> Self {
         let (queue, messages) = sync_channel(ROOM);
         let waiting = Arc::new(AtomicUsize::new(0));
         let failed = Arc::new(OnceLock::new());
@@ -92,31 +41,48 @@ impl Outlet {
             waiting,
             failed,
             dropped: 0,
+            waits: !real_time,
             is_given_up: false,
         }
-    }
-
-    fn failure(&self) -> io::Result<()> {
-        self.failed.get().map_or(Ok(()), |kind| Err((*kind).into()))
     }
 
     fn waiting(&self) -> usize {
         self.waiting.load(Ordering::SeqCst)
     }
 
-    /// Sends a message if there is room; otherwise it is dropped, and counted.
-    pub fn send(&mut self, message: Vec<u8>) {
+    /// Sends a message. Where it may not wait for room the message is dropped, and counted.
+    ///
+    /// # Errors
+    ///
+    /// The system's for a message before.
+    pub fn send(&mut self, message: String) -> io::Result<()> {
         self.waiting.fetch_add(1, Ordering::SeqCst);
-        if self.queue.try_send(message).is_err() {
+        let is_sent = if self.waits {
+            self.queue.send(message).is_ok()
+        } else {
+            self.queue.try_send(message).is_ok()
+        };
+        if !is_sent {
             self.waiting.fetch_sub(1, Ordering::SeqCst);
             self.dropped += 1;
         }
+        self.failure()
     }
 
-    /// Sends a status unless many messages wait.
-    pub fn status(&mut self, message: Vec<u8>) {
-        if self.waiting() < ROOM_FOR_STATUS {
-            self.send(message);
+    fn failure(&self) -> io::Result<()> {
+        self.failed.get().map_or(Ok(()), |kind| Err((*kind).into()))
+    }
+
+    /// Sends a status, of which another follows soon, unless many messages wait.
+    ///
+    /// # Errors
+    ///
+    /// As [`send`](Self::send).
+    pub fn status(&mut self, message: String) -> io::Result<()> {
+        if self.waits || self.waiting() < ROOM_FOR_STATUS {
+            self.send(message)
+        } else {
+            Ok(())
         }
     }
 
@@ -127,28 +93,39 @@ impl Outlet {
     }
 
     /// Waits until all is written, as long as somebody reads.
-    pub fn drain(&mut self) {
+    ///
+    /// # Errors
+    ///
+    /// The system's.
+    pub fn drain(&mut self) -> io::Result<()> {
         let mut last = (Instant::now(), self.waiting());
         while self.waiting() > 0 && !self.is_given_up {
             std::thread::sleep(Duration::from_millis(2));
             if self.waiting() != last.1 {
                 last = (Instant::now(), self.waiting());
             } else {
-                self.is_given_up = last.0.elapsed() >= PATIENCE;
+                self.is_given_up = !self.waits && last.0.elapsed() >= PATIENCE;
             }
         }
+        self.failure()
+    }
+}
+
+impl Drop for Outlet {
+    fn drop(&mut self) {
+        let _ = self.drain();
     }
 }
 
 fn write(
     mut to: impl Write,
-    messages: &Receiver<Vec<u8>>,
+    messages: &Receiver<String>,
     waiting: &AtomicUsize,
     failed: &OnceLock<io::ErrorKind>,
 ) {
     for message in messages {
         // A reader who has gone needs no message.
-        if let Err(error) = to.write_all(&message).and_then(|()| to.flush()) {
+        if let Err(error) = to.write_all(message.as_bytes()).and_then(|()| to.flush()) {
             failed.get_or_init(|| error.kind());
         }
         waiting.fetch_sub(1, Ordering::SeqCst);

@@ -2,11 +2,11 @@
 
 use std::io::{self, IsTerminal as _};
 
-use crate::outlet::Sink;
+use crate::outlet::Outlet;
 
 /// Standard error. A terminal that has gone stops nothing.
 pub struct Screen {
-    out: Sink,
+    out: Outlet,
     is_terminal: bool,
     /// The cursor is in a status line.
     in_status: bool,
@@ -15,10 +15,10 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// What is written goes to `out`.
-    pub fn new(out: Sink) -> Self {
+    /// In `real_time` nothing waits for it.
+    pub fn new(real_time: bool) -> Self {
         Screen {
-            out,
+            out: Outlet::new(io::stderr(), real_time),
             is_terminal: io::stderr().is_terminal(),
             in_status: false,
             is_raw: false,
@@ -54,10 +54,5 @@ impl Screen {
             let _ = self.out.send(self.end().to_owned());
         }
         self.is_raw = false;
-    }
-
-    /// Waits until everything is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        self.out.drain();
     }
 }

@@ -5,7 +5,6 @@ mod console;
 mod driver;
 mod source;
 mod truth;
-#[cfg(feature = "live")]
 mod web;
 
 use std::io::{IsTerminal as _, stdin};
@@ -24,17 +23,14 @@ use gravical::recording::ReadOptions;
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::BoardArgs;
+use crate::cmd::log::{BoardArgs, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
-#[cfg(not(feature = "live"))]
-use crate::text::say;
 
 use connect::{Connection, OpenSource, Origin};
 use console::{Console, EventLines, Plain, Renderer};
 use driver::Driver;
 use source::{PortSource, Replay, Simulated, Source};
-#[cfg(feature = "live")]
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -79,11 +75,9 @@ pub struct Args {
     #[arg(long)]
     plain: bool,
     /// Do not open the page in the browser
-    #[cfg(feature = "live")]
     #[arg(long, conflicts_with = "plain")]
     no_open: bool,
     /// Port of the page [default: a free one]
-    #[cfg(feature = "live")]
     #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1..))]
     http_port: Option<u16>,
     /// Accept every steady hold at any time
@@ -119,19 +113,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         renderers.push(Box::new(EventLines::open(path, is_real_time)?));
     }
     let (sender, entries) = sync_channel(ENTRIES);
-    #[cfg(feature = "live")]
-    let page = {
-        let serve = || Page::serve(args.http_port, sender.clone());
-        args.has_page().then(serve).transpose()?
-    };
-    #[cfg(feature = "live")]
+    let serve = || Page::serve(args.http_port, sender.clone());
+    let page = args.has_page().then(serve).transpose()?;
     renderers.extend(page.as_ref().map(|page| page.renderer(!args.no_open)));
-    #[cfg(not(feature = "live"))]
-    if args.has_page() {
-        say(
-            "This program was built without the page (feature `live`): the session is in the terminal.",
-        );
-    }
     if args.replay.is_none() {
         console::send_typed(sender);
     }
@@ -140,26 +124,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         entries,
         interrupted,
     };
-    #[cfg(feature = "live")]
-    if let Some(page) = &page {
-        let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
-        while done.is_ok() && page.stay(&console) {
-            done = args.go_on(folder.as_deref(), &mut console);
-        }
-        if let Err(error) = &done {
-            page.fail(&error.to_string());
-        }
-        return done;
+    let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
+    let Some(page) = page else { return done };
+    while done.is_ok() && page.stay(&console) {
+        done = args.go_on(folder.as_deref(), &mut console);
     }
-    args.guide(folder.as_deref(), journal.as_ref(), &mut console)
-}
-
-/// The path, or one with a number that does not exist.
-fn free_name(path: &Path) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let numbered = (2..).map(|n| path.with_file_name(format!("{stem}-{n}.json")));
-    let mut all = std::iter::once(path.to_owned()).chain(numbered);
-    all.find(|p| !p.exists()).unwrap_or_else(|| path.to_owned())
+    if let Err(error) = &done {
+        page.fail(&error.to_string());
+    }
+    done
 }
 
 impl Args {
@@ -175,7 +148,6 @@ impl Args {
             folder: folder.unwrap_or(Path::new("")),
             console: &mut *console,
             origin: self.origin(before),
-            resumes: before.is_some(),
         };
         let Some(opened) = connection.open()? else {
             let event = Event::End {
@@ -191,7 +163,6 @@ impl Args {
 
     /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
     /// before.
-    #[cfg(feature = "live")]
     fn go_on(&self, folder: Option<&Path>, console: &mut Console) -> anyhow::Result<ExitCode> {
         let mut args = self.clone();
         args.resume = folder.map(Path::to_path_buf);
@@ -219,8 +190,8 @@ impl Args {
         let default = || folder.map(|folder| folder.join("calibration.json"));
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
-        Some(if self.resume.is_some() {
-            free_name(&output)
+        Some(if self.resumes() {
+            free_path(&output)
         } else {
             output
         })
@@ -235,6 +206,11 @@ impl Args {
             "exists" => error.with_hint("name another file"),
             _ => error,
         })
+    }
+
+    /// The session goes on, with the sensor that it has.
+    fn resumes(&self) -> bool {
+        self.resume.is_some()
     }
 
     /// Times real time; 0 is as fast as possible.
@@ -295,7 +271,7 @@ impl Args {
 
     /// A user sees what happens, and can choose a port. In a script an error ends the program.
     fn is_seen(&self) -> bool {
-        cfg!(feature = "live") && self.has_page() || stdin().is_terminal()
+        self.has_page() || stdin().is_terminal()
     }
 
     fn read_options(&self) -> ReadOptions {
@@ -311,16 +287,13 @@ impl Args {
 
     /// Opens the source.
     fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
-        let resumes = self.resume.is_some();
+        let resumes = self.resumes();
         let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
+                let name = file.display().to_string();
                 let replay = Replay::open(file, &self.read_options())?;
-                (
-                    SourceKind::Replay,
-                    file.display().to_string(),
-                    Box::new(replay),
-                )
+                (SourceKind::Replay, name, Box::new(replay))
             }
             Origin::Simulated(seed) => {
                 make_folder(folder)?;

@@ -21,7 +21,7 @@ use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
 use gravical::{Error, Result};
 
 pub use event::Event;
-pub use file::{Existing, LogFile};
+pub use file::{Existing, LogFile, free_path};
 pub use session::Session;
 
 use event::{End, Ended};
@@ -100,7 +100,6 @@ impl Args {
         Args {
             output: Some(output),
             append,
-            quiet: true,
             board: board.clone(),
             is_read_along: true,
             ..Args::default()
@@ -125,12 +124,10 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    let done = match record(args, &mut reporter) {
+    match record(args, &mut reporter) {
         Err(error) if args.json => reporter.fail(&error).ok_or(error),
         done => done,
-    };
-    reporter.drain();
-    done
+    }
 }
 
 fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
@@ -167,7 +164,7 @@ fn end(
     let now_s = session.now_s();
     // What failed to be written is rescued.
     if done.as_ref().map_err(Error::code) != Err("io") {
-        let closed = session.close(done.is_err()).map(drop);
+        let closed = session.close(done.is_err());
         done = done.and(closed);
     }
     reporter.report(&session.take_events());

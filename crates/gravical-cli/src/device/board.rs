@@ -93,26 +93,3 @@ impl Wanted {
             })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rates_that_the_line_does_not_carry_are_refused() {
-        for (rate, format, fits) in [
-            (3, None, false),
-            (150, None, true),
-            (200, None, false),
-            (200, Some(Format::Counts), true),
-            (251, Some(Format::Counts), false),
-        ] {
-            let wanted = Wanted {
-                rate_hz: Some(rate),
-                format,
-                ..Wanted::default()
-            };
-            assert_eq!(wanted.validate().is_ok(), fits, "{rate} {format:?}");
-        }
-    }
-}

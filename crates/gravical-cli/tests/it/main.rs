@@ -22,7 +22,7 @@ mod files;
 mod folder;
 #[cfg(unix)]
 mod live;
-#[cfg(all(unix, feature = "live"))]
+#[cfg(unix)]
 mod live_page;
 mod motion;
 mod motion_faults;

@@ -288,7 +288,13 @@ fn usage_errors() {
     rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
     for (line, code, name) in [
         ("log x --range 3 --json", 2, "usage"),
-        ("log x --rate 500 --json", 2, "option-range"),
+        ("log x --rate 151 --json", 2, "option-range"),
+        ("log x --rate 3 --format counts --json", 2, "option-range"),
+        (
+            "log x --rate 250 --format counts --port /dev/null --json",
+            5,
+            "port-failed",
+        ),
         ("log x --rows 0 --json", 2, "usage"),
         ("log x --duration nan --json", 2, "option-range"),
         ("log x --baud 1 --json", 2, "usage"),
@@ -300,7 +306,6 @@ fn usage_errors() {
         ("log -o . --json", 2, "is-folder"),
         ("log -o . --append --json", 2, "is-folder"),
         ("log -o pipe --append --json", 2, "is-pipe"),
-        ("log x --port /dev/null --json", 5, "port-failed"),
     ] {
         let (got, error) = Logger::start(folder.path(), line).ended();
         assert_eq!((got, error["code"].as_str()), (code, Some(name)), "{line}");

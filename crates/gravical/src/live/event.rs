@@ -111,13 +111,10 @@ pub enum Event {
         /// Reasons.
         reasons: Vec<String>,
     },
-    /// Gravity was given.
+    /// Gravity was given; with the source `standard` it has to be asked for.
     Gravity(Gravity),
-    /// Something to know.
-    Warning {
-        /// What it is about.
-        kind: WarningKind,
-    },
+    /// Something to know; a command that cannot be done now.
+    Warning,
     /// The calibration is on the disk.
     Saved {
         /// The file.
@@ -255,8 +252,6 @@ pub struct Status {
     pub hint: Option<String>,
     /// Direction of specific force.
     pub up: [f64; 3],
-    /// Attitude: quaternion w, x, y, z from the sensor to the world, whose z is up.
-    pub attitude: [f64; 4],
     /// Magnitude of specific force over gravity, mean of the last 0.2 s.
     pub norm_g: f64,
     /// Scatter of the last block, three axes together, mg.
@@ -336,18 +331,6 @@ pub enum Wanted {
     Free,
     /// Nothing: the result is good.
     None,
-}
-
-/// What a warning is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WarningKind {
-    /// Local gravity.
-    Gravity,
-    /// A command that cannot be done now.
-    Refused,
-    /// Anything else.
-    Other,
 }
 
 /// Why no rows arrive.

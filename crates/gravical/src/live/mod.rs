@@ -33,7 +33,6 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
-mod attitude;
 pub mod event;
 pub mod folder;
 mod rest;

@@ -36,18 +36,11 @@ pub(super) struct Units {
 }
 
 impl Units {
-    /// A reading of the gyroscope without its bias, rad/s.
-    pub fn rate_rad_s(&self, gyro: [f64; 3]) -> Option<[f64; 3]> {
-        let nominal = self.gyro_nominal?;
-        Some(sub(&gyro, &self.gyro_bias).map(|v| v / nominal))
-    }
-
     /// What is wrong with a capture, the gravest fault first.
-    pub fn fault(&self, samples: &[Sample], gravity_mps2: f64) -> Option<Fault> {
-        let means = Means::of(samples);
+    pub fn fault(&self, samples: &[Sample], means: &Means, gravity_mps2: f64) -> Option<Fault> {
         self.clipped(samples)
             .or_else(|| self.magnitude_fault(means.accel, gravity_mps2))
-            .or_else(|| self.turning(&means))
+            .or_else(|| self.turning(means))
     }
 
     fn clipped(&self, samples: &[Sample]) -> Option<Fault> {
@@ -82,7 +75,8 @@ impl Units {
 
     /// A turn about the vertical leaves gravity where it is.
     fn turning(&self, means: &Means) -> Option<Fault> {
-        let rate_deg_s = norm(&self.rate_rad_s(means.gyro)?).to_degrees();
+        let rate = norm(&sub(&means.gyro, &self.gyro_bias));
+        let rate_deg_s = (rate / self.gyro_nominal?).to_degrees();
         (rate_deg_s > MAX_TURNING_DEG_S).then(|| {
             let text = format!(
                 "It turns steadily: {rate_deg_s:.0} °/s more than in the first rest. {LET_GO}"

@@ -16,9 +16,8 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::attitude::Attitude;
 use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, Wanted, WarningKind,
+    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, State, Wanted,
 };
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
@@ -51,15 +50,8 @@ const STATUS_S: f64 = 0.1;
 /// From this many poses on, a fit is tried, and from this many on it is complete.
 const FIRST_FIT: usize = 4;
 const FULL_FIT: usize = 6;
-
-/// Why nothing happens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// No rows arrive.
-    Lost,
-    /// The user has finished or cancelled it.
-    Done,
-}
+/// Beyond this many poses that were not asked for, the next fit waits until there are a tenth more.
+const MANY_POSES: usize = 20;
 
 /// Rest without interruption.
 #[derive(Debug, Clone)]
@@ -94,11 +86,11 @@ pub struct Session {
     pub(super) detector: Option<StillnessDetector>,
     /// None before the noise at rest is known.
     pub(super) units: Option<Units>,
-    pub(super) stop: Option<Stop>,
+    /// Why nothing happens: no rows arrive, or the user has finished or cancelled it.
+    pub(super) stop: Option<State>,
     /// What the last block said; none after rows that are missing.
     pub(super) last: Option<Stillness>,
     pub(super) rate_hz: f64,
-    pub(super) attitude: Attitude,
     pub(super) hold: Option<Hold>,
     /// The accepted poses.
     pub(super) poses: Vec<Pose>,
@@ -106,8 +98,9 @@ pub struct Session {
     numbers: u32,
     /// Faces to record again.
     pub(super) redo: Vec<Face>,
-    /// The calibration of the poses so far.
+    /// The calibration of the poses so far, and how many it was tried with.
     file: Option<CalibrationFile>,
+    fitted: usize,
     /// Time of the last row, of the last progress, and of the last status, s.
     pub(super) now_s: f64,
     pub(super) progress_s: f64,
@@ -130,12 +123,12 @@ impl Session {
             stop: None,
             last: None,
             rate_hz,
-            attitude: Attitude::default(),
             hold: None,
             poses: Vec::new(),
             numbers: 0,
             redo: Vec::new(),
             file: None,
+            fitted: 0,
             now_s: 0.0,
             progress_s: 0.0,
             status_s: f64::NEG_INFINITY,
@@ -150,7 +143,7 @@ impl Session {
     ///
     /// As of [`bytes`](Self::bytes).
     pub fn restore(&mut self, bytes: &[u8], journal: &Journal) -> Result<Vec<Message>> {
-        self.stop = Some(Stop::Lost);
+        self.stop = Some(State::Lost);
         self.numbers = journal.numbers;
         for sample in self.reading.push(bytes)? {
             self.remember(sample);
@@ -219,7 +212,7 @@ impl Session {
     /// No rows arrive.
     pub fn lost(&mut self, why: Loss) -> Vec<Message> {
         if self.stop.is_none() {
-            self.stop = Some(Stop::Lost);
+            self.stop = Some(State::Lost);
             self.interrupt();
             let safe = self.safe();
             let text = match why {
@@ -237,7 +230,7 @@ impl Session {
 
     /// Rows arrive again.
     pub fn resumed(&mut self) -> Vec<Message> {
-        if self.stop != Some(Stop::Lost) {
+        if self.stop != Some(State::Lost) {
             return Vec::new();
         }
         self.stop = None;
@@ -267,7 +260,7 @@ impl Session {
             Command::Capture => self.capture_now(),
             Command::Undo => match self.poses.last().map(|pose| pose.pose) {
                 Some(last) => self.remove("The others are untouched.", |p| p.pose == last),
-                None => self.refuse("There is no pose to undo."),
+                None => self.warn("There is no pose to undo."),
             },
             Command::Redo { face } => self.record_again(face),
             Command::Finish => self.finish(),
@@ -276,12 +269,12 @@ impl Session {
                 latitude,
                 altitude,
             } => self.set_gravity(*value, *latitude, *altitude),
-            Command::Cancel => self.stop = Some(Stop::Done),
-            Command::Resume => self.refuse("The session goes on already."),
+            Command::Cancel => self.stop = Some(State::Done),
+            Command::Resume => self.warn("The session goes on already."),
             Command::Port { .. } | Command::Simulate => {
-                self.refuse("The sensor was chosen: another one needs a new session.");
+                self.warn("The sensor was chosen: another one needs a new session.");
             }
-            Command::Hand { .. } => self.refuse("This sensor is moved by hand, not by commands."),
+            Command::Hand { .. } => self.warn("This sensor is moved by hand, not by commands."),
         }
         self.take_events()
     }
@@ -306,7 +299,7 @@ impl Session {
     /// True once the user has finished or cancelled.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.stop == Some(Stop::Done)
+        self.stop == Some(State::Done)
     }
 
     // Events.
@@ -319,12 +312,8 @@ impl Session {
         std::mem::take(&mut self.events)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) {
-        self.emit(Event::Warning { kind }, text);
-    }
-
-    fn refuse(&mut self, why: &str) {
-        self.warn(WarningKind::Refused, why);
+    fn warn(&mut self, text: &str) {
+        self.emit(Event::Warning, text);
     }
 
     /// A hold was not accepted.
@@ -448,8 +437,6 @@ impl Session {
             self.interrupt();
         }
         let sample = self.remember(sample);
-        let rate = self.units.and_then(|u| u.rate_rad_s(sample.gyro));
-        self.attitude.update(sample.time_s, sample.accel, rate);
         if self.detector.is_some() {
             self.detect(sample);
         } else {
@@ -576,12 +563,12 @@ impl Session {
         self.emit(Event::Floor, &text);
         for finding in &recording.findings {
             if finding.kind == FindingKind::FrozenAxis {
-                self.warn(WarningKind::Other, &finding.message);
+                self.warn(&finding.message);
             }
         }
         if gravity.source == GravitySource::Standard {
             let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";
-            self.warn(WarningKind::Gravity, text);
+            self.emit(Event::Gravity(gravity), text);
         }
         self.progress_s = self.now_s;
         self.request_pose();
@@ -711,7 +698,7 @@ impl Session {
         let means = Means::of(&samples);
         let gravity_mps2 = self.options.gravity.value_mps2;
         let fault = units
-            .fault(&samples, gravity_mps2)
+            .fault(&samples, &means, gravity_mps2)
             .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
@@ -740,7 +727,11 @@ impl Session {
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
         });
-        self.fit();
+        let poses = self.poses.len();
+        let waits = self.options.any_pose && poses > MANY_POSES && 10 * poses < 11 * self.fitted;
+        if !waits {
+            self.fit();
+        }
     }
 
     fn warming(&self, means: &Means) -> Option<Fault> {
@@ -787,13 +778,13 @@ impl Session {
                 let start = hold.rows.start.max(earliest);
                 *hold = Hold::new(start..hold.rows.end, true);
             }
-            _ => self.refuse("It moves: hold it still first."),
+            _ => self.warn("It moves: hold it still first."),
         }
     }
 
     fn record_again(&mut self, name: &str) {
         let Some(face) = face_of(name) else {
-            self.refuse("A face is +x, -x, +y, -y, +z or -z.");
+            self.warn("A face is +x, -x, +y, -y, +z or -z.");
             return;
         };
         if self.is_recorded(face) {
@@ -830,10 +821,11 @@ impl Session {
     /// Calibrates, and says which pose is wanted next: the poses or gravity have changed.
     fn fit(&mut self) {
         let before = self.grade();
+        self.fitted = self.poses.len();
         let fitted = (self.poses.len() >= FIRST_FIT).then(|| self.calibrated());
         self.file = fitted.transpose().unwrap_or_else(|error| {
             if self.poses.len() >= FULL_FIT {
-                self.warn(WarningKind::Other, &error.to_string());
+                self.warn(&error.to_string());
             }
             None
         });
@@ -848,9 +840,8 @@ impl Session {
     }
 
     fn calibrated(&self) -> Result<CalibrationFile> {
-        let recording = self.recording().transpose()?;
-        let recording =
-            recording.ok_or_else(|| Error::input("no-rows", "no row was received yet"))?;
+        let no_rows = || Error::input("no-rows", "no row was received yet");
+        let recording = self.recording().ok_or_else(no_rows)??;
         let sections = self.poses.iter().map(|pose| section(pose, &recording));
         let options = CalibrateOptions {
             segment: SegmentOptions {
@@ -902,7 +893,7 @@ impl Session {
         let gravity = match (value, latitude) {
             (Some(value), None) => Gravity::given(value),
             (None, Some(latitude)) => Gravity::at(latitude, altitude.unwrap_or(0.0)),
-            _ => return self.refuse("Gravity is given by a value, or by the latitude."),
+            _ => return self.warn("Gravity is given by a value, or by the latitude."),
         };
         match gravity {
             Ok(gravity) => {
@@ -911,17 +902,20 @@ impl Session {
                 self.emit(Event::Gravity(gravity), &text);
                 self.fit();
             }
-            Err(error) => self.refuse(error.message()),
+            Err(error) => self.warn(error.message()),
         }
     }
 
     fn finish(&mut self) {
+        if self.fitted != self.poses.len() {
+            self.fit();
+        }
         if let Some((event, text)) = self.file.as_ref().map(|file| verdict(file, true)) {
-            self.stop = Some(Stop::Done);
+            self.stop = Some(State::Done);
             self.emit(event, &text);
         } else {
             let poses = count(self.poses.len(), "pose");
-            self.refuse(&format!(
+            self.warn(&format!(
                 "With {poses} nothing is determined yet: at least {FIRST_FIT} are needed, better six faces and three free poses."
             ));
         }

@@ -4,7 +4,7 @@ use gravical_core::matrix3::norm;
 
 use super::event::{Event, State, Status, Tile};
 use super::sentence;
-use super::session::{Session, Stop, face_up};
+use super::session::{Session, face_up};
 use crate::poses::face::Face;
 
 /// After this time without progress the status says which test fails, s.
@@ -15,8 +15,7 @@ impl Session {
     fn state(&self) -> State {
         let is_capturing = self.hold.as_ref().is_some_and(|h| self.is_capturing(h));
         match self.stop {
-            Some(Stop::Done) => State::Done,
-            Some(Stop::Lost) => State::Lost,
+            Some(state) => state,
             None if self.detector.is_none() => State::Identify,
             None if self.units.is_none() => State::Floor,
             None if is_capturing => State::Capture,
@@ -48,7 +47,6 @@ impl Session {
             state,
             hint: self.hint(state, up).map(|h| sentence(&h)),
             up,
-            attitude: self.attitude.wxyz(),
             norm_g: finite(norm(&reading) / nominal),
             noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
             limit_mg: self.units.and(last).map(|s| self.mg(s.max_scatter[0])),

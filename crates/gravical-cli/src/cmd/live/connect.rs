@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind, WarningKind};
+use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind};
 use gravical::live::sentence;
 use gravical::{Category, Error, Result};
 
@@ -43,8 +43,6 @@ pub struct Connection<'a> {
     pub folder: &'a Path,
     pub console: &'a mut Console,
     pub origin: Origin,
-    /// The session goes on with the sensor that it has.
-    pub resumes: bool,
 }
 
 impl Connection<'_> {
@@ -74,7 +72,7 @@ impl Connection<'_> {
         while opened.kind == SourceKind::Port && opened.first.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
             if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
-                opened.source.discard();
+                opened.source.close(true);
                 return waited.map(|_| None);
             }
         }
@@ -95,7 +93,7 @@ impl Connection<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                Incoming::Warning(text) => self.warn(WarningKind::Other, &text)?,
+                Incoming::Warning(text) => self.warn(&text)?,
                 Incoming::Lost(Loss::Silent) | Incoming::End => {}
             }
         }
@@ -121,7 +119,7 @@ impl Connection<'_> {
                     ports: found.clone(),
                     tried,
                     flash,
-                    simulate: !self.resumes,
+                    simulate: !self.args.resumes(),
                 };
                 let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
                 self.console.note(event, &text)?;
@@ -141,8 +139,10 @@ impl Connection<'_> {
                     self.console.interrupt();
                     return Ok(false);
                 }
-                Ok(Command::Simulate) if !self.resumes => Ok(Origin::Simulated(None)),
-                Ok(Command::Simulate) => Err("This session is of another sensor.".to_owned()),
+                Ok(Command::Simulate) if self.args.resumes() => {
+                    Err("This session is of another sensor.".to_owned())
+                }
+                Ok(Command::Simulate) => Ok(Origin::Simulated(None)),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);
@@ -159,14 +159,14 @@ impl Connection<'_> {
                     self.origin = origin;
                     return Ok(true);
                 }
-                Err(why) => self.warn(WarningKind::Refused, &why)?,
+                Err(why) => self.warn(&why)?,
             }
         }
         Ok(false)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
-        self.console.note(Event::Warning { kind }, text)
+    fn warn(&mut self, text: &str) -> Result<()> {
+        self.console.note(Event::Warning, text)
     }
 }
 

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 
+use gravical::calibration_file::GravitySource;
 use gravical::escape::{one_line, shown_json};
-use gravical::live::event::{Command, Event, Message, Status, WarningKind};
+use gravical::live::event::{Command, Event, Message, Status};
 use gravical::{Error, Result};
 
 use crate::device::ports;
-use crate::outlet::{Outlet, Sink};
+use crate::outlet::Outlet;
 use crate::screen::Screen;
 
 /// Shows events.
@@ -101,13 +102,8 @@ pub struct Plain {
 impl Plain {
     /// `real_time`: the session waits for nobody.
     pub fn new(real_time: bool) -> Self {
-        let out = if real_time {
-            Sink::Queued(Outlet::new(io::stderr()))
-        } else {
-            Sink::Waiting(Box::new(io::stderr()))
-        };
         Plain {
-            screen: Screen::new(out),
+            screen: Screen::new(real_time),
             last_hint: None,
         }
     }
@@ -147,7 +143,8 @@ impl Renderer for Plain {
             Event::PoseAccepted(_) => "✓ ",
             Event::PoseRejected { .. } => "✗ ",
             Event::NextPose { .. } => "→ ",
-            Event::Ports { .. } | Event::Warning { .. } | Event::Lost { .. } => "! ",
+            Event::Ports { .. } | Event::Warning | Event::Lost { .. } => "! ",
+            Event::Gravity(gravity) if gravity.source == GravitySource::Standard => "! ",
             _ => "",
         };
         let first = format!("{mark}{}", message.text);
@@ -195,7 +192,7 @@ fn details(event: &Event) -> Vec<String> {
 
 /// Events as JSON, one object a line.
 pub struct EventLines {
-    out: Sink,
+    out: Outlet,
     path: PathBuf,
 }
 
@@ -206,15 +203,13 @@ impl EventLines {
     ///
     /// Those of the file system.
     pub fn open(path: &Path, real_time: bool) -> Result<Self> {
-        let out = match (path == Path::new("-"), real_time) {
-            (true, true) => Sink::Queued(Outlet::new(io::stdout())),
-            (true, false) => Sink::Waiting(Box::new(io::stdout())),
-            (false, _) => {
-                // A pipe and a device are there already.
-                let is_new = !path.exists() || path.is_file();
-                let file = File::options().write(true).create_new(is_new).open(path);
-                Sink::Waiting(Box::new(file.map_err(|e| Error::io(path, e))?))
-            }
+        let out = if path == Path::new("-") {
+            Outlet::new(io::stdout(), real_time)
+        } else {
+            // A pipe and a device are there already.
+            let is_new = !path.exists() || path.is_file();
+            let file = File::options().write(true).create_new(is_new).open(path);
+            Outlet::new(file.map_err(|e| Error::io(path, e))?, false)
         };
         let path = path.to_owned();
         Ok(EventLines { out, path })
@@ -223,21 +218,17 @@ impl EventLines {
 
 impl Renderer for EventLines {
     fn show(&mut self, message: &Message) -> Result<()> {
-        if let Sink::Queued(out) = &mut self.out
-            && let Some(n) = out.take_dropped()
-        {
+        if let Some(n) = self.out.take_dropped() {
             let text = format!("{n} events were dropped here: they were not read in time.");
-            let kind = WarningKind::Other;
-            self.show(&Message::new(message.t_s, Event::Warning { kind }, &text))?;
+            self.show(&Message::new(message.t_s, Event::Warning, &text))?;
         }
         // Not even a reader who has gone is an end in silence.
-        let io = |e: io::Error| Error::io(&self.path, io::Error::other(e));
         let line = format!("{}\n", shown_json(&message.to_json()));
-        let sent = if message.event.is_status() {
-            self.out.status(line)
-        } else {
-            self.out.send(line)
+        let sent = match message.event {
+            Event::Status(_) => self.out.status(line),
+            Event::End { .. } => self.out.send(line).and_then(|()| self.out.drain()),
+            _ => self.out.send(line),
         };
-        sent.map_err(io)
+        sent.map_err(|e| Error::io(&self.path, io::Error::other(e)))
     }
 }

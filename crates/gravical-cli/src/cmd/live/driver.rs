@@ -10,9 +10,7 @@ use gravical::calibrate::{CalibrateOptions, Calibrated};
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
 use gravical::live::Session;
-use gravical::live::event::{
-    Command, EndReason, Event, Message, Rejection, SourceKind, WarningKind,
-};
+use gravical::live::event::{Command, EndReason, Event, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::numfmt::count;
 use gravical::recording::{Recording, read};
@@ -72,11 +70,7 @@ impl<'a> Driver<'a> {
             args,
             console,
             folder,
-            // A simulated sensor is left alone until its noise is known.
-            busy_until_s: match opened.kind {
-                SourceKind::Simulate => HAND_S,
-                _ => 0.0,
-            },
+            busy_until_s: 0.0,
             opened,
             session: Session::new(&recording, options),
             journal: journal.transpose()?,
@@ -96,7 +90,7 @@ impl<'a> Driver<'a> {
         if ended.as_ref().is_err_and(|error| error.code() == "io") {
             self.journal = None;
         } else {
-            self.opened.source.close();
+            self.opened.source.close(false);
         }
         if let Err(error) = ended {
             // What shows the events may have failed, too.
@@ -122,11 +116,18 @@ impl<'a> Driver<'a> {
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
             self.render(&restored)?;
-            if self.opened.kind == SourceKind::Simulate {
-                self.busy_until_s = self.now_s + HAND_S;
+            let gravity = self.session.gravity();
+            if gravity != journal.gravity {
+                // The journal has to say what the calibration of the session is computed with.
+                let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
+                self.note(Event::Gravity(gravity), &text)?;
             }
         } else {
             self.show(begun)?;
+        }
+        if self.opened.kind == SourceKind::Simulate {
+            // It is left alone until its noise is known.
+            self.busy_until_s = self.now_s + HAND_S;
         }
         match std::mem::take(&mut self.opened.first) {
             first if first.is_empty() => Ok(()),
@@ -173,10 +174,7 @@ impl<'a> Driver<'a> {
             }
             Incoming::Lost(why) => self.session.lost(why),
             Incoming::Connected(_) => Vec::new(),
-            Incoming::Warning(text) => {
-                let kind = WarningKind::Other;
-                self.session.note(Event::Warning { kind }, &text)
-            }
+            Incoming::Warning(text) => self.session.note(Event::Warning, &text),
             Incoming::End => self.session.settle_format().unwrap_or_default(),
         };
         self.show(messages)?;
@@ -236,7 +234,7 @@ impl<'a> Driver<'a> {
                 Ok(entry) => match entry.command {
                     Ok(command) if entry.is_clicked => self.command(&command)?,
                     Ok(command) => self.typed.push_back(command),
-                    Err(text) => self.warn(WarningKind::Refused, &text)?,
+                    Err(text) => self.warn(&text)?,
                 },
                 Err(error) => break error != TryRecvError::Disconnected,
             }
@@ -264,7 +262,7 @@ impl<'a> Driver<'a> {
                 let messages = self.session.command(command);
                 self.show(messages)
             }
-            Err(error) => self.warn(WarningKind::Refused, &error.to_string()),
+            Err(error) => self.warn(&error.to_string()),
         }
     }
 
@@ -387,7 +385,7 @@ impl<'a> Driver<'a> {
         let path = folder.join(name);
         if let Err(error) = write_report(&path, false, &document) {
             let why = format!("the report was not written: {error}");
-            self.warn(WarningKind::Other, &why)?;
+            self.warn(&why)?;
             return Ok(None);
         }
         Ok(Some(path))
@@ -403,8 +401,8 @@ impl<'a> Driver<'a> {
         self.note(event, text)
     }
 
-    fn warn(&mut self, kind: WarningKind, text: &str) -> Result<()> {
-        self.note(Event::Warning { kind }, text)
+    fn warn(&mut self, text: &str) -> Result<()> {
+        self.note(Event::Warning, text)
     }
 
     /// Shows what only the program knows.

@@ -71,10 +71,8 @@ pub trait Source {
     fn hand(&mut self, _command: &Command, _asked: Option<[f64; 3]>) -> Result<bool> {
         Ok(false)
     }
-    /// The session has ended: writes what waits.
-    fn close(&mut self) {}
-    /// Nothing has arrived: no file remains.
-    fn discard(self: Box<Self>) {}
+    /// The session has ended: writes what waits. One that `has_failed` before its first row leaves no file.
+    fn close(&mut self, _has_failed: bool) {}
     /// The true parameters of a simulated sensor.
     fn truth(&self) -> Option<Truth> {
         None
@@ -297,15 +295,14 @@ impl Source for PortSource {
         self.recording.file.sync()
     }
 
-    fn close(&mut self) {
+    fn close(&mut self, has_failed: bool) {
         // The session has ended, and says what it has.
-        let _ = self.recording.close(false);
-    }
-
-    fn discard(mut self: Box<Self>) {
-        self.recording.discard();
-        // Only an empty one is removed.
-        let _ = std::fs::remove_dir(&self.folder);
+        let _ = self.recording.close(has_failed);
+        if has_failed {
+            self.recording.file.discard_empty();
+            // Only an empty one is removed.
+            let _ = std::fs::remove_dir(&self.folder);
+        }
     }
 }
 

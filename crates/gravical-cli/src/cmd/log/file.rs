@@ -260,16 +260,8 @@ impl LogFile {
     fn rescue_in(&self, folder: &Path) -> io::Result<PathBuf> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let ending = self.path.extension().unwrap_or_default().to_string_lossy();
-        let named = |kind: String| {
-            let name = format!("{stem}.{kind}.{ending}");
-            folder.join(name.trim_end_matches('.'))
-        };
-        let mut path = named("rescued".to_owned());
-        let mut number = 1;
-        while path.exists() {
-            number += 1;
-            path = named(format!("rescued-{number}"));
-        }
+        let name = format!("{stem}.rescued.{ending}");
+        let path = free_path(&folder.join(name.trim_end_matches('.')));
         let mut file = File::create_new(&path)?;
         let done = file.write_all(&self.held).and_then(|()| file.sync_data());
         if done.is_err() {
@@ -277,6 +269,16 @@ impl LogFile {
         }
         done.map(|()| path)
     }
+}
+
+/// The path, or one with a number before its ending that does not exist.
+pub fn free_path(path: &Path) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let name = |n: u32| format!("{stem}-{n}.{ending}");
+    let numbered = (2..).map(|n| path.with_file_name(name(n).trim_end_matches('.')));
+    let mut all = std::iter::once(path.to_owned()).chain(numbered);
+    all.find(|p| !p.exists()).unwrap_or_else(|| path.to_owned())
 }
 
 fn in_use(path: &Path) -> Error {

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::event::{Ended, Event};
 use crate::failure::RenderedError;
-use crate::outlet::{Outlet, Sink};
+use crate::outlet::Outlet;
 use crate::screen::Screen;
 
 /// Version of the events.
@@ -39,8 +39,8 @@ impl Reporter {
         Reporter {
             json,
             quiet,
-            out: Outlet::new(io::stdout()),
-            screen: Screen::new(Sink::Queued(Outlet::new(io::stderr()))),
+            out: Outlet::new(io::stdout(), true),
+            screen: Screen::new(true),
         }
     }
 
@@ -66,7 +66,7 @@ impl Reporter {
     fn json(&mut self, event: &Event) {
         if matches!(event, Event::Ended(_)) {
             // A reader who still reads needs this one.
-            self.out.drain();
+            let _ = self.out.drain();
         }
         if let Some(n) = self.out.take_dropped() {
             let text = format!("{n} events were dropped here: they were not read in time");
@@ -74,11 +74,12 @@ impl Reporter {
         }
         let v = VERSION;
         let text = serde_json::to_string(&Versioned { v, event }).unwrap_or_default();
-        let line = format!("{}{}", shown_json(&text), self.screen.end()).into_bytes();
-        match event {
+        let line = format!("{}{}", shown_json(&text), self.screen.end());
+        // A reader who has gone does not end the recording.
+        let _ = match event {
             Event::Status(_) => self.out.status(line),
             _ => self.out.send(line),
-        }
+        };
     }
 
     /// The end: for people the counts, and what `gravical inspect` says of the file.
@@ -92,16 +93,10 @@ impl Reporter {
     /// Reports an error as a line of its own; its exit code. None for a closed pipe.
     pub fn fail(&mut self, error: &anyhow::Error) -> Option<ExitCode> {
         let error = RenderedError::of(error)?;
-        self.out.drain();
+        let _ = self.out.drain();
         let line = format!("{}\n", shown_json(&error.object.to_string()));
-        self.out.send(line.into_bytes());
+        let _ = self.out.send(line);
         Some(ExitCode::from(error.exit))
-    }
-
-    /// Waits until everything is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        self.out.drain();
-        self.screen.drain();
     }
 }
 

@@ -138,13 +138,12 @@ impl Session {
         done
     }
 
-    /// Ends the recording, and writes everything that has arrived, unless it failed. Returns the lines
-    /// that were written.
+    /// Ends the recording, and writes everything that has arrived, unless it failed.
     ///
     /// # Errors
     ///
     /// Those of the disk, and of the rows that are left.
-    pub fn close(&mut self, has_failed: bool) -> Result<Vec<u8>> {
+    pub fn close(&mut self, has_failed: bool) -> Result<()> {
         // The reader thread ends first, otherwise a continuous stream would never end here.
         let rest = self.serial.take().map(Serial::rest).unwrap_or_default();
         let now_s = self.now_s();
@@ -153,15 +152,9 @@ impl Session {
             let read = self.recorder.bytes(now_s, &rest);
             done = read.and_then(|()| self.recorder.finish(now_s));
         }
-        let lines = self.write()?;
+        self.write()?;
         self.file.sync()?;
-        done.map(|()| lines)
-    }
-
-    /// Closes port and file without writing what is held.
-    pub fn discard(&mut self) {
-        self.serial = None;
-        self.file.discard_empty();
+        done
     }
 
     fn observe(&mut self, now_s: f64) {

@@ -22,7 +22,7 @@ let accepted_until = 0;
 
 // ---- The page after an event ----
 
-let attitude = lying([0, 0, 1]), heading = 0;
+let attitude = lying([0, 0, 1]);
 // A simulated sensor is moved here.
 let is_in_hand = false;
 
@@ -72,9 +72,10 @@ function updateWords(now) {
 
 function updateBoard() {
   const s = state.status, { face, up } = wanted(state);
-  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it.
-  const read = normalised(s?.attitude ?? [1, 0, 0, 0]);
-  heading = (up && headingTo(lying(up), read)) ?? heading;
+  // Gravity leaves the heading open: the board is drawn with that of the next pose, to be compared with it, or as
+  // it was.
+  const read = lying(s?.up ?? [0, 0, 1]);
+  const heading = (up && headingTo(lying(up), read)) ?? headingTo(attitude, read) ?? 0;
   const is_there = performance.now() > turned_until || s && turned && angleDeg(s.up, upOf(turned)) < 4;
   if (!held && !turning && is_there) turned = null;
   attitude = turned ?? turnedLevel(heading, read);
@@ -169,9 +170,9 @@ function updateButtons(now) {
 // What the status does not change.
 function updateRecord() {
   render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
-  const fits = [...state.errors.values()].sort((a, b) => a.poses - b.poses);
-  render($("#error svg"), errorsMarkup(fits));
-  render($("#predicted"), fits.length > 0 ? html`at most <b>${inMg(fits.at(-1).worst_mg)}</b> (95 %)` : "");
+  const { errors } = state;
+  render($("#error svg"), errorsMarkup(errors));
+  render($("#predicted"), errors.length > 0 ? html`at most <b>${inMg(errors.at(-1).worst_mg)}</b> (95 %)` : "");
 }
 
 // A reader of the screen hears what is new, not every tenth of a second that is left.

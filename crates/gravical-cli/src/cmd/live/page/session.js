@@ -6,7 +6,7 @@
 const fresh = () => ({
   ports: null, connecting: null, session: null, identified: null, status: null, next_pose: null,
   fit: null, verdict: null, saved: null, truth: null, lost: null, end: null,
-  notice: null, poses: new Map(), errors: new Map(), log: [],
+  notice: null, poses: new Map(), errors: [], log: [],
 });
 
 // Events of the history with their marks; the first five are the notice on top, too.
@@ -20,10 +20,10 @@ const EFFECTS = {
   pose_accepted(s, e) { s.poses.set(e.pose, e); },
   pose_undone(s, e) {
     s.poses.delete(e.pose);
-    for (const n of [...s.errors.keys()]) if (n > s.poses.size) s.errors.delete(n);
+    s.errors = s.errors.filter(f => f.poses <= s.poses.size);
     if (s.poses.size < 4) s.fit = null;
   },
-  fit(s, e) { if (e.worst_mg > 0) s.errors.set(e.poses, e); },
+  fit(s, e) { if (e.worst_mg > 0) s.errors = [...s.errors.filter(f => f.poses < e.poses), e]; },
   gravity(s, { gravity_source }) { s.session.gravity_source = gravity_source; },
   lost(s) { s.notice = null; },
   resumed(s) { s.lost = null; },
@@ -38,8 +38,7 @@ function after(state, event) {
   if (!Object.hasOwn(MARKS, event.type)) return next;
   const entry = { t_s: event.t_s, mark: MARKS[event.type], text: event.text };
   next.log.push(entry);
-  // The page asks for gravity itself.
-  if (Object.hasOwn(NOTICES, event.type) && event.kind !== "gravity") next.notice = entry;
+  if (Object.hasOwn(NOTICES, event.type)) next.notice = entry;
   return next;
 }
 

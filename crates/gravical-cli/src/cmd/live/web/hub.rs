@@ -64,10 +64,22 @@ impl Hub {
     /// The events for a new tab, from the beginning.
     pub fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
         self.0.send_modify(|said| said.had_tab = true);
-        unfold(Tab::new(self), |mut tab| async {
-            let text = tab.next().await?;
-            let event = sse::Event::default().retry(RETRY).data(text);
-            Some((Ok(event), tab))
+        let tab = Tab {
+            said: self.0.subscribe(),
+            next: 0,
+            status: None,
+        };
+        unfold(tab, |mut tab| async {
+            loop {
+                if let Some(text) = tab.unread() {
+                    let event = sse::Event::default().retry(RETRY).data(text);
+                    return Some((Ok(event), tab));
+                }
+                if tab.said.borrow().is_closed {
+                    return None;
+                }
+                tab.said.changed().await.ok()?;
+            }
         })
     }
 }
@@ -81,27 +93,6 @@ struct Tab {
 }
 
 impl Tab {
-    fn new(hub: &Hub) -> Self {
-        Tab {
-            said: hub.0.subscribe(),
-            next: 0,
-            status: None,
-        }
-    }
-
-    /// The next event; none at the end.
-    async fn next(&mut self) -> Option<Arc<str>> {
-        loop {
-            if let Some(text) = self.unread() {
-                return Some(text);
-            }
-            if self.said.borrow().is_closed {
-                return None;
-            }
-            self.said.changed().await.ok()?;
-        }
-    }
-
     /// The next event that was said already. Of statuses the latest is enough.
     fn unread(&mut self) -> Option<Arc<str>> {
         let said = self.said.borrow_and_update();
@@ -109,12 +100,9 @@ impl Tab {
             self.next += 1;
             return Some(Arc::clone(text));
         }
-        let status = said.status.as_ref()?;
-        let is_read = |last: &Arc<str>| Arc::ptr_eq(last, status);
-        if self.status.as_ref().is_some_and(is_read) {
-            return None;
-        }
-        self.status = Some(Arc::clone(status));
-        self.status.clone()
+        let status = said.status.clone()?;
+        let last = self.status.replace(Arc::clone(&status));
+        let is_read = last.is_some_and(|last| Arc::ptr_eq(&last, &status));
+        (!is_read).then_some(status)
     }
 }

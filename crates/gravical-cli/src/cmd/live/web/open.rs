@@ -66,11 +66,9 @@ fn opener() -> Option<(&'static str, &'static [&'static str])> {
     if cfg!(windows) {
         return Some(("rundll32", &["url.dll,FileProtocolHandler"]));
     }
-    let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"].map(env::var_os);
-    has_screen
-        .iter()
-        .any(Option::is_some)
-        .then_some(("xdg-open", &[]))
+    let mut screens = ["DISPLAY", "WAYLAND_DISPLAY"].into_iter();
+    let has_screen = screens.any(|name| env::var_os(name).is_some());
+    has_screen.then_some(("xdg-open", &[]))
 }
 
 /// The tunnel that a user over ssh needs, to this computer as it was reached; none without ssh.

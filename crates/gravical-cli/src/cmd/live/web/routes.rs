@@ -210,10 +210,6 @@ async fn report(State(served): State<Served>) -> Response {
             "The report is written when the calibration is saved.",
         );
     };
-    let mut response = text(StatusCode::OK, HTML, html);
-    let policy = HeaderValue::from_static(REPORT_POLICY);
-    response
-        .headers_mut()
-        .insert(CONTENT_SECURITY_POLICY, policy);
-    response
+    let policy = [(CONTENT_SECURITY_POLICY, REPORT_POLICY)];
+    (policy, text(StatusCode::OK, HTML, html)).into_response()
 }
