@@ -47,9 +47,9 @@ pub struct Outcome {
     json: String,
     inputs: Vec<InputFile>,
     /// The calibrated channels, or the rows of a motion.
-    table: Option<Table>,
+    pub table: Option<Table>,
     /// What was filtered.
-    filtered: Option<Arc<recording::Recording>>,
+    pub filtered: Option<Arc<recording::Recording>>,
 }
 
 impl Outcome {
@@ -78,22 +78,6 @@ impl Outcome {
     pub fn of_noise(result: NoiseResult, inputs: Vec<InputFile>) -> Result<Self> {
         let result = Arc::new(result);
         Self::new(Kind::Noise(result.clone()), &*result, inputs)
-    }
-
-    /// The same with the table that belongs to it.
-    pub fn with_table(self, table: Table) -> Self {
-        Outcome {
-            table: Some(table),
-            ..self
-        }
-    }
-
-    /// The same with the filtered recording.
-    pub fn with_filtered(self, recording: recording::Recording) -> Self {
-        Outcome {
-            filtered: Some(Arc::new(recording)),
-            ..self
-        }
     }
 
     /// The calibration that this is.

@@ -125,7 +125,8 @@ pub enum Inputs {
 
 /// The recordings of a call, and how files are read.
 pub struct Reading {
-    inputs: Inputs,
+    /// Files, or what is in memory.
+    pub inputs: Inputs,
     /// The gyroscope of the one recording, in a second file.
     pub gyro: Option<PathBuf>,
     /// How the files are read.
@@ -151,39 +152,26 @@ impl Reading {
         })
     }
 
-    /// The files; none in memory.
-    pub fn paths(&self) -> Option<&[PathBuf]> {
-        match &self.inputs {
-            Inputs::Paths(paths) => Some(paths),
-            Inputs::Recordings(_) => None,
-        }
-    }
-
-    /// The recordings, each by itself.
-    pub fn all(&self) -> Result<Vec<Arc<recording::Recording>>> {
-        let read = |path: &PathBuf| read_file(path, self.gyro.as_deref(), &self.options);
-        match &self.inputs {
-            Inputs::Paths(paths) => paths.iter().map(|path| Ok(Arc::new(read(path)?))).collect(),
-            Inputs::Recordings(all) => Ok(all.iter().map(|r| r.get().shared.clone()).collect()),
-        }
-    }
-
     /// The one recording.
     pub fn one(&self) -> Result<Arc<recording::Recording>> {
-        let mut all = self.all()?;
-        match (all.pop(), all.is_empty()) {
-            (Some(one), true) => Ok(one),
-            _ => Err(Error::usage(
-                "usage",
-                "one recording is needed, not several",
-            )),
+        match &self.inputs {
+            Inputs::Paths(paths) if paths.len() == 1 => {
+                let rows = read_file(&paths[0], self.gyro.as_deref(), &self.options)?;
+                Ok(Arc::new(rows))
+            }
+            Inputs::Recordings(all) if all.len() == 1 => Ok(all[0].get().shared.clone()),
+            _ => {
+                let what = "one recording is needed, not several";
+                Err(Error::usage("usage", what))
+            }
         }
     }
+}
 
-    /// The recordings in memory, for one who keeps them.
-    pub fn owned(&self) -> Result<Vec<recording::Recording>> {
-        Ok(self.all()?.into_iter().map(Arc::unwrap_or_clone).collect())
-    }
+/// Recordings for one who keeps them.
+pub fn owned(recordings: &[Py<Recording>]) -> Vec<recording::Recording> {
+    let shared = recordings.iter().map(|r| r.get().shared.clone());
+    shared.map(Arc::unwrap_or_clone).collect()
 }
 
 #[pymethods]

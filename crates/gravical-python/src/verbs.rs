@@ -26,7 +26,7 @@ use pyo3::prelude::*;
 
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Outcome, Table};
-use crate::recording::{Inputs, Reading, json};
+use crate::recording::{Inputs, Reading, json, owned};
 use crate::task;
 
 /// What a verb is given.
@@ -111,8 +111,8 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let files: SessionFiles = k.last()?;
     files.read_into(&mut options, &reading.options)?;
-    let mut done = match reading.paths() {
-        Some(paths) => Session {
+    let mut done = match &reading.inputs {
+        Inputs::Paths(paths) => Session {
             inputs: paths,
             gyro: reading.gyro.as_deref(),
             read: &reading.options,
@@ -120,7 +120,7 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
             gravity,
         }
         .calibrate()?,
-        None => calibrate_recordings(reading.owned()?, &options)?,
+        Inputs::Recordings(all) => calibrate_recordings(owned(all), &options)?,
     };
     if let Some((noise, inputs)) = call.noise {
         done.file.noise = Some(noise);
@@ -147,13 +147,17 @@ fn apply(mut call: Call) -> Result<Outcome> {
         }
         let rows = reading.one()?;
         let done = apply_recording(&file, &rows, &options)?;
-        let table = Table::of_applied(&done, rows.time_s.as_deref());
-        return Ok(outcome(&done.summary)?.with_table(table));
+        let mut outcome = outcome(&done.summary)?;
+        outcome.table = Some(Table::of_applied(&done, rows.time_s.as_deref()));
+        return Ok(outcome);
     };
-    let Some([input]) = reading.paths() else {
-        let what = "output=: it goes from one file to another";
-        let hint = "give the path of the recording, or leave out output=";
-        return Err(Error::usage("usage", what).with_hint(hint));
+    let input = match &reading.inputs {
+        Inputs::Paths(paths) if paths.len() == 1 => &paths[0],
+        _ => {
+            let what = "output=: it goes from one file to another";
+            let hint = "give the path of the recording, or leave out output=";
+            return Err(Error::usage("usage", what).with_hint(hint));
+        }
     };
     let inputs: Vec<PathBuf> = [input].into_iter().chain(&reading.gyro).cloned().collect();
     check_targets(from_ref(&path), &inputs, force)?;
@@ -177,15 +181,16 @@ fn denoise(mut call: Call) -> Result<Outcome> {
     let inputs = InputFile::of(from_ref(&*rows));
     let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
     let kind = Kind::Plain(report::denoise(&done.summary));
-    let outcome = Outcome::new(kind, &done.summary, inputs)?;
-    Ok(outcome.with_filtered(done.recording))
+    let mut outcome = Outcome::new(kind, &done.summary, inputs)?;
+    outcome.filtered = Some(Arc::new(done.recording));
+    Ok(outcome)
 }
 
 fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
     let reading = call.reading;
-    let result = match (reading.paths(), &reading.gyro) {
-        (Some([path]), None) => noise(path, &reading.options)?,
+    let result = match (&reading.inputs, &reading.gyro) {
+        (Inputs::Paths(paths), None) if paths.len() == 1 => noise(&paths[0], &reading.options)?,
         _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
     };
     let inputs = result.inputs.clone();
@@ -200,9 +205,9 @@ fn check(mut call: Call) -> Result<Outcome> {
     };
     let (file, name) = call.calibration()?;
     let reading = call.reading;
-    let (rows, left_out) = match reading.paths() {
-        Some(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
-        None => (reading.owned()?, Vec::new()),
+    let (rows, left_out) = match &reading.inputs {
+        Inputs::Paths(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
+        Inputs::Recordings(all) => (owned(all), Vec::new()),
     };
     let mut result = gravical::check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
@@ -242,8 +247,9 @@ fn motion(mut call: Call) -> Result<Outcome> {
     }
     let motion = Arc::new(motion);
     let kind = Kind::Motion(motion.clone(), rows);
-    let outcome = Outcome::new(kind, &motion.result, inputs)?;
-    Ok(outcome.with_table(Table::of_motion(&motion)))
+    let mut outcome = Outcome::new(kind, &motion.result, inputs)?;
+    outcome.table = Some(Table::of_motion(&motion));
+    Ok(outcome)
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.

@@ -211,7 +211,7 @@ def split(values: Floats, groups: Groups) -> dict[str, Any]:
             part = values[:, start : start + width]
             arrays[name] = part[:, 0] if width == 1 else part
         start += width
-    return {k: v == 1 if k in ("still", "taken") else v for k, v in arrays.items()}
+    return {name: values == 1 if name == "still" else values for name, values in arrays.items()}
 
 
 class Calibration(Result):
