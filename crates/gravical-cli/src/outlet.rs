@@ -19,11 +19,45 @@ pub enum Sink {
     /// As fast as possible: the reader sets the pace.
     Waiting(Box<dyn Write>),
     /// In real time, which does not wait for a reader.
-    Queued(Outlet),
+    Queued(Queue),
+}
+
+/// A queue of messages to the thread that writes them.
+pub struct Queue {
+    sender: SyncSender<String>,
+    /// Messages that are not written yet.
+    waiting: Arc<AtomicUsize>,
+    /// Why a message could not be written.
+    failed: Arc<OnceLock<io::ErrorKind>>,
+    dropped: u64,
+    /// Nobody reads: the end is not waited for any more.
+    is_given_up: bool,
+}
+
+impl Queue {
+    fn waiting(&self) -> usize {
+        self.waiting.load(Ordering::SeqCst)
+    }
 }
 
 impl Sink {
-    /// Writes a message.
+    /// Writes to `to` in a thread of its own, which is not waited for.
+    pub fn queued(to: impl Write + Send + 'static) -> Self {
+        let (sender, messages) = sync_channel(ROOM);
+        let waiting = Arc::new(AtomicUsize::new(0));
+        let failed = Arc::new(OnceLock::new());
+        let (count, failure) = (Arc::clone(&waiting), Arc::clone(&failed));
+        std::thread::spawn(move || write(to, &messages, &count, &failure));
+        Sink::Queued(Queue {
+            sender,
+            waiting,
+            failed,
+            dropped: 0,
+            is_given_up: false,
+        })
+    }
+
+    /// Writes a message; into a queue without room it is dropped, and counted.
     ///
     /// # Errors
     ///
@@ -31,32 +65,49 @@ impl Sink {
     pub fn send(&mut self, message: String) -> io::Result<()> {
         match self {
             Sink::Waiting(to) => to.write_all(message.as_bytes()).and_then(|()| to.flush()),
-            Sink::Queued(outlet) => {
-                outlet.send(message.into_bytes());
-                outlet.failure()
+            Sink::Queued(queue) => {
+                queue.waiting.fetch_add(1, Ordering::SeqCst);
+                if queue.sender.try_send(message).is_err() {
+                    queue.waiting.fetch_sub(1, Ordering::SeqCst);
+                    queue.dropped += 1;
+                }
+                let failed = queue.failed.get();
+                failed.map_or(Ok(()), |kind| Err((*kind).into()))
             }
         }
     }
 
-    /// Writes a status, of which another follows soon.
+    /// Writes a status, of which another follows soon, unless many messages wait.
     ///
     /// # Errors
     ///
     /// As [`send`](Self::send).
     pub fn status(&mut self, message: String) -> io::Result<()> {
+        let is_full = matches!(self, Sink::Queued(q) if q.waiting() >= ROOM_FOR_STATUS);
+        if is_full { Ok(()) } else { self.send(message) }
+    }
+
+    /// How many messages were dropped, once there is room to report it.
+    pub fn take_dropped(&mut self) -> Option<u64> {
         match self {
-            Sink::Waiting(_) => self.send(message),
-            Sink::Queued(outlet) => {
-                outlet.status(message.into_bytes());
-                outlet.failure()
+            Sink::Queued(queue) if queue.dropped > 0 && queue.waiting() < ROOM / 2 => {
+                Some(std::mem::take(&mut queue.dropped))
             }
+            _ => None,
         }
     }
 
     /// Waits until all is written, as long as somebody reads.
     pub fn drain(&mut self) {
-        if let Sink::Queued(outlet) = self {
-            outlet.drain();
+        let Sink::Queued(queue) = self else { return };
+        let mut last = (Instant::now(), queue.waiting());
+        while queue.waiting() > 0 && !queue.is_given_up {
+            std::thread::sleep(Duration::from_millis(2));
+            if queue.waiting() != last.1 {
+                last = (Instant::now(), queue.waiting());
+            } else {
+                queue.is_given_up = last.0.elapsed() >= PATIENCE;
+            }
         }
     }
 }
@@ -67,88 +118,15 @@ impl Drop for Sink {
     }
 }
 
-/// A queue of messages, and the thread that writes them.
-pub struct Outlet {
-    queue: SyncSender<Vec<u8>>,
-    /// Messages that are not written yet.
-    waiting: Arc<AtomicUsize>,
-    /// Why a message could not be written.
-    failed: Arc<OnceLock<io::ErrorKind>>,
-    dropped: u64,
-    /// Nobody reads: the end is not waited for any more.
-    is_given_up: bool,
-}
-
-impl Outlet {
-    /// Writes to `to` in a thread of its own, which is not waited for.
-    pub fn new(to: impl Write + Send + 'static) -> Self {
-        let (queue, messages) = sync_channel(ROOM);
-        let waiting = Arc::new(AtomicUsize::new(0));
-        let failed = Arc::new(OnceLock::new());
-        let (count, failure) = (Arc::clone(&waiting), Arc::clone(&failed));
-        std::thread::spawn(move || write(to, &messages, &count, &failure));
-        Outlet {
-            queue,
-            waiting,
-            failed,
-            dropped: 0,
-            is_given_up: false,
-        }
-    }
-
-    fn failure(&self) -> io::Result<()> {
-        self.failed.get().map_or(Ok(()), |kind| Err((*kind).into()))
-    }
-
-    fn waiting(&self) -> usize {
-        self.waiting.load(Ordering::SeqCst)
-    }
-
-    /// Sends a message if there is room; otherwise it is dropped, and counted.
-    pub fn send(&mut self, message: Vec<u8>) {
-        self.waiting.fetch_add(1, Ordering::SeqCst);
-        if self.queue.try_send(message).is_err() {
-            self.waiting.fetch_sub(1, Ordering::SeqCst);
-            self.dropped += 1;
-        }
-    }
-
-    /// Sends a status unless many messages wait.
-    pub fn status(&mut self, message: Vec<u8>) {
-        if self.waiting() < ROOM_FOR_STATUS {
-            self.send(message);
-        }
-    }
-
-    /// How many messages were dropped, once there is room to report it.
-    pub fn take_dropped(&mut self) -> Option<u64> {
-        let room = self.waiting() < ROOM / 2;
-        (self.dropped > 0 && room).then(|| std::mem::take(&mut self.dropped))
-    }
-
-    /// Waits until all is written, as long as somebody reads.
-    pub fn drain(&mut self) {
-        let mut last = (Instant::now(), self.waiting());
-        while self.waiting() > 0 && !self.is_given_up {
-            std::thread::sleep(Duration::from_millis(2));
-            if self.waiting() != last.1 {
-                last = (Instant::now(), self.waiting());
-            } else {
-                self.is_given_up = last.0.elapsed() >= PATIENCE;
-            }
-        }
-    }
-}
-
 fn write(
     mut to: impl Write,
-    messages: &Receiver<Vec<u8>>,
+    messages: &Receiver<String>,
     waiting: &AtomicUsize,
     failed: &OnceLock<io::ErrorKind>,
 ) {
     for message in messages {
         // A reader who has gone needs no message.
-        if let Err(error) = to.write_all(&message).and_then(|()| to.flush()) {
+        if let Err(error) = to.write_all(message.as_bytes()).and_then(|()| to.flush()) {
             failed.get_or_init(|| error.kind());
         }
         waiting.fetch_sub(1, Ordering::SeqCst);

@@ -12,7 +12,7 @@ use gravical::live::event::{Command, Event, Message, Status, WarningKind};
 use gravical::{Error, Result};
 
 use crate::device::ports;
-use crate::outlet::{Outlet, Sink};
+use crate::outlet::Sink;
 use crate::screen::Screen;
 
 /// Shows events.
@@ -102,7 +102,7 @@ impl Plain {
     /// `real_time`: the session waits for nobody.
     pub fn new(real_time: bool) -> Self {
         let out = if real_time {
-            Sink::Queued(Outlet::new(io::stderr()))
+            Sink::queued(io::stderr())
         } else {
             Sink::Waiting(Box::new(io::stderr()))
         };
@@ -207,7 +207,7 @@ impl EventLines {
     /// Those of the file system.
     pub fn open(path: &Path, real_time: bool) -> Result<Self> {
         let out = match (path == Path::new("-"), real_time) {
-            (true, true) => Sink::Queued(Outlet::new(io::stdout())),
+            (true, true) => Sink::queued(io::stdout()),
             (true, false) => Sink::Waiting(Box::new(io::stdout())),
             (false, _) => {
                 // A pipe and a device are there already.
@@ -223,9 +223,7 @@ impl EventLines {
 
 impl Renderer for EventLines {
     fn show(&mut self, message: &Message) -> Result<()> {
-        if let Sink::Queued(out) = &mut self.out
-            && let Some(n) = out.take_dropped()
-        {
+        if let Some(n) = self.out.take_dropped() {
             let text = format!("{n} events were dropped here: they were not read in time.");
             let kind = WarningKind::Other;
             self.show(&Message::new(message.t_s, Event::Warning { kind }, &text))?;

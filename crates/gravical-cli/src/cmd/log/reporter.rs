@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::event::{Ended, Event};
 use crate::failure::RenderedError;
-use crate::outlet::{Outlet, Sink};
+use crate::outlet::Sink;
 use crate::screen::Screen;
 
 /// Version of the events.
@@ -29,7 +29,7 @@ struct Versioned<'a> {
 pub struct Reporter {
     json: bool,
     quiet: bool,
-    out: Outlet,
+    out: Sink,
     pub screen: Screen,
 }
 
@@ -39,8 +39,8 @@ impl Reporter {
         Reporter {
             json,
             quiet,
-            out: Outlet::new(io::stdout()),
-            screen: Screen::new(Sink::Queued(Outlet::new(io::stderr()))),
+            out: Sink::queued(io::stdout()),
+            screen: Screen::new(Sink::queued(io::stderr())),
         }
     }
 
@@ -74,11 +74,12 @@ impl Reporter {
         }
         let v = VERSION;
         let text = serde_json::to_string(&Versioned { v, event }).unwrap_or_default();
-        let line = format!("{}{}", shown_json(&text), self.screen.end()).into_bytes();
-        match event {
+        let line = format!("{}{}", shown_json(&text), self.screen.end());
+        // A reader who has gone is no error.
+        let _ = match event {
             Event::Status(_) => self.out.status(line),
             _ => self.out.send(line),
-        }
+        };
     }
 
     /// The end: for people the counts, and what `gravical inspect` says of the file.
@@ -94,7 +95,7 @@ impl Reporter {
         let error = RenderedError::of(error)?;
         self.out.drain();
         let line = format!("{}\n", shown_json(&error.object.to_string()));
-        self.out.send(line.into_bytes());
+        let _ = self.out.send(line);
         Some(ExitCode::from(error.exit))
     }
 
