@@ -152,13 +152,8 @@ pub fn run(
     work: impl Fn(&Path, Option<&Path>) -> anyhow::Result<Outcome> + Sync,
     read: impl Fn(&Path, &Path) -> Option<Outcome> + Sync,
 ) -> anyhow::Result<ExitCode> {
-    let outputs: Vec<&Path> = plan
-        .output
-        .into_iter()
-        .chain(plan.each.summary.as_deref())
-        .collect();
     let (given, lists) = given(plan.inputs)?;
-    let paths = paths(plan, &given, &outputs)?;
+    let paths = paths(plan, &given)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
     if let Some((index, count)) = plan.each.shard {
@@ -174,6 +169,8 @@ pub fn run(
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
     let width = widths.max().unwrap_or(0).min(40);
     let bar = progress::of_sessions(items.len());
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = plan.each.threads.map_or_else(cores, usize::from);
     let next = AtomicUsize::new(0);
     let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
     let one = |item: &Item| {
@@ -204,7 +201,7 @@ pub fn run(
                 }
             }
         };
-        for _ in 0..threads(plan.each).clamp(1, items.len().max(1)) {
+        for _ in 0..threads.min(items.len()) {
             scope.spawn(work);
         }
     });
@@ -219,11 +216,6 @@ pub fn run(
         text::say(&tally(&rows));
     }
     Ok(quality(rows.values().any(|row| row.is_poor)))
-}
-
-fn threads(each: &EachArgs) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    each.threads.map_or_else(cores, usize::from)
 }
 
 /// Bytes of a list of paths at most.
@@ -269,13 +261,14 @@ fn read_list(list: &Path) -> Result<String> {
     Ok(text)
 }
 
-/// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
+/// The sessions: files, and entries of folders, each once. What is written is no input.
 ///
 /// # Errors
 ///
 /// `no-recordings` (input); errors of reading a folder.
-fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<PathBuf>> {
-    let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
+fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let outputs = [plan.output, plan.each.summary.as_deref()];
+    let outputs = outputs.map(|path| path.map(place));
     let mut paths = Vec::new();
     for path in given {
         if !path.is_dir() || plan.folders && is_session(path) {
@@ -291,7 +284,7 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf], outputs: &[&Path]) -> Result<Vec<Pa
             } else {
                 may_be_recording(p) && !is_summary(p)
             };
-            is_session && !outputs.contains(&place(p))
+            is_session && !outputs.contains(&Some(place(p)))
         };
         paths.extend(entries.into_iter().filter(is_input));
     }

@@ -23,24 +23,19 @@ pub struct ReportArgs {
     report: Option<PathBuf>,
     /// Print all tables, notes and findings
     #[arg(short, long)]
-    verbose: bool,
+    pub verbose: bool,
 }
 
-/// How much of a document is printed.
-pub fn detail(verbose: bool) -> Detail {
-    if verbose {
+/// A result on a terminal.
+pub fn in_words(document: &Document<'_>, verbose: bool) -> String {
+    document.to_text(if verbose {
         Detail::Full
     } else {
         Detail::Summary
-    }
+    })
 }
 
 impl ReportArgs {
-    /// How much of a document is printed.
-    pub fn detail(&self) -> Detail {
-        detail(self.verbose)
-    }
-
     /// Whether a report, with its figures, is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
@@ -130,7 +125,7 @@ impl ResultArgs {
         if self.json {
             text::print_json(result)?;
         } else if !self.quiet {
-            text::print_report(&document.to_text(self.report.detail()))?;
+            text::print_report(&in_words(document, self.report.verbose))?;
         }
         if !self.quiet {
             self.report.say();

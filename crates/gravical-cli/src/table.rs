@@ -7,10 +7,10 @@ use gravical::escape::path_text;
 use gravical::output::write_atomic;
 use gravical::recording::Finding;
 use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document, Remark, Section};
+use gravical_report::document::{Block, Document, Remark, Section};
 use serde::Serialize;
 
-use crate::report::ReportArgs;
+use crate::report::{ReportArgs, in_words};
 use crate::text;
 
 #[derive(Debug, clap::Args)]
@@ -83,7 +83,7 @@ impl TableArgs {
         summary: &impl Serialize,
         done: &str,
         document: &Document<'_>,
-        detail: Detail,
+        verbose: bool,
     ) -> anyhow::Result<()> {
         if self.json {
             text::print_json(summary)?;
@@ -93,7 +93,7 @@ impl TableArgs {
         }
         let target = self.target();
         text::say(&format!("{done}{}", target.arrow()));
-        text::say_report(document.to_text(detail).trim_end());
+        text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
         }

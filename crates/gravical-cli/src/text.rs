@@ -15,14 +15,13 @@ use crate::{colour, progress};
 ///
 /// I/O errors, a closed pipe included.
 pub fn print(text: &str) -> Result<()> {
-    progress::end();
-    let mut out = io::stdout().lock();
-    let written = out.write_all(shown(text).as_bytes());
-    written.and_then(|()| out.flush()).map_err(not_printed)
+    print_to(io::stdout().lock(), &shown(text))
 }
 
-fn not_printed(error: io::Error) -> Error {
-    Error::io(Path::new("standard output"), error)
+fn print_to(mut out: impl Write, text: &str) -> Result<()> {
+    progress::end();
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    written.map_err(|e| Error::io(Path::new("standard output"), e))
 }
 
 /// Standard output for a table; on a terminal control characters are escaped.
@@ -57,10 +56,8 @@ impl<W: Write> Write for ToTerminal<W> {
 ///
 /// As [`print`].
 pub fn print_report(text: &str) -> Result<()> {
-    progress::end();
-    let mut out = anstream::AutoStream::auto(io::stdout().lock());
-    let written = out.write_all(colour::report(&shown(text)).as_bytes());
-    written.and_then(|()| out.flush()).map_err(not_printed)
+    let out = anstream::AutoStream::auto(io::stdout().lock());
+    print_to(out, &colour::report(&shown(text)))
 }
 
 /// Prints `value` as one JSON object on stdout.

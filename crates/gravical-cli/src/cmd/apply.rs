@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::{SWAPPED, reading};
-use crate::report::{ReportArgs, detail};
+use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         summary: &summary,
     };
     args.output
-        .print_summary(&applied, &done, &document, detail(args.verbose))?;
+        .print_summary(&applied, &done, &document, args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }
 

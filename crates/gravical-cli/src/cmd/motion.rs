@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let done = format!("{}: {} rows", one_line(&result.input), result.rows);
     let document = report::motion(result, &recording, &[]);
     args.output
-        .print_summary(result, &done, &document, args.report.detail())?;
+        .print_summary(result, &done, &document, args.report.verbose)?;
     if !quiet {
         args.report.say();
     }

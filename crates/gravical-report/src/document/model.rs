@@ -290,12 +290,6 @@ impl Table {
         self
     }
 
-    /// With more rows.
-    pub fn rows(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        self.rows.extend(rows);
-        self
-    }
-
     /// Whether this column holds numbers, which are right-aligned.
     pub(super) fn is_numeric(&self, column: usize) -> bool {
         let mut cells = self.rows.iter().filter_map(|r| r.get(column));
