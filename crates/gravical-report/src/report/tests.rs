@@ -34,7 +34,7 @@ fn what_may_be_missing() {
         env!("CARGO_MANIFEST_DIR"),
         "/../../examples/demo/poses/poses.csv"
     );
-    let recording = read(csv.as_ref(), &ReadOptions::default()).unwrap();
+    let recording = read(std::path::Path::new(csv), &ReadOptions::default()).unwrap();
     let options = CalibrateOptions::default();
     let mut file = calibrate(&[recording], &options).unwrap().file;
     file.accelerometer.poses.clear();
