@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
-use gravical::calibration_file::InputFile;
+use gravical::calibration_file::{InputFile, creation_time};
 use gravical::escape::path_text;
 use gravical::output::write_text;
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
-use gravical_report::report::Provenance;
 use serde::Serialize;
 
 use crate::options::command_line;
@@ -184,10 +183,5 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
 
 /// Adds command, time and inputs of this run.
 pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document<'a> {
-    document.with_provenance(&Provenance {
-        tool: TOOL,
-        command: Some(&command_line()),
-        created: &gravical::calibration_file::creation_time(),
-        inputs,
-    })
+    document.with_provenance(TOOL, Some(&command_line()), &creation_time(), inputs)
 }

@@ -17,7 +17,7 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
 use gravical_report::figure::{self, Figure, svg};
-use gravical_report::report::{self, Provenance};
+use gravical_report::report;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -101,10 +101,8 @@ impl Outcome {
     fn draw_figures(&self) -> Vec<Figure> {
         match &self.kind {
             Kind::Calibration(file, session) => {
-                let session = session.as_ref().map(|s| figure::calibration::Session {
-                    recordings: &s.recordings,
-                    segmentation: &s.segmentation,
-                });
+                let session = session.as_ref();
+                let session = session.map(|s| (&s.recordings[..], &s.segmentation));
                 figure::calibration::figures(file, session)
             }
             Kind::Noise(result) => figure::noise::figures(result),
@@ -120,12 +118,7 @@ impl Outcome {
             Kind::Motion(motion, rows) => report::motion(&motion.result, rows, figures),
             Kind::Plain(document) => document.clone(),
         };
-        document.with_provenance(&Provenance {
-            tool: TOOL,
-            command: None,
-            created: &creation_time(),
-            inputs: &self.inputs,
-        })
+        document.with_provenance(TOOL, None, &creation_time(), &self.inputs)
     }
 
     fn write_to(&self, path: &Path, force: bool, json: &str) -> Result<()> {

@@ -12,7 +12,6 @@ use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
 use gravical::session::{self, SessionCalibration, SessionFiles};
 use gravical_report::figure;
-use gravical_report::figure::calibration::Session;
 use gravical_report::report;
 
 use crate::each::{self, EachArgs, Outcome, Plan};
@@ -86,10 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         done.file.write(path, *force)?;
     }
     let figures = if asked.is_wanted() {
-        let session = Session {
-            recordings: &done.recordings,
-            segmentation: &done.segmentation,
-        };
+        let session = (&done.recordings[..], &done.segmentation);
         figure::calibration::figures(&done.file, Some(session))
     } else {
         Vec::new()

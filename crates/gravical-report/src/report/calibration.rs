@@ -17,7 +17,7 @@ use gravical::poses::face::in_words;
 use gravical::core::matrix3::{norm, sub};
 
 use super::temperature::drift;
-use super::{Provenance, gravity_source, short_name};
+use super::{gravity_source, short_name};
 use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
@@ -44,12 +44,12 @@ pub fn calibration<'a>(
     .with(temperature(file))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
-    .with_provenance(&Provenance {
-        tool: &file.tool,
-        command: file.command.as_deref(),
-        created: &file.created,
-        inputs: &file.inputs,
-    })
+    .with_provenance(
+        &file.tool,
+        file.command.as_deref(),
+        &file.created,
+        &file.inputs,
+    )
 }
 
 /// " of board 3 (MPU6050)", or the file name.

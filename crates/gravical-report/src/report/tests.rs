@@ -80,13 +80,12 @@ fn names_are_no_markup() {
         sha256: None,
         role: InputRole::Reference,
     };
-    let document =
-        super::motion(&motion.result, &recording, &figures).with_provenance(&Provenance {
-            tool: evil,
-            command: Some(evil),
-            created: evil,
-            inputs: &[input],
-        });
+    let document = super::motion(&motion.result, &recording, &figures).with_provenance(
+        evil,
+        Some(evil),
+        evil,
+        &[input],
+    );
     let page = document.to_html();
     assert!(!page.contains("<img") && !page.contains("push <script>"));
     assert_eq!(page.matches("</script>").count(), 1);
