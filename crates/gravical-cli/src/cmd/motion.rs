@@ -90,9 +90,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
     let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
-    let calibrated = calibration.as_ref().map(|found| Calibrated {
-        file: &found.file,
-        name: &found.input.path,
+    let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
+        file,
+        name: &input.path,
     });
 
     let recording = match &args.gyro {
@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
-    inputs.extend(calibration.iter().map(|found| found.input.clone()));
+    inputs.extend(calibration.iter().map(|(_, input)| input.clone()));
     if let Some(path) = &args.truth {
         let reference = read_reference(path, &recording, &args.input)?;
         add_comparison(&mut motion, &reference)?;
