@@ -14,7 +14,7 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
-use gravical::recording::{Meter, ReadOptions, source};
+use gravical::recording::{Meter, ReadOptions, read, read_samples, source};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
@@ -92,7 +92,7 @@ pub fn run(
 
 fn inspect(mut call: Call) -> Result<Outcome> {
     let options: InspectOptions = call.keywords.last()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read)?;
     let found = gravical::inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
     Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
@@ -145,7 +145,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
             let what = "keep_raw=: columns in memory stay as they are";
             return Err(Error::usage("usage", what).with_hint("it needs output="));
         }
-        let rows = reading.one()?;
+        let rows = reading.one(read_samples)?;
         let done = apply_recording(&file, &rows, &options)?;
         let mut outcome = outcome(&done.summary)?;
         outcome.table = Some(Table::of_applied(&done, rows.time_s.as_deref()));
@@ -177,7 +177,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read_samples)?;
     let inputs = InputFile::of(from_ref(&*rows));
     let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
     let kind = Kind::Plain(report::denoise(&done.summary));
@@ -191,7 +191,7 @@ fn estimate_noise(call: Call) -> Result<Outcome> {
     let reading = call.reading;
     let result = match (&reading.inputs, &reading.gyro) {
         (Inputs::Paths(paths), None) if paths.len() == 1 => noise(&paths[0], &reading.options)?,
-        _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
+        _ => noise_of(Arc::unwrap_or_clone(reading.one(read_samples)?))?,
     };
     let inputs = result.inputs.clone();
     Outcome::of_noise(result, inputs)
@@ -234,7 +234,7 @@ fn motion(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let truth = call.keywords.path("truth")?;
     call.keywords.end()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read_samples)?;
     let calibration = call.calibrations.first();
     let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
     let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;

@@ -8,7 +8,7 @@ use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
-use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
+use gravical::recording::{ReadOptions, read_joined, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
@@ -95,14 +95,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         name: &input.path,
     });
 
-    let recording = match &args.gyro {
-        Some(path) => {
-            let mut recording = read_samples(&args.input, &read_options.beside_gyroscope_file())?;
-            join_gyroscope(&mut recording, path, &read_options)?;
-            recording
-        }
-        None => read_samples(&args.input, &read_options)?,
-    };
+    let gyro = args.gyro.as_deref();
+    let recording = read_joined(&args.input, gyro, &read_options, read_samples)?;
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|(_, input)| input.clone()));
