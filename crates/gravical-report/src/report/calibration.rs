@@ -18,7 +18,7 @@ use gravical::core::matrix3::{norm, sub};
 
 use super::temperature::drift;
 use super::{gravity_source, short_name};
-use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -101,17 +101,11 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
 }
 
 fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let grade = match file.verdict.grade {
-        Grade::Good => document::Grade::Good,
-        Grade::Fair => document::Grade::Fair,
-        Grade::Poor => document::Grade::Poor,
-        Grade::NotVerifiable => document::Grade::Unknown,
-    };
-    let word = file.verdict.grade.to_string();
+    let grade = file.verdict.grade;
     Verdict {
         conclusion: conclusion(file),
         next: next(file, saved),
-        ..Verdict::new(grade, word, &file.verdict.reasons)
+        ..Verdict::new(grade, grade.to_string(), &file.verdict.reasons)
     }
 }
 
