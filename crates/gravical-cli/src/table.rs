@@ -66,7 +66,14 @@ impl TableArgs {
     /// Those of `fill` and [`write_atomic`].
     pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
         match self.target() {
-            Target::Stdout => Ok(fill(&mut *text::table_out())?),
+            // On a terminal control characters are escaped.
+            Target::Stdout if io::stdout().is_terminal() => {
+                let mut table = Vec::new();
+                let done = fill(&mut table)?;
+                text::print(&String::from_utf8_lossy(&table))?;
+                Ok(done)
+            }
+            Target::Stdout => Ok(fill(&mut io::stdout().lock())?),
             Target::Nowhere => Ok(fill(&mut io::sink())?),
             Target::File(path) => Ok(write_atomic(path, self.force, fill)?),
         }

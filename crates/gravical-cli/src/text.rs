@@ -1,6 +1,6 @@
 //! Printing: data to stdout, messages to stderr; a closed pipe is no error.
 
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use gravical::escape::{shown, shown_json};
@@ -22,32 +22,6 @@ fn print_to(mut out: impl Write, text: &str) -> Result<()> {
     progress::end();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     written.map_err(|e| Error::io(Path::new("standard output"), e))
-}
-
-/// Standard output for a table; on a terminal control characters are escaped.
-pub fn table_out() -> Box<dyn Write> {
-    let out = io::stdout();
-    if out.is_terminal() {
-        progress::end();
-        Box::new(ToTerminal(out.lock()))
-    } else {
-        Box::new(out.lock())
-    }
-}
-
-/// Writes lines with control characters escaped.
-struct ToTerminal<W>(W);
-
-impl<W: Write> Write for ToTerminal<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let text = String::from_utf8_lossy(bytes);
-        self.0.write_all(shown(&text).as_bytes())?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
 }
 
 /// Prints a report on stdout, in colour on a terminal.

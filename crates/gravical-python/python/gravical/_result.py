@@ -118,7 +118,7 @@ class Result(Record):
 
     def report(self, path: Path | None = None, *, force: bool = False) -> str:
         """The report in full, as text; written to ``path`` as the program does with ``--report``:
-        ``.html`` is a page with everything in it, ``.md`` Markdown, ``.txt`` text."""
+        ``.html`` is a page with everything in it, ``.md`` Markdown without figures, ``.txt`` text."""
         ending = "txt" if path is None else os.path.splitext(os.fspath(path))[1].lower().lstrip(".")
         ending = "html" if ending == "htm" else ending
         if ending not in ("html", "md", "txt"):
