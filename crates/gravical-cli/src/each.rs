@@ -26,7 +26,7 @@ use crate::{crash, progress, text};
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "Many sessions")]
 pub struct EachArgs {
-    /// Take each path, or entry of a folder, as a session
+    /// Take each path, entry of a folder or line of @LIST as a session
     #[arg(long)]
     pub each: bool,
     /// Table (CSV), one row for each session
