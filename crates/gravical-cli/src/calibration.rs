@@ -42,8 +42,9 @@ impl OriginArgs {
         Err(error.at(path, None).with_hint(hint))
     }
 
-    /// The calibration at `path` and its file, as results list it; of a folder, that for `inputs`, which is said unless `quiet`.
-    /// `swap`: the hint if calibration and recording are in each other's place.
+    /// The calibration at `path` and its file, as results list it; of a folder, that for `inputs`,
+    /// which is said unless `quiet`. `swap`: the hint if calibration and recording are in each
+    /// other's place.
     ///
     /// # Errors
     ///
