@@ -85,7 +85,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let document = with_origin(document, &InputFile::of(&[recording]));
         if *json {
             report.write(args.result.force, &document)?;
-            report.say();
+            if !args.result.quiet {
+                report.say();
+            }
             found.push(inspection);
         } else {
             args.result.present(&inspection, &document)?;
