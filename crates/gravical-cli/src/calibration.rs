@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibration_file::{CalibrationFile, FoundCalibration, find_calibration, json_files};
-use gravical::escape::path_text;
+use gravical::calibration_file::{CalibrationFile, InputFile, find_calibration, json_files};
+use gravical::escape::one_line;
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::session::{files_in, is_something_else};
 use gravical::{Category, Error, Result};
@@ -42,8 +42,9 @@ impl OriginArgs {
         Err(error.at(path, None).with_hint(hint))
     }
 
-    /// The calibration at `path`; of a folder, that for `inputs`, which is said unless `quiet`.
-    /// `swap`: the hint if calibration and recording are in each other's place.
+    /// The calibration at `path` and its file, as results list it; of a folder, that for `inputs`,
+    /// which is said unless `quiet`. `swap`: the hint if calibration and recording are in each
+    /// other's place.
     ///
     /// # Errors
     ///
@@ -55,21 +56,17 @@ impl OriginArgs {
         options: &ReadOptions,
         swap: &str,
         quiet: bool,
-    ) -> Result<FoundCalibration> {
+    ) -> Result<(CalibrationFile, InputFile)> {
         if !path.is_dir() {
             self.refuse(path)?;
             return read_file(path, inputs.first().map(PathBuf::as_path), swap);
         }
         let heads = heads(inputs, options)?;
-        let found = find_calibration(path, &heads, self.sensor_id.as_deref())?;
+        let (file, input, reason) = find_calibration(path, &heads, self.sensor_id.as_deref())?;
         if !quiet {
-            text::say(&format!(
-                "Calibration: {}, {}",
-                path_text(&found.path),
-                found.reason
-            ));
+            text::say(&format!("Calibration: {}, {reason}", one_line(&input.path)));
         }
-        Ok(found)
+        Ok((file, input))
     }
 }
 
@@ -78,9 +75,12 @@ impl OriginArgs {
 /// # Errors
 ///
 /// Those of [`CalibrationFile::read_with_input`].
-pub fn read_file(path: &Path, recording: Option<&Path>, swap: &str) -> Result<FoundCalibration> {
-    let read = CalibrationFile::read_with_input(path);
-    let (file, input) = read.map_err(|error| {
+pub fn read_file(
+    path: &Path,
+    recording: Option<&Path>,
+    swap: &str,
+) -> Result<(CalibrationFile, InputFile)> {
+    CalibrationFile::read_with_input(path).map_err(|error| {
         let swapped = error.category() == Category::Input
             && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
         if swapped {
@@ -88,13 +88,6 @@ pub fn read_file(path: &Path, recording: Option<&Path>, swap: &str) -> Result<Fo
         } else {
             error
         }
-    })?;
-    Ok(FoundCalibration {
-        file,
-        input,
-        path: path.to_owned(),
-        time: None,
-        reason: "named".to_owned(),
     })
 }
 

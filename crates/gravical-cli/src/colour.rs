@@ -27,8 +27,8 @@ pub fn report(text: &str) -> String {
 fn one(line: &str, after_blank: bool) -> String {
     if let Some(grade) = line.strip_prefix("Verdict: ") {
         let style = match grade {
-            "good" | "fits" | "agree" | "bounded" | "unchanged" => GOOD,
-            "poor" | "does not fit" | "differ" | "not usable" | "changed" => BAD,
+            "good" | "fits" | "agree" | "bounded" => GOOD,
+            "poor" | "does not fit" | "differ" | "not usable" => BAD,
             _ => CAUTION,
         };
         return format!("{BOLD}Verdict:{BOLD:#} {style}{grade}{style:#}");

@@ -4,6 +4,8 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -24,7 +26,7 @@ use crate::{crash, progress, text};
 #[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "Many sessions")]
 pub struct EachArgs {
-    /// Take each path, or entry of a folder, as a session
+    /// Take each path, entry of a folder or line of @LIST as a session
     #[arg(long)]
     pub each: bool,
     /// Table (CSV), one row for each session
@@ -150,12 +152,8 @@ pub fn run(
     work: impl Fn(&Path, Option<&Path>) -> anyhow::Result<Outcome> + Sync,
     read: impl Fn(&Path, &Path) -> Option<Outcome> + Sync,
 ) -> anyhow::Result<ExitCode> {
-    let outputs: Vec<&Path> = plan
-        .output
-        .into_iter()
-        .chain(plan.each.summary.as_deref())
-        .collect();
-    let paths = paths(plan, &outputs)?;
+    let (given, lists) = given(plan.inputs)?;
+    let paths = paths(plan, &given)?;
     let force = plan.force || plan.each.resume;
     let mut items = named(paths.clone(), plan)?;
     if let Some((index, count)) = plan.each.shard {
@@ -166,11 +164,13 @@ pub fn run(
     }
     let results = items.iter().filter_map(|item| item.result.as_ref());
     let targets: Vec<PathBuf> = results.chain(&plan.each.summary).cloned().collect();
-    let inputs = [&plan.shared[..], plan.inputs, &paths[..]].concat();
-    check_targets(&targets, &inputs, force)?;
+    let inputs = [&plan.shared, &lists, &given, &paths].map(Vec::as_slice);
+    check_targets(&targets, &inputs.concat(), force)?;
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
     let width = widths.max().unwrap_or(0).min(40);
     let bar = progress::of_sessions(items.len());
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = plan.each.threads.map_or_else(cores, usize::from);
     let next = AtomicUsize::new(0);
     let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
     let one = |item: &Item| {
@@ -201,7 +201,7 @@ pub fn run(
                 }
             }
         };
-        for _ in 0..threads(plan.each).clamp(1, items.len().max(1)) {
+        for _ in 0..threads.min(items.len()) {
             scope.spawn(work);
         }
     });
@@ -218,27 +218,59 @@ pub fn run(
     Ok(quality(rows.values().any(|row| row.is_poor)))
 }
 
-fn threads(each: &EachArgs) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    each.threads.map_or_else(cores, usize::from)
-}
+/// Bytes of a list of paths at most.
+const MAX_LIST_BYTES: u64 = 1 << 24;
 
-/// The sessions: files, and entries of folders, each once. `outputs` are no inputs.
+/// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
 ///
 /// # Errors
 ///
-/// `each-input` (usage) for standard input; `no-recordings` (input); errors of reading a folder.
-fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
-    let outputs: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
-    let mut paths = Vec::new();
-    for path in plan.inputs {
-        if path == Path::new("-") {
-            return Err(Error::usage(
-                "each-input",
-                "standard input is one recording, and many are read here",
-            )
-            .with_hint("give files or folders"));
+/// `each-input` (usage) for standard input; `too-large` (input); errors of reading a list.
+fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
+    let (mut found, mut lists) = (Vec::new(), Vec::new());
+    for argument in arguments {
+        if argument == Path::new("-") {
+            let text = "standard input is one recording, and many are read here";
+            let hint = "give files or folders, or @LIST for the paths in a file";
+            return Err(Error::usage("each-input", text).with_hint(hint));
         }
+        let text = argument.to_string_lossy();
+        match text.strip_prefix('@').filter(|_| !argument.exists()) {
+            Some(list) => {
+                let list = PathBuf::from(list);
+                let text = read_list(&list)?;
+                let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+                let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
+                found.extend(lines.map(PathBuf::from));
+                lists.push(list);
+            }
+            None => found.push(argument.clone()),
+        }
+    }
+    Ok((found, lists))
+}
+
+fn read_list(list: &Path) -> Result<String> {
+    let file = File::open(list).map_err(|e| Error::io(list, e))?;
+    let mut text = String::new();
+    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
+    if read.map_err(|e| Error::io(list, e))? as u64 > MAX_LIST_BYTES {
+        let error = Error::input("too-large", "more than 16 MiB: not a list of paths");
+        return Err(error.at(list, None));
+    }
+    Ok(text)
+}
+
+/// The sessions: files, and entries of folders, each once. What is written is no input.
+///
+/// # Errors
+///
+/// `no-recordings` (input); errors of reading a folder.
+fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let outputs = [plan.output, plan.each.summary.as_deref()];
+    let outputs = outputs.map(|path| path.map(place));
+    let mut paths = Vec::new();
+    for path in given {
         if !path.is_dir() || plan.folders && is_session(path) {
             paths.push(path.clone());
             continue;
@@ -252,7 +284,7 @@ fn paths(plan: &Plan<'_>, outputs: &[&Path]) -> Result<Vec<PathBuf>> {
             } else {
                 may_be_recording(p) && !is_summary(p)
             };
-            is_session && !outputs.contains(&place(p))
+            is_session && !outputs.contains(&Some(place(p)))
         };
         paths.extend(entries.into_iter().filter(is_input));
     }

@@ -10,6 +10,8 @@ use gravical::Category;
 use gravical::escape::{one_line, shown, shown_json};
 use gravical_report::document::{flag, paragraph};
 
+use crate::text;
+
 /// Exit code when a result failed a quality check.
 pub const QUALITY: u8 = 4;
 
@@ -71,20 +73,11 @@ impl RenderedError {
         ))
     }
 
-    /// Prints it with `--json` as JSON on stdout, of `log` in one line, else in words on stderr.
-    /// Returns its exit code.
+    /// Prints it with `--json` as a line of JSON on stdout, else in words on stderr. Returns its exit
+    /// code.
     fn print(&self) -> ExitCode {
-        let printed = wants_json() && {
-            let is_log = std::env::args_os().nth(1).is_some_and(|word| word == "log");
-            let text = if is_log {
-                self.object.to_string()
-            } else {
-                format!("{:#}", self.object)
-            };
-            let mut out = io::stdout().lock();
-            let written = writeln!(out, "{}", shown_json(&text));
-            written.and_then(|()| out.flush()).is_ok()
-        };
+        let line = format!("{}\n", shown_json(&self.object.to_string()));
+        let printed = wants_json() && text::print(&line).is_ok();
         // If stderr cannot be written, nothing is left to report that.
         if !printed {
             let _ = io::stderr().write_all(self.text.as_bytes());
@@ -168,12 +161,6 @@ fn refused(error: &clap::Error) -> Option<RenderedError> {
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        cause
-            .downcast_ref::<gravical::Error>()
-            .is_some_and(gravical::Error::is_broken_pipe)
-            || cause
-                .downcast_ref::<io::Error>()
-                .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-    })
+    let mut causes = error.chain().filter_map(|e| e.downcast_ref::<io::Error>());
+    causes.any(|cause| cause.kind() == io::ErrorKind::BrokenPipe)
 }

@@ -2,7 +2,7 @@
 //! sessions.
 
 use std::io::{self, IsTerminal as _};
-use std::sync::{Mutex, OnceLock};
+use std::sync::{LazyLock, OnceLock};
 use std::thread;
 use std::time::Duration;
 
@@ -14,15 +14,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 const PATIENCE: Duration = Duration::from_secs(1);
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// State of the bar of reading.
-static SHOWN: Mutex<Shown> = Mutex::new(Shown::NotYet);
-
-enum Shown {
-    NotYet,
-    Bar(ProgressBar),
-    /// Something was printed: no bar any more.
-    Over,
-}
+/// The bar of reading, finished for good once something is printed.
+static READING: LazyLock<ProgressBar> = LazyLock::new(|| new_bar(None));
 
 /// A bar of `total` sessions; none where standard error is not a terminal.
 pub fn of_sessions(total: usize) -> ProgressBar {
@@ -43,51 +36,39 @@ pub fn watch() {
     if io::stderr().is_terminal() {
         thread::spawn(|| {
             thread::sleep(PATIENCE);
-            while refresh() {
+            while !READING.is_finished() {
+                refresh();
                 thread::sleep(REFRESH);
             }
         });
     }
 }
 
-/// Removes the bar for good before something is printed.
+/// Removes the bar for good before something is printed; one that is finished draws nothing.
 pub fn end() {
-    let Ok(mut shown) = SHOWN.lock() else { return };
-    if let Shown::Bar(bar) = &*shown {
-        bar.finish_and_clear();
+    if !READING.is_finished() {
+        READING.finish_and_clear();
     }
-    *shown = Shown::Over;
 }
 
-/// Draws the bar; false once it has ended.
-fn refresh() -> bool {
-    let Ok(mut shown) = SHOWN.lock() else {
-        return false;
-    };
+fn refresh() {
     let now = meter().progress();
     // Nothing is being read.
     if now.name.is_empty() {
-        return !matches!(*shown, Shown::Over);
+        return;
     }
-    if let Shown::NotYet = *shown {
-        *shown = Shown::Bar(new_bar(None));
-    }
-    let Shown::Bar(bar) = &*shown else {
-        return false;
-    };
     let template = match now.total {
         Some(total) if now.read < total => {
-            bar.set_length(total);
+            READING.set_length(total);
             "reading {msg}  {bar:24}  {percent}%, {eta} left"
         }
         Some(_) => "{spinner} computing",
         None => "{spinner} reading {msg}, {bytes}",
     };
-    set_template(bar, template);
-    bar.set_message(one_line(&now.name).into_owned());
-    bar.set_position(now.read);
-    bar.tick();
-    true
+    set_template(&READING, template);
+    READING.set_message(one_line(&now.name).into_owned());
+    READING.set_position(now.read);
+    READING.tick();
 }
 
 fn new_bar(length: Option<u64>) -> ProgressBar {

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use gravical::TOOL;
-use gravical::calibration_file::InputFile;
+use gravical::calibration_file::{InputFile, creation_time};
 use gravical::escape::path_text;
 use gravical::output::write_text;
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 use gravical_report::document::{Block, Detail, Document};
 use gravical_report::figure::{Figure, check_figures, write_figures};
-use gravical_report::report::Provenance;
 use serde::Serialize;
 
 use crate::options::command_line;
@@ -23,24 +22,19 @@ pub struct ReportArgs {
     report: Option<PathBuf>,
     /// Print all tables, notes and findings
     #[arg(short, long)]
-    verbose: bool,
+    pub verbose: bool,
 }
 
-/// How much of a document is printed.
-pub fn detail(verbose: bool) -> Detail {
-    if verbose {
+/// A result on a terminal.
+pub fn in_words(document: &Document<'_>, verbose: bool) -> String {
+    document.to_text(if verbose {
         Detail::Full
     } else {
         Detail::Summary
-    }
+    })
 }
 
 impl ReportArgs {
-    /// How much of a document is printed.
-    pub fn detail(&self) -> Detail {
-        detail(self.verbose)
-    }
-
     /// Whether a report, with its figures, is requested.
     pub fn is_wanted(&self) -> bool {
         self.report.is_some()
@@ -130,7 +124,7 @@ impl ResultArgs {
         if self.json {
             text::print_json(result)?;
         } else if !self.quiet {
-            text::print_report(&document.to_text(self.report.detail()))?;
+            text::print_report(&in_words(document, self.report.verbose))?;
         }
         if !self.quiet {
             self.report.say();
@@ -189,10 +183,5 @@ pub fn write_report(path: &Path, force: bool, document: &Document<'_>) -> Result
 
 /// Adds command, time and inputs of this run.
 pub fn with_origin<'a>(document: Document<'a>, inputs: &[InputFile]) -> Document<'a> {
-    document.with_provenance(&Provenance {
-        tool: TOOL,
-        command: Some(&command_line()),
-        created: &gravical::calibration_file::creation_time(),
-        inputs,
-    })
+    document.with_provenance(TOOL, Some(&command_line()), &creation_time(), inputs)
 }

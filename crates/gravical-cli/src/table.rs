@@ -7,10 +7,10 @@ use gravical::escape::path_text;
 use gravical::output::write_atomic;
 use gravical::recording::Finding;
 use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document, Remark, Section};
+use gravical_report::document::{Block, Document, Remark, Section};
 use serde::Serialize;
 
-use crate::report::ReportArgs;
+use crate::report::{ReportArgs, in_words};
 use crate::text;
 
 #[derive(Debug, clap::Args)]
@@ -66,7 +66,14 @@ impl TableArgs {
     /// Those of `fill` and [`write_atomic`].
     pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
         match self.target() {
-            Target::Stdout => Ok(fill(&mut *text::table_out())?),
+            // On a terminal control characters are escaped.
+            Target::Stdout if io::stdout().is_terminal() => {
+                let mut table = Vec::new();
+                let done = fill(&mut table)?;
+                text::print(&String::from_utf8_lossy(&table))?;
+                Ok(done)
+            }
+            Target::Stdout => Ok(fill(&mut io::stdout().lock())?),
             Target::Nowhere => Ok(fill(&mut io::sink())?),
             Target::File(path) => Ok(write_atomic(path, self.force, fill)?),
         }
@@ -83,7 +90,7 @@ impl TableArgs {
         summary: &impl Serialize,
         done: &str,
         document: &Document<'_>,
-        detail: Detail,
+        verbose: bool,
     ) -> anyhow::Result<()> {
         if self.json {
             text::print_json(summary)?;
@@ -93,7 +100,7 @@ impl TableArgs {
         }
         let target = self.target();
         text::say(&format!("{done}{}", target.arrow()));
-        text::say_report(document.to_text(detail).trim_end());
+        text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
         }

@@ -1,6 +1,6 @@
 //! Printing: data to stdout, messages to stderr; a closed pipe is no error.
 
-use std::io::{self, IsTerminal as _, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use gravical::escape::{shown, shown_json};
@@ -15,40 +15,13 @@ use crate::{colour, progress};
 ///
 /// I/O errors, a closed pipe included.
 pub fn print(text: &str) -> Result<()> {
+    print_to(io::stdout().lock(), &shown(text))
+}
+
+fn print_to(mut out: impl Write, text: &str) -> Result<()> {
     progress::end();
-    let mut out = io::stdout().lock();
-    let written = out.write_all(shown(text).as_bytes());
-    written.and_then(|()| out.flush()).map_err(not_printed)
-}
-
-fn not_printed(error: io::Error) -> Error {
-    Error::io(Path::new("standard output"), error)
-}
-
-/// Standard output for a table; on a terminal control characters are escaped.
-pub fn table_out() -> Box<dyn Write> {
-    let out = io::stdout();
-    if out.is_terminal() {
-        progress::end();
-        Box::new(ToTerminal(out.lock()))
-    } else {
-        Box::new(out.lock())
-    }
-}
-
-/// Writes lines with control characters escaped.
-struct ToTerminal<W>(W);
-
-impl<W: Write> Write for ToTerminal<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let text = String::from_utf8_lossy(bytes);
-        self.0.write_all(shown(&text).as_bytes())?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
-    }
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    written.map_err(|e| Error::io(Path::new("standard output"), e))
 }
 
 /// Prints a report on stdout, in colour on a terminal.
@@ -57,10 +30,8 @@ impl<W: Write> Write for ToTerminal<W> {
 ///
 /// As [`print`].
 pub fn print_report(text: &str) -> Result<()> {
-    progress::end();
-    let mut out = anstream::AutoStream::auto(io::stdout().lock());
-    let written = out.write_all(colour::report(&shown(text)).as_bytes());
-    written.and_then(|()| out.flush()).map_err(not_printed)
+    let out = anstream::AutoStream::auto(io::stdout().lock());
+    print_to(out, &colour::report(&shown(text)))
 }
 
 /// Prints `value` as one JSON object on stdout.

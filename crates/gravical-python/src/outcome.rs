@@ -17,7 +17,7 @@ use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
 use gravical_report::figure::{self, Figure, svg};
-use gravical_report::report::{self, Provenance};
+use gravical_report::report;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -47,9 +47,9 @@ pub struct Outcome {
     json: String,
     inputs: Vec<InputFile>,
     /// The calibrated channels, or the rows of a motion.
-    table: Option<Table>,
+    pub table: Option<Table>,
     /// What was filtered.
-    filtered: Option<Arc<recording::Recording>>,
+    pub filtered: Option<Arc<recording::Recording>>,
 }
 
 impl Outcome {
@@ -80,22 +80,6 @@ impl Outcome {
         Self::new(Kind::Noise(result.clone()), &*result, inputs)
     }
 
-    /// The same with the table that belongs to it.
-    pub fn with_table(self, table: Table) -> Self {
-        Outcome {
-            table: Some(table),
-            ..self
-        }
-    }
-
-    /// The same with the filtered recording.
-    pub fn with_filtered(self, recording: recording::Recording) -> Self {
-        Outcome {
-            filtered: Some(Arc::new(recording)),
-            ..self
-        }
-    }
-
     /// The calibration that this is.
     pub fn file(&self) -> Result<Arc<CalibrationFile>> {
         match &self.kind {
@@ -117,10 +101,8 @@ impl Outcome {
     fn draw_figures(&self) -> Vec<Figure> {
         match &self.kind {
             Kind::Calibration(file, session) => {
-                let session = session.as_ref().map(|s| figure::calibration::Session {
-                    recordings: &s.recordings,
-                    segmentation: &s.segmentation,
-                });
+                let session = session.as_ref();
+                let session = session.map(|s| (&s.recordings[..], &s.segmentation));
                 figure::calibration::figures(file, session)
             }
             Kind::Noise(result) => figure::noise::figures(result),
@@ -136,12 +118,7 @@ impl Outcome {
             Kind::Motion(motion, rows) => report::motion(&motion.result, rows, figures),
             Kind::Plain(document) => document.clone(),
         };
-        document.with_provenance(&Provenance {
-            tool: TOOL,
-            command: None,
-            created: &creation_time(),
-            inputs: &self.inputs,
-        })
+        document.with_provenance(TOOL, None, &creation_time(), &self.inputs)
     }
 
     fn write_to(&self, path: &Path, force: bool, json: &str) -> Result<()> {

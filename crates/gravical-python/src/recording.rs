@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gravical::recording::{self, Meter, ReadOptions, TableColumn, join_gyroscope};
+use gravical::recording::{self, Meter, ReadOptions, TableColumn, read_joined};
 use gravical::{Error, Result};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
@@ -71,7 +71,7 @@ pub fn read(
         Source::One(inputs) => task::run(py, &meter.clone(), move || {
             let reading = Reading::new(inputs, &mut keywords, &meter)?;
             keywords.end()?;
-            Ok(Arc::unwrap_or_clone(reading.one()?))
+            Ok(Arc::unwrap_or_clone(reading.one(recording::read)?))
         })?,
         Source::Bytes(bytes) => task::run(py, &meter.clone(), move || {
             let options = keywords.reading(&meter)?;
@@ -100,20 +100,6 @@ pub fn read(
     Ok(Recording { shared })
 }
 
-/// A file, with the gyroscope of a second one.
-fn read_file(
-    path: &Path,
-    gyro: Option<&Path>,
-    options: &ReadOptions,
-) -> Result<recording::Recording> {
-    let Some(gyro) = gyro else {
-        return recording::read(path, options);
-    };
-    let mut recording = recording::read(path, &options.beside_gyroscope_file())?;
-    join_gyroscope(&mut recording, gyro, options)?;
-    Ok(recording)
-}
-
 /// The recordings that a verb is given.
 #[derive(FromPyObject)]
 pub enum Inputs {
@@ -123,9 +109,13 @@ pub enum Inputs {
     Recordings(Vec<Py<Recording>>),
 }
 
+/// [`recording::read`], or [`recording::read_samples`] for what needs every sample.
+pub type Read = fn(&Path, &ReadOptions) -> Result<recording::Recording>;
+
 /// The recordings of a call, and how files are read.
 pub struct Reading {
-    inputs: Inputs,
+    /// Files, or what is in memory.
+    pub inputs: Inputs,
     /// The gyroscope of the one recording, in a second file.
     pub gyro: Option<PathBuf>,
     /// How the files are read.
@@ -151,39 +141,26 @@ impl Reading {
         })
     }
 
-    /// The files; none in memory.
-    pub fn paths(&self) -> Option<&[PathBuf]> {
+    /// The one recording; a file is read by `read`.
+    pub fn one(&self, read: Read) -> Result<Arc<recording::Recording>> {
         match &self.inputs {
-            Inputs::Paths(paths) => Some(paths),
-            Inputs::Recordings(_) => None,
+            Inputs::Paths(paths) if paths.len() == 1 => {
+                let (path, gyro) = (&paths[0], self.gyro.as_deref());
+                Ok(Arc::new(read_joined(path, gyro, &self.options, read)?))
+            }
+            Inputs::Recordings(all) if all.len() == 1 => Ok(all[0].get().shared.clone()),
+            _ => {
+                let what = "one recording is needed, not several";
+                Err(Error::usage("usage", what))
+            }
         }
     }
+}
 
-    /// The recordings, each by itself.
-    pub fn all(&self) -> Result<Vec<Arc<recording::Recording>>> {
-        let read = |path: &PathBuf| read_file(path, self.gyro.as_deref(), &self.options);
-        match &self.inputs {
-            Inputs::Paths(paths) => paths.iter().map(|path| Ok(Arc::new(read(path)?))).collect(),
-            Inputs::Recordings(all) => Ok(all.iter().map(|r| r.get().shared.clone()).collect()),
-        }
-    }
-
-    /// The one recording.
-    pub fn one(&self) -> Result<Arc<recording::Recording>> {
-        let mut all = self.all()?;
-        match (all.pop(), all.is_empty()) {
-            (Some(one), true) => Ok(one),
-            _ => Err(Error::usage(
-                "usage",
-                "one recording is needed, not several",
-            )),
-        }
-    }
-
-    /// The recordings in memory, for one who keeps them.
-    pub fn owned(&self) -> Result<Vec<recording::Recording>> {
-        Ok(self.all()?.into_iter().map(Arc::unwrap_or_clone).collect())
-    }
+/// Recordings for one who keeps them.
+pub fn owned(recordings: &[Py<Recording>]) -> Vec<recording::Recording> {
+    let shared = recordings.iter().map(|r| r.get().shared.clone());
+    shared.map(Arc::unwrap_or_clone).collect()
 }
 
 #[pymethods]

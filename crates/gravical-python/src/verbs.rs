@@ -14,7 +14,7 @@ use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
-use gravical::recording::{Meter, ReadOptions, source};
+use gravical::recording::{Meter, ReadOptions, read, read_samples, source};
 use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
@@ -26,7 +26,7 @@ use pyo3::prelude::*;
 
 use crate::keywords::Keywords;
 use crate::outcome::{Kind, Outcome, Table};
-use crate::recording::{Inputs, Reading, json};
+use crate::recording::{Inputs, Reading, json, owned};
 use crate::task;
 
 /// What a verb is given.
@@ -92,7 +92,7 @@ pub fn run(
 
 fn inspect(mut call: Call) -> Result<Outcome> {
     let options: InspectOptions = call.keywords.last()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read)?;
     let found = gravical::inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
     Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
@@ -111,8 +111,8 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let files: SessionFiles = k.last()?;
     files.read_into(&mut options, &reading.options)?;
-    let mut done = match reading.paths() {
-        Some(paths) => Session {
+    let mut done = match &reading.inputs {
+        Inputs::Paths(paths) => Session {
             inputs: paths,
             gyro: reading.gyro.as_deref(),
             read: &reading.options,
@@ -120,7 +120,7 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
             gravity,
         }
         .calibrate()?,
-        None => calibrate_recordings(reading.owned()?, &options)?,
+        Inputs::Recordings(all) => calibrate_recordings(owned(all), &options)?,
     };
     if let Some((noise, inputs)) = call.noise {
         done.file.noise = Some(noise);
@@ -145,15 +145,19 @@ fn apply(mut call: Call) -> Result<Outcome> {
             let what = "keep_raw=: columns in memory stay as they are";
             return Err(Error::usage("usage", what).with_hint("it needs output="));
         }
-        let rows = reading.one()?;
+        let rows = reading.one(read_samples)?;
         let done = apply_recording(&file, &rows, &options)?;
-        let table = Table::of_applied(&done, rows.time_s.as_deref());
-        return Ok(outcome(&done.summary)?.with_table(table));
+        let mut outcome = outcome(&done.summary)?;
+        outcome.table = Some(Table::of_applied(&done, rows.time_s.as_deref()));
+        return Ok(outcome);
     };
-    let Some([input]) = reading.paths() else {
-        let what = "output=: it goes from one file to another";
-        let hint = "give the path of the recording, or leave out output=";
-        return Err(Error::usage("usage", what).with_hint(hint));
+    let input = match &reading.inputs {
+        Inputs::Paths(paths) if paths.len() == 1 => &paths[0],
+        _ => {
+            let what = "output=: it goes from one file to another";
+            let hint = "give the path of the recording, or leave out output=";
+            return Err(Error::usage("usage", what).with_hint(hint));
+        }
     };
     let inputs: Vec<PathBuf> = [input].into_iter().chain(&reading.gyro).cloned().collect();
     check_targets(from_ref(&path), &inputs, force)?;
@@ -173,20 +177,21 @@ fn apply(mut call: Call) -> Result<Outcome> {
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read_samples)?;
     let inputs = InputFile::of(from_ref(&*rows));
     let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
     let kind = Kind::Plain(report::denoise(&done.summary));
-    let outcome = Outcome::new(kind, &done.summary, inputs)?;
-    Ok(outcome.with_filtered(done.recording))
+    let mut outcome = Outcome::new(kind, &done.summary, inputs)?;
+    outcome.filtered = Some(Arc::new(done.recording));
+    Ok(outcome)
 }
 
 fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
     let reading = call.reading;
-    let result = match (reading.paths(), &reading.gyro) {
-        (Some([path]), None) => noise(path, &reading.options)?,
-        _ => noise_of(Arc::unwrap_or_clone(reading.one()?))?,
+    let result = match (&reading.inputs, &reading.gyro) {
+        (Inputs::Paths(paths), None) if paths.len() == 1 => noise(&paths[0], &reading.options)?,
+        _ => noise_of(Arc::unwrap_or_clone(reading.one(read_samples)?))?,
     };
     let inputs = result.inputs.clone();
     Outcome::of_noise(result, inputs)
@@ -200,9 +205,9 @@ fn check(mut call: Call) -> Result<Outcome> {
     };
     let (file, name) = call.calibration()?;
     let reading = call.reading;
-    let (rows, left_out) = match reading.paths() {
-        Some(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
-        None => (reading.owned()?, Vec::new()),
+    let (rows, left_out) = match &reading.inputs {
+        Inputs::Paths(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
+        Inputs::Recordings(all) => (owned(all), Vec::new()),
     };
     let mut result = gravical::check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
@@ -229,7 +234,7 @@ fn motion(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let truth = call.keywords.path("truth")?;
     call.keywords.end()?;
-    let rows = call.reading.one()?;
+    let rows = call.reading.one(read_samples)?;
     let calibration = call.calibrations.first();
     let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
     let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
@@ -242,8 +247,9 @@ fn motion(mut call: Call) -> Result<Outcome> {
     }
     let motion = Arc::new(motion);
     let kind = Kind::Motion(motion.clone(), rows);
-    let outcome = Outcome::new(kind, &motion.result, inputs)?;
-    Ok(outcome.with_table(Table::of_motion(&motion)))
+    let mut outcome = Outcome::new(kind, &motion.result, inputs)?;
+    outcome.table = Some(Table::of_motion(&motion));
+    Ok(outcome)
 }
 
 /// Writes simulated recordings; the truth as JSON, and the paths, that of the truth last.

@@ -135,7 +135,7 @@ def drawn(
         kept = {n: value(r) if r.random() < 0.3 else array(r) for n in fields}
         return lambda: gravical.Recording.from_arrays(accel=raw, **kept)
     if verb == "use":
-        option = r.choice(["name", "rotation", "counts_per_g"])
+        option = r.choice(["name", "counts_per_deg_s", "counts_per_g"])
         uses: list[Call] = [
             lambda: calibration.apply(raw),
             lambda: calibration.apply_gyro(raw, other),

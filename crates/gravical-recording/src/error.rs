@@ -255,13 +255,6 @@ impl Error {
     pub fn is_usage(&self) -> bool {
         self.0.category == Category::Usage
     }
-
-    /// True if writing failed because the reader of the output was closed.
-    #[must_use]
-    pub fn is_broken_pipe(&self) -> bool {
-        let source = self.0.source.as_ref();
-        source.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-    }
 }
 
 impl fmt::Display for Error {

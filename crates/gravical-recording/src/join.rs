@@ -27,6 +27,25 @@ const SAME_STAMP: f64 = 0.02;
 /// Largest number of periods between stamps for interpolation; more is a gap for the reader too.
 const GAP_PERIODS: f64 = 4.5;
 
+/// Reads the recording at `path` by `read`, with the gyroscope of a second file, if there is one.
+///
+/// # Errors
+///
+/// Those of `read` and of [`join_gyroscope`].
+pub fn read_joined(
+    path: &Path,
+    gyro: Option<&Path>,
+    options: &ReadOptions,
+    read: fn(&Path, &ReadOptions) -> Result<Recording>,
+) -> Result<Recording> {
+    let Some(gyro) = gyro else {
+        return read(path, options);
+    };
+    let mut recording = read(path, &options.beside_gyroscope_file())?;
+    join_gyroscope(&mut recording, gyro, options)?;
+    Ok(recording)
+}
+
 /// Reads the gyroscope from `path` and joins it to `recording`. Rows that it does not cover get
 /// NaN and a finding.
 ///

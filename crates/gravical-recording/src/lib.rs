@@ -67,7 +67,9 @@ pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, FindingKind, Severity};
 pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
-pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
+pub use join::{
+    holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes, read_joined,
+};
 pub use judge::UnitDoubt;
 pub use later::{Later, Readings};
 pub use meter::{Meter, Progress};

@@ -16,7 +16,7 @@ use serde::Serialize;
 use crate::calibration::{OriginArgs, files_of, read_file};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::{SWAPPED, reading};
-use crate::report::{ReportArgs, detail};
+use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
@@ -73,26 +73,25 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let read_options = reading(&args.recording, false);
     let quiet = args.output.quiet;
     let recordings = std::slice::from_ref(path);
-    let found = args
-        .origin
-        .read(&args.calibration, recordings, &read_options, SWAPPED, quiet)?;
-    let calibration = &found.file;
+    let (calibration, file) =
+        args.origin
+            .read(&args.calibration, recordings, &read_options, SWAPPED, quiet)?;
     let options = args.options(&read_options);
     options.read.validate()?;
     let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
     let summary = args
         .output
-        .write(|out| apply(calibration, input, &name, out, &options))?;
+        .write(|out| apply(&calibration, input, &name, out, &options))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows calibrated");
     let document = document(&summary);
     let applied = Applied {
-        calibration: &found.input.path,
+        calibration: &file.path,
         summary: &summary,
     };
     args.output
-        .print_summary(&applied, &done, &document, detail(args.verbose))?;
+        .print_summary(&applied, &done, &document, args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -127,7 +126,7 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options(&args.recording);
     options.read.validate()?;
     let first = args.inputs.first().map(PathBuf::as_path);
-    let calibration = read_file(&args.calibration, first, SWAPPED)?.file;
+    let calibration = read_file(&args.calibration, first, SWAPPED)?.0;
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,

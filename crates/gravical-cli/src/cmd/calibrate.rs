@@ -12,7 +12,6 @@ use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
 use gravical::session::{self, SessionCalibration, SessionFiles};
 use gravical_report::figure;
-use gravical_report::figure::calibration::Session;
 use gravical_report::report;
 
 use crate::each::{self, EachArgs, Outcome, Plan};
@@ -76,32 +75,24 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read = reading(&args.recording, true);
     let done = compute(args, &args.inputs, &read, &options, noise.as_ref())?;
-    let ResultArgs {
-        report: asked,
-        force,
-        json,
-        quiet,
-    } = &args.result;
+    let asked = &args.result;
     if let Some(path) = output {
-        done.file.write(path, *force)?;
+        done.file.write(path, asked.force)?;
     }
-    let figures = if asked.is_wanted() {
-        let session = Session {
-            recordings: &done.recordings,
-            segmentation: &done.segmentation,
-        };
+    let figures = if asked.report.is_wanted() {
+        let session = (&done.recordings[..], &done.segmentation);
         figure::calibration::figures(&done.file, Some(session))
     } else {
         Vec::new()
     };
     let document = report::calibration(&done.file, output, &figures);
-    args.result.present(&done.file, &document)?;
+    asked.present(&done.file, &document)?;
     let verdict = &done.file.verdict;
     let is_poor = verdict.grade == Grade::Poor;
-    if *quiet && !json && is_poor {
+    if asked.quiet && !asked.json && is_poor {
         text::say(&format!("verdict: poor: {}", verdict.reasons.join("; ")));
     }
-    if let Some(path) = output.filter(|_| !quiet && !json) {
+    if let Some(path) = output.filter(|_| !asked.quiet && !asked.json) {
         text::print(&format!("\nSaved to {}.\n", path_word(path)))?;
     }
     Ok(quality(is_poor))

@@ -58,15 +58,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result.check(None, files.chain(&args.gyro))?;
     let quiet = args.result.json || args.result.quiet;
     let read = reading(&args.recording, true);
-    let found = args
-        .origin
-        .read(&args.calibration, &args.recordings, &read, SWAPPED, quiet)?;
+    let (calibration, file) =
+        args.origin
+            .read(&args.calibration, &args.recordings, &read, SWAPPED, quiet)?;
     let (recordings, left_out) = read_session(&args.recordings, args.gyro.as_deref(), &read)?;
-    let name = found.path.display().to_string();
-    let mut result = check(&found.file, &name, &recordings, &options)?;
+    let mut result = check(&calibration, &file.path, &recordings, &options)?;
     result.findings.extend(left_out);
     let mut inputs = InputFile::of(&recordings);
-    inputs.push(found.input);
+    inputs.push(file);
     let document = with_origin(report::check(&result), &inputs);
     args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))

@@ -10,7 +10,7 @@ use gravical::recording::ReadOptions;
 use gravical_report::document::{Document, Section};
 
 use crate::options::reading;
-use crate::report::{ReportArgs, detail};
+use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read};
 
 /// Write a recording of any format as a plain table in SI units
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows converted");
     args.output
-        .print_summary(&summary, &done, &document(&summary), detail(args.verbose))?;
+        .print_summary(&summary, &done, &document(&summary), args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }
 

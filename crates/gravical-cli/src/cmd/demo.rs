@@ -10,10 +10,10 @@ use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
 use gravical::escape::path_word;
 use gravical::motion::{Calibrated, MotionOptions, motion};
+use gravical::numfmt::milli_g;
 use gravical::output::make_folder;
 use gravical::recording::{ReadOptions, read};
 use gravical_core::matrix3::{norm, sub};
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_report::document::paragraph;
 
 use crate::{Cli, text};
@@ -123,7 +123,7 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
     let a = &file.accelerometer;
     let errors = a.poses.iter().map(|p| norm(&p.raw) - file.gravity_mps2);
     let uncalibrated = (errors.map(|e| e * e).sum::<f64>() / a.poses.len() as f64).sqrt();
-    let mg = |v: f64| format!("{:.1} mg", 1000.0 * v / STANDARD_GRAVITY_MPS2);
+    let mg = |v: f64| format!("{:.1} mg", milli_g(v));
     let along = |v: Option<[f64; 3]>| v.map_or(f64::NAN, |v| v[1]);
     let end_error = |end: Option<[f64; 3]>| {
         end.map_or("–".to_owned(), |end| {

@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let said = format!("{input}: {rows} rows filtered");
     args.output
-        .print_summary(&summary, &said, &document, args.report.detail())?;
+        .print_summary(&summary, &said, &document, args.report.verbose)?;
     if !args.output.quiet {
         args.report.say();
     }

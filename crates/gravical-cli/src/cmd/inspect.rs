@@ -1,12 +1,12 @@
 //! `gravical inspect`: the content of a recording.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::InputFile;
 use gravical::inspect::{InspectOptions, inspect};
-use gravical::recording::{ReadOptions, Recording, join_gyroscope, read};
+use gravical::recording::{ReadOptions, read, read_joined};
 use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::document::flag;
 use gravical_report::report;
@@ -66,7 +66,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (mut found, mut is_bad) = (Vec::new(), false);
     let mut failed: Vec<anyhow::Error> = Vec::new();
     for (path, listed) in &files {
-        let recording = match read_one(args, path, *listed, &options) {
+        let read = if *listed { read_listed } else { read };
+        let recording = match read_joined(path, args.gyro.as_deref(), &options, read) {
             Ok(recording) => recording,
             Err(error) => {
                 let is_other = *listed && is_something_else(&error);
@@ -84,7 +85,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let document = with_origin(document, &InputFile::of(&[recording]));
         if *json {
             report.write(args.result.force, &document)?;
-            report.say();
+            if !args.result.quiet {
+                report.say();
+            }
             found.push(inspection);
         } else {
             args.result.present(&inspection, &document)?;
@@ -104,24 +107,4 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         code = failure::report(error);
     }
     Ok(code)
-}
-
-/// A file, or one of a folder if it is `listed`, with the gyroscope of a second one.
-///
-/// # Errors
-///
-/// Those of reading.
-fn read_one(
-    args: &Args,
-    path: &Path,
-    listed: bool,
-    options: &ReadOptions,
-) -> gravical::Result<Recording> {
-    let read = if listed { read_listed } else { read };
-    let Some(gyro) = &args.gyro else {
-        return read(path, options);
-    };
-    let mut recording = read(path, &options.beside_gyroscope_file())?;
-    join_gyroscope(&mut recording, gyro, options)?;
-    Ok(recording)
 }

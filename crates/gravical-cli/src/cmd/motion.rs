@@ -8,7 +8,7 @@ use gravical::calibration_file::InputFile;
 use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
-use gravical::recording::{ReadOptions, join_gyroscope, read_samples};
+use gravical::recording::{ReadOptions, read_joined, read_samples};
 use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
@@ -90,22 +90,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
     let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
-    let calibrated = calibration.as_ref().map(|found| Calibrated {
-        file: &found.file,
-        name: &found.input.path,
+    let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
+        file,
+        name: &input.path,
     });
 
-    let recording = match &args.gyro {
-        Some(path) => {
-            let mut recording = read_samples(&args.input, &read_options.beside_gyroscope_file())?;
-            join_gyroscope(&mut recording, path, &read_options)?;
-            recording
-        }
-        None => read_samples(&args.input, &read_options)?,
-    };
+    let gyro = args.gyro.as_deref();
+    let recording = read_joined(&args.input, gyro, &read_options, read_samples)?;
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
-    inputs.extend(calibration.iter().map(|found| found.input.clone()));
+    inputs.extend(calibration.iter().map(|(_, input)| input.clone()));
     if let Some(path) = &args.truth {
         let reference = read_reference(path, &recording, &args.input)?;
         add_comparison(&mut motion, &reference)?;
@@ -125,7 +119,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let done = format!("{}: {} rows", one_line(&result.input), result.rows);
     let document = report::motion(result, &recording, &[]);
     args.output
-        .print_summary(result, &done, &document, args.report.detail())?;
+        .print_summary(result, &done, &document, args.report.verbose)?;
     if !quiet {
         args.report.say();
     }

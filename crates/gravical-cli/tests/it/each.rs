@@ -118,8 +118,9 @@ fn names_that_several_share_are_told_apart() {
         fs::create_dir_all(at.join(copy).parent().unwrap()).unwrap();
         fs::copy(at.join("fleet/unit-1.csv"), at.join(copy)).unwrap();
     }
-    let paths = "a/s.csv b/S.csv a/s.csv";
-    ends(at, &format!("calibrate --each {paths} -o out"), 0);
+    let list = "\u{feff}# of today\n\na/s.csv\nb/S.csv\na/s.csv\n";
+    write(at, "list", list);
+    ends(at, "calibrate --each @list -o out", 0);
     assert_eq!(listed(&at.join("out")), ["a-s.json", "b-S.json"]);
     let err = ends(at, "calibrate --each b -o both", 2).err;
     assert!(err.contains("code: same-target"), "{err}");

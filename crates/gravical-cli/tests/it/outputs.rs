@@ -88,6 +88,7 @@ calibrate line.csv --noise o.csv -o: o.csv
 calibrate o.md --report: o.md
 calibrate --each s --summary: s/x_up.csv s/notes.txt
 calibrate --each live line.csv --summary: live/recording.csv line.csv
+calibrate --each @list --summary: list s/x_up.csv
 calibrate --each s --sections sections.csv --summary: sections.csv
 calibrate --each s --thermal line.csv --summary: line.csv
 check o.md line.csv --report: o.md
@@ -135,6 +136,7 @@ fn what_is_read_is_never_replaced() {
     fs::copy(at.join("cal.json"), at.join("cals/cal.json")).unwrap();
     write(at, "s/notes.txt", "+x first");
     write(at, "live/session.ndjson", "");
+    write(at, "list", "s/x_up.csv\n");
     write(at, "sections.csv", "label,start,end\nx_up,0,100\n");
     ends(at, "convert line.csv -o s/converted.csv", 0);
     for row in READ.lines() {

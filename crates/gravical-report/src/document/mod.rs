@@ -32,7 +32,7 @@ pub(crate) use findings::short_name;
 pub use findings::{Remark, flag};
 #[doc(hidden)]
 pub use model::{Block, Cell, Column, Section, Table};
-pub use model::{Detail, Document, Grade, Verdict};
+pub use model::{Detail, Document, Verdict};
 #[doc(hidden)]
 pub use text::paragraph;
 

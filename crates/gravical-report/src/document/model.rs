@@ -2,6 +2,7 @@
 
 use super::findings::Remark;
 use crate::figure::Figure;
+use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
 use gravical::numfmt::fixed;
 
@@ -49,19 +50,6 @@ pub struct Verdict {
     pub reasons: Vec<String>,
     /// Next steps.
     pub next: Vec<String>,
-}
-
-/// Sign and colour of a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Grade {
-    /// ✓, green.
-    Good,
-    /// ~, amber.
-    Fair,
-    /// ✗, vermilion.
-    Poor,
-    /// ?, grey.
-    Unknown,
 }
 
 /// A section with a heading.
@@ -287,12 +275,6 @@ impl Table {
     pub fn row(mut self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
         let name = Cell::text(name);
         self.rows.push([name].into_iter().chain(cells).collect());
-        self
-    }
-
-    /// With more rows.
-    pub fn rows(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        self.rows.extend(rows);
         self
     }
 

@@ -1,5 +1,6 @@
 use super::*;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
+use gravical::calibration_file::Grade;
 
 fn figures() -> [Figure; 1] {
     let line = Series::line("a", Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);

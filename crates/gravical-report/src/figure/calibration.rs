@@ -11,24 +11,18 @@ use gravical::recording::Recording;
 use super::panel::{Axis, Figure, Panel, Role, Scale, Series, XYZ};
 use super::svg::extent;
 
-/// The recordings behind a calibration, and how they were cut.
-#[derive(Debug, Clone, Copy)]
-pub struct Session<'a> {
-    /// The recordings.
-    pub recordings: &'a [Recording],
-    /// Poses and turns.
-    pub segmentation: &'a Segmentation,
-}
-
-/// All figures that a calibration allows. What the data do not show is left out; without the
-/// session that is the recordings.
+/// All figures that a calibration allows; with its recordings and how they were cut those, too. What
+/// the data do not show is left out.
 #[must_use]
-pub fn figures(file: &CalibrationFile, session: Option<Session<'_>>) -> Vec<Figure> {
+pub fn figures(
+    file: &CalibrationFile,
+    session: Option<(&[Recording], &Segmentation)>,
+) -> Vec<Figure> {
     let mut all = Vec::new();
     if !file.accelerometer.poses.is_empty() {
         all.extend([norm(file), sphere(file)]);
     }
-    all.extend(session.and_then(|session| captures(file, session)));
+    all.extend(session.and_then(|(recordings, cut)| captures(file, recordings, cut)));
     all
 }
 
@@ -129,11 +123,11 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
 }
 
 /// Raw readings along each axis, the recordings one after the other, with the poses' windows.
-fn captures(file: &CalibrationFile, session: Session<'_>) -> Option<Figure> {
-    let Session {
-        recordings,
-        segmentation,
-    } = session;
+fn captures(
+    file: &CalibrationFile,
+    recordings: &[Recording],
+    segmentation: &Segmentation,
+) -> Option<Figure> {
     // Time of each row; rows before which others are missing; first row of each recording.
     let (mut t_s, mut breaks, mut starts) = (Vec::<f64>::new(), Vec::new(), Vec::new());
     let mut from_s = 0.0;
@@ -212,11 +206,7 @@ mod tests {
             .map(|p| read(p, &ReadOptions::default()).unwrap());
         let recordings: Vec<Recording> = recordings.collect();
         let done = calibrate(&recordings, &CalibrateOptions::default()).unwrap();
-        let session = Session {
-            recordings: &recordings,
-            segmentation: &done.segmentation,
-        };
-        let drawn = figures(&done.file, Some(session));
+        let drawn = figures(&done.file, Some((&recordings[..], &done.segmentation)));
         for figure in &drawn {
             let text = svg::standalone(figure);
             roxmltree::Document::parse(&text).unwrap();

@@ -185,19 +185,17 @@ fn column(panels: &[Panel], width: f64, top: f64) -> (String, f64) {
                 (view.low, view.high) = (middle - half, middle + half);
             }
         }
-        let title = panel.title.as_str();
-        let (equal, last) = (panel.equal, i + 1 == panels.len());
-        let top = r(bottom + if title.is_empty() { 0.0 } else { 20.0 });
+        let last = i + 1 == panels.len();
+        let top = r(bottom + if panel.title.is_empty() { 0.0 } else { 20.0 });
         let plot = Plot {
-            title,
-            equal,
+            panel,
             left,
             top,
             x,
             y,
             last,
         };
-        body += &plot.draw(&panel.series).into_string();
+        body += &plot.draw().into_string();
         bottom = top + y.length + plot.room_below();
     }
     (body, bottom + 4.0)
@@ -292,8 +290,7 @@ pub(super) fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
 
 /// A panel in its place.
 struct Plot<'a> {
-    title: &'a str,
-    equal: bool,
+    panel: &'a Panel,
     left: f64,
     top: f64,
     x: View<'a>,
@@ -303,14 +300,16 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
-    fn draw(&self, series: &[Series]) -> Markup {
-        let (title, left, top, x, y) = (self.title, self.left, self.top, self.x, self.y);
+    fn draw(&self) -> Markup {
+        let (left, top, x, y) = (self.left, self.top, self.x, self.y);
+        let Panel { title, equal, .. } = self.panel;
         let (width, height) = (r(x.length), y.length);
         let linear = |view: View<'_>| view.axis.scale == Scale::Linear;
-        let reads = linear(x) && linear(y) && !self.equal;
+        let reads = linear(x) && linear(y) && !equal;
         let plot = format!("{left} {top} {width} {height}");
         let view = format!("{} {} {} {}", x.low, x.high, y.low, y.high);
-        let series: Vec<&Series> = series.iter().filter(|s| s.has_values()).collect();
+        let series = self.panel.series.iter().filter(|s| s.has_values());
+        let series: Vec<&Series> = series.collect();
         let mut taken = Vec::new();
         html! {
             g.panel data-plot=[reads.then_some(plot)] data-view=[reads.then_some(view)]
@@ -409,7 +408,7 @@ impl Plot<'_> {
     /// What hovering over a point shows: the series, where it is, value and half of its bar.
     fn hint(&self, s: &Series, i: usize) -> String {
         let Plot { x, y, .. } = self;
-        if s.role == Role::Guide || self.equal {
+        if s.role == Role::Guide || self.panel.equal {
             return s.labels.get(i).unwrap_or(&s.name).clone();
         }
         let number = |view: &View<'_>, v: f64| match view.axis.scale {

@@ -17,8 +17,8 @@ use gravical::poses::face::in_words;
 use gravical::core::matrix3::{norm, sub};
 
 use super::temperature::drift;
-use super::{Provenance, gravity_source, short_name};
-use crate::document::{self, Block, Cell, Column, Document, Section, Table, Verdict};
+use super::{gravity_source, short_name};
+use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -44,12 +44,12 @@ pub fn calibration<'a>(
     .with(temperature(file))
     .with(method(file))
     .with_findings(&file.findings, file.inputs.len() > 1)
-    .with_provenance(&Provenance {
-        tool: &file.tool,
-        command: file.command.as_deref(),
-        created: &file.created,
-        inputs: &file.inputs,
-    })
+    .with_provenance(
+        &file.tool,
+        file.command.as_deref(),
+        &file.created,
+        &file.inputs,
+    )
 }
 
 /// " of board 3 (MPU6050)", or the file name.
@@ -101,17 +101,11 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
 }
 
 fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let grade = match file.verdict.grade {
-        Grade::Good => document::Grade::Good,
-        Grade::Fair => document::Grade::Fair,
-        Grade::Poor => document::Grade::Poor,
-        Grade::NotVerifiable => document::Grade::Unknown,
-    };
-    let word = file.verdict.grade.to_string();
+    let grade = file.verdict.grade;
     Verdict {
         conclusion: conclusion(file),
         next: next(file, saved),
-        ..Verdict::new(grade, word, &file.verdict.reasons)
+        ..Verdict::new(grade, grade.to_string(), &file.verdict.reasons)
     }
 }
 
@@ -320,41 +314,33 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     section.with(before_and_after(file))
 }
 
-/// Errors of the fitted poses by the nominal scale and with the calibration.
+/// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
 fn before_and_after(file: &CalibrationFile) -> Table {
     let a = &file.accelerometer;
-    let cells = |value: &dyn Fn(&PoseResult) -> Option<[f64; 3]>| {
-        let fitted = a.poses.iter().filter(|p| p.fitted);
-        let values = fitted.map(|p| Some((p, value(p)?)));
-        let values: Vec<(&PoseResult, [f64; 3])> = values.collect::<Option<_>>()?;
-        let squares = values
-            .iter()
-            .map(|(_, v)| (norm(v) - file.gravity_mps2).powi(2));
+    let fitted: Vec<&PoseResult> = a.poses.iter().filter(|p| p.fitted).collect();
+    let cells = |values: Vec<[f64; 3]>| {
+        let squares = values.iter().map(|v| (norm(v) - file.gravity_mps2).powi(2));
         let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
-        let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
+        let faces = fitted.iter().zip(&values);
+        let faces = faces.filter(|(p, _)| p.kind == PoseKind::Face);
         let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
         let faces = FitErrors::of(&errors).map(|e| [e.rms, e.max, e.mean_norm]);
         let faces = Cell::axes(faces, |_, v| fixed(v, 5));
-        Some(
-            [Cell::number(fixed(milli_g(rms), 2))]
-                .into_iter()
-                .chain(faces),
-        )
+        std::iter::once(Cell::number(fixed(milli_g(rms), 2))).chain(faces)
     };
+    let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
+    let after = fitted.iter().map(|p| p.calibrated).collect();
     let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
         .columns(["", "‖a‖ − g: RMS, mg"])
         .columns(Column::group(
             "vectors of the faces, m/s²",
             ["RMS", "maximum", "mean norm"],
         ));
-    let table = match cells(&|p| a.nominally(p.raw)) {
-        Some(before) => table.row("before", before),
-        None => table,
-    };
-    match cells(&|p| Some(p.calibrated)) {
-        Some(after) => table.row("after", after),
-        None => table,
-    }
+    let rows = before.map(|values| ("before", values));
+    let rows = rows.into_iter().chain([("after", after)]);
+    rows.fold(table, |table, (name, values)| {
+        table.row(name, cells(values))
+    })
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {

@@ -1,10 +1,11 @@
 //! Report of a check of a calibration.
 
+use gravical::calibration_file::Grade;
 use gravical::check::{CheckReport, Judgement, StillCheck};
 use gravical::numfmt::{count, fixed, milli_g, signed, words};
 
 use super::{gravity_source, short_name};
-use crate::document::{Cell, Document, Grade, Section, Table, Verdict};
+use crate::document::{Cell, Document, Section, Table, Verdict};
 
 /// The document of a check.
 pub fn check(report: &CheckReport) -> Document<'static> {
@@ -37,7 +38,7 @@ pub(super) fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> 
     let grade = match verdict.judgement {
         Judgement::Fits | Judgement::Agree => Grade::Good,
         Judgement::DoesNotFit | Judgement::Differ => Grade::Poor,
-        Judgement::Undecided => Grade::Unknown,
+        Judgement::Undecided => Grade::NotVerifiable,
     };
     Verdict {
         next: next.map(str::to_owned).into_iter().collect(),

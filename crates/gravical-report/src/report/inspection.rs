@@ -16,6 +16,8 @@ use crate::document::{Block, Cell, Column, Document, Section, Table};
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = inspection.labels.iter().take(12);
     let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
+    let more = inspection.labels.len().checked_sub(12).filter(|n| *n > 0);
+    let labels = labels.chain(more.map(|n| format!("… and {n} more")));
     let serial = inspection.serial.as_ref();
     let serial = serial.map(|serial| format!("serial number {serial}"));
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);

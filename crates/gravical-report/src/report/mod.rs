@@ -35,27 +35,21 @@ fn gravity_source(source: GravitySource) -> &'static str {
     }
 }
 
-/// Program, command, time and inputs of a result.
-#[derive(Debug, Clone, Copy)]
-pub struct Provenance<'a> {
-    /// The program.
-    pub tool: &'a str,
-    /// The command, if there was one.
-    pub command: Option<&'a str>,
-    /// Time, UTC.
-    pub created: &'a str,
-    /// All files read.
-    pub inputs: &'a [InputFile],
-}
-
 impl Document<'_> {
-    /// Adds a section with the provenance.
-    pub fn with_provenance(self, origin: &Provenance<'_>) -> Self {
-        let mut facts = vec![("program".to_owned(), origin.tool.to_owned())];
-        let command = origin.command.map(|command| format!("`{command}`"));
-        facts.extend(command.map(|command| ("command".to_owned(), command)));
-        facts.push(("computed".to_owned(), origin.created.to_owned()));
-        facts.extend(origin.inputs.iter().map(|file| {
+    /// Adds a section with the program, the command, if there was one, the time, UTC, and all files
+    /// read.
+    pub fn with_provenance(
+        self,
+        tool: &str,
+        command: Option<&str>,
+        created: &str,
+        inputs: &[InputFile],
+    ) -> Self {
+        let mut facts = vec![("program".to_owned(), tool.to_owned())];
+        let command = command.map(|command| ("command".to_owned(), format!("`{command}`")));
+        facts.extend(command);
+        facts.push(("computed".to_owned(), created.to_owned()));
+        facts.extend(inputs.iter().map(|file| {
             let sum = file.sha256.as_deref().map(|sum| format!(", SHA-256 {sum}"));
             let text = file.path.clone() + &sum.unwrap_or_default();
             (words(&file.role), text)

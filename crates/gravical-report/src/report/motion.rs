@@ -1,6 +1,7 @@
 //! Report of a motion: figures, moves, end point, uncertainty budget, comparison with a reference,
 //! timing, rests.
 
+use gravical::calibration_file::Grade;
 use gravical::core::matrix3::norm;
 use gravical::motion::{Budget, Comparison, Ends, MotionJudgement, MotionResult};
 use gravical::numfmt::{decimals_by, decimals_for, decimals_of, digits, fixed, words};
@@ -8,7 +9,7 @@ use gravical::recording::Recording;
 
 use super::inspection::origin;
 use super::short_name;
-use crate::document::{Block, Cell, Column, Document, Grade, Section, Table, Verdict};
+use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -47,7 +48,7 @@ fn verdict(result: &MotionResult) -> Verdict {
     let grade = match result.verdict.judgement {
         MotionJudgement::Bounded if misfit.is_none() => Grade::Good,
         MotionJudgement::NotUsable => Grade::Poor,
-        MotionJudgement::AtRest => Grade::Unknown,
+        MotionJudgement::AtRest => Grade::NotVerifiable,
         _ => Grade::Fair,
     };
     // One number for one move, the end for several.

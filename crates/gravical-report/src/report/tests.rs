@@ -1,34 +1,10 @@
-use std::path::Path;
-
 use super::*;
-use crate::document::{Block, Cell, Detail, Document};
+use crate::document::Detail;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::{CalibrationFile, InputFile, InputRole};
-use gravical::check::CheckOptions;
-use gravical::compare::compare;
-use gravical::denoise::DenoiseOptions;
+use gravical::calibration_file::{InputFile, InputRole};
 use gravical::motion::{Motion, MotionOptions, Move};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
-use gravical::simulate::{PosesOptions, Scenario, SimulateOptions, simulate_to};
-
-fn simulated(scenario: Scenario) -> Recording {
-    let folder = tempfile::tempdir().unwrap();
-    let (_, files) = simulate_to(&SimulateOptions::new(scenario), folder.path(), false).unwrap();
-    read(&files[0], &ReadOptions::default()).unwrap()
-}
-
-fn poses() -> (CalibrationFile, Recording) {
-    let recording = simulated(Scenario::Poses(PosesOptions {
-        hold_s: 3.0,
-        ..PosesOptions::default()
-    }));
-    let options = CalibrateOptions::default();
-    let file = calibrate(std::slice::from_ref(&recording), &options)
-        .unwrap()
-        .file;
-    (file, recording)
-}
 
 /// A push along x between two rests.
 fn push() -> Recording {
@@ -52,41 +28,15 @@ fn moved(recording: &Recording) -> Motion {
     gravical::motion::motion(recording, None, &MotionOptions::default()).unwrap()
 }
 
-/// Rows are complete, and a terminal shows all of it; how many numbers there are.
-fn numbers(document: &Document<'_>) -> usize {
-    let blocks = document.sections.iter().flat_map(|s| &s.blocks);
-    let tables = blocks.filter_map(|(_, block)| match block {
-        Block::Table(table) => Some(table),
-        _ => None,
-    });
-    let mut numbers = 0;
-    for table in tables {
-        for row in &table.rows {
-            assert_eq!(row.len(), table.columns.len(), "{table:?}");
-            numbers += row.iter().filter(|c| matches!(c, Cell::Number(..))).count();
-        }
-    }
-    assert!(!document.to_text(Detail::Full).contains("NaN"));
-    let text = document.to_text(Detail::Summary);
-    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
-    numbers
-}
-
-#[test]
-fn a_calibration_has_its_figures() {
-    let (file, _) = poses();
-    let figures = crate::figure::calibration::figures(&file, None);
-    assert!(file.gyroscope.is_some() && !figures.is_empty());
-    let document = calibration(&file, Some(Path::new("my cal.json")), &figures);
-    assert!(numbers(&document) > 100);
-    let page = document.to_html();
-    let drawn = page.matches("<figure id=\"figure-").count();
-    assert_eq!(drawn, figures.len());
-}
-
 #[test]
 fn what_may_be_missing() {
-    let (mut file, _) = poses();
+    let csv = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/demo/poses/poses.csv"
+    );
+    let recording = read(std::path::Path::new(csv), &ReadOptions::default()).unwrap();
+    let options = CalibrateOptions::default();
+    let mut file = calibrate(&[recording], &options).unwrap().file;
     file.accelerometer.poses.clear();
     file.accelerometer.budget = None;
     file.accelerometer.deviations = None;
@@ -95,25 +45,6 @@ fn what_may_be_missing() {
     file.inputs.clear();
     let text = calibration(&file, None, &[]).to_text(Detail::Full);
     assert!(text.contains("Findings\n  None.") && !text.contains("NaN"));
-}
-
-#[test]
-fn check_compare_and_denoise_have_their_tables() {
-    let (file, recording) = poses();
-    let recordings = std::slice::from_ref(&recording);
-    let report = gravical::check::check(&file, "cal.json", recordings, &CheckOptions::default());
-    let report = report.unwrap();
-    assert!(numbers(&check(&report)) > 20);
-
-    let result = compare(&file, &file, ["a.json", "b.json"]).unwrap();
-    assert!(numbers(&comparison(&result)) > 30);
-
-    let filters = ["hampel:7,3", "butter1:8,10.125Hz", "savgol:21,4", "mean:1"];
-    let options = DenoiseOptions::new(filters.map(|f| f.parse().unwrap()));
-    let summary = gravical::denoise::denoise(recording, &options)
-        .unwrap()
-        .summary;
-    assert!(numbers(&denoise(&summary)) > 20);
 }
 
 #[test]
@@ -149,13 +80,12 @@ fn names_are_no_markup() {
         sha256: None,
         role: InputRole::Reference,
     };
-    let document =
-        super::motion(&motion.result, &recording, &figures).with_provenance(&Provenance {
-            tool: evil,
-            command: Some(evil),
-            created: evil,
-            inputs: &[input],
-        });
+    let document = super::motion(&motion.result, &recording, &figures).with_provenance(
+        evil,
+        Some(evil),
+        evil,
+        &[input],
+    );
     let page = document.to_html();
     assert!(!page.contains("<img") && !page.contains("push <script>"));
     assert_eq!(page.matches("</script>").count(), 1);

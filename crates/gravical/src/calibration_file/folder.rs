@@ -12,21 +12,15 @@ use crate::{Error, Result};
 const MAX_LISTED: usize = 8;
 
 /// A calibration of a folder.
-#[derive(Debug, Clone)]
-pub struct FoundCalibration {
-    /// The calibration.
-    pub file: CalibrationFile,
+struct Found {
+    file: CalibrationFile,
     /// Path and checksum of its file, as results list it.
-    pub input: InputFile,
-    /// Path of its file.
-    pub path: PathBuf,
+    input: InputFile,
     /// When the sensor was calibrated: the time of the session, else of the computation.
-    pub time: Option<UtcTime>,
-    /// Why it was taken.
-    pub reason: String,
+    time: Option<UtcTime>,
 }
 
-impl FoundCalibration {
+impl Found {
     fn sensor(&self) -> Option<&str> {
         let id = self.file.sensor.id.as_deref().map(str::trim);
         id.filter(|id| !id.is_empty())
@@ -41,7 +35,8 @@ impl FoundCalibration {
     }
 
     fn line(&self) -> String {
-        let file = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let file = Path::new(&self.input.path).file_name().unwrap_or_default();
+        let file = file.to_string_lossy();
         let sensor = self.sensor().unwrap_or("no sensor named");
         let unit = self.file.accelerometer.input_unit;
         let time = self.time.map_or("no date".to_owned(), UtcTime::minute);
@@ -51,9 +46,9 @@ impl FoundCalibration {
 
 /// The calibration in `folder` for `recordings` of one sensor, whose first rows are enough: of
 /// that sensor (`sensor_id`, else the serial number that they name), for their unit and range, the
-/// last one before them. Without a date of the
-/// recordings it is the last of all, which [`FoundCalibration::reason`] says. Files that are no
-/// calibration are not looked at, nor are folders in it.
+/// last one before them; its file as results list it, and why it was taken. Without a date of the
+/// recordings it is the last of all, which the reason says. Files that are no calibration are not looked
+/// at, nor are folders in it.
 ///
 /// # Errors
 ///
@@ -64,7 +59,7 @@ pub fn find_calibration(
     folder: &Path,
     recordings: &[Recording],
     sensor_id: Option<&str>,
-) -> Result<FoundCalibration> {
+) -> Result<(CalibrationFile, InputFile, String)> {
     let named = match common_serial(recordings) {
         // The user says that they are of one sensor.
         Err(_) if sensor_id.is_some() => None,
@@ -78,10 +73,10 @@ pub fn find_calibration(
             .with_hint("leave the sensor out, or name the file of the calibration")
             .advise("sensor_id", ""));
     }
-    let all = calibrations(folder)?;
+    let mut all = calibrations(folder)?;
     let sensor = named.or_else(|| sensor_id.map(str::to_owned));
     // Calibrations that name no sensor may be of several.
-    let is_one = |c: &FoundCalibration| c.sensor().is_some() && c.sensor() == all[0].sensor();
+    let is_one = |c: &Found| c.sensor().is_some() && c.sensor() == all[0].sensor();
     if sensor.is_none() && all.len() > 1 && !all.iter().all(is_one) {
         let what = format!(
             "the recording names no sensor, and the calibrations in the folder may be of several{}",
@@ -94,20 +89,19 @@ pub fn find_calibration(
     }
     let scale = recordings.first().map(|r| r.accel_scale);
     let recorded = recordings.iter().filter_map(Recording::recorded_at).min();
-    let fits = |c: &&FoundCalibration| {
+    let fits = |(_, c): &(usize, &Found)| {
         (sensor.is_none() || c.sensor() == sensor.as_deref())
             && scale.is_none_or(|scale| c.takes(scale))
             && recorded.is_none_or(|recorded| c.time.is_none_or(|time| time <= recorded))
     };
-    if let Some(last) = all.iter().filter(fits).max_by_key(|c| c.time) {
+    let fitting = all.iter().enumerate().filter(fits);
+    if let Some((last, _)) = fitting.max_by_key(|(_, c)| c.time) {
         let reason = match recorded {
             Some(time) => format!("the last before the recording of {}", time.minute()),
             None => "the last; the recording has no date".to_owned(),
         };
-        return Ok(FoundCalibration {
-            reason,
-            ..last.clone()
-        });
+        let Found { file, input, .. } = all.swap_remove(last);
+        return Ok((file, input, reason));
     }
     let mut wanted = String::new();
     if !all.is_empty() {
@@ -141,11 +135,11 @@ pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// `; there is: FILE: SENSOR, UNIT, TIME; …`, for errors.
-fn there_is(all: &[FoundCalibration]) -> String {
+fn there_is(all: &[Found]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let lines = all.iter().take(MAX_LISTED).map(FoundCalibration::line);
+    let lines = all.iter().take(MAX_LISTED).map(Found::line);
     let mut lines: Vec<String> = lines.collect();
     if all.len() > MAX_LISTED {
         lines.push(format!("and {} more", all.len() - MAX_LISTED));
@@ -158,19 +152,14 @@ fn there_is(all: &[FoundCalibration]) -> String {
 /// # Errors
 ///
 /// Errors of the file system, and those of a calibration that cannot be read: it might be the one.
-fn calibrations(folder: &Path) -> Result<Vec<FoundCalibration>> {
+fn calibrations(folder: &Path) -> Result<Vec<Found>> {
     let mut found = Vec::new();
     for path in json_files(folder)? {
         match CalibrationFile::read_with_input(&path) {
             Ok((file, input)) => {
                 let recorded = file.recorded.map(|recorded| recorded.time);
-                found.push(FoundCalibration {
-                    time: recorded.or_else(|| file.created.parse().ok()),
-                    reason: String::new(),
-                    file,
-                    input,
-                    path,
-                });
+                let time = recorded.or_else(|| file.created.parse().ok());
+                found.push(Found { file, input, time });
             }
             Err(error) if claims_calibration(&path) => return Err(error),
             Err(_) => {}

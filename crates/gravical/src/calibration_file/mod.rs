@@ -27,7 +27,7 @@ use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-pub use folder::{FoundCalibration, find_calibration, json_files};
+pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;

@@ -375,10 +375,7 @@ impl<'a> Driver<'a> {
         let Some(folder) = self.folder else {
             return Ok(None);
         };
-        let session = recorded.map(|(recordings, done)| figure::calibration::Session {
-            recordings,
-            segmentation: &done.segmentation,
-        });
+        let session = recorded.map(|(recordings, done)| (&recordings[..], &done.segmentation));
         let figures = figure::calibration::figures(file, session);
         let document = report::calibration(file, Some(output), &figures);
         let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");

@@ -1,11 +1,12 @@
 //! A document as one self-contained HTML file: no network, fonts or server; complete without
 //! its script, too.
 
+use gravical::calibration_file::Grade;
 use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::model::left_out;
-use super::{Block, Cell, Column, Detail, Document, Grade, Remark, Table, Verdict, parts};
+use super::{Block, Cell, Column, Detail, Document, Remark, Table, Verdict, parts};
 use crate::figure::{Figure, svg};
 
 /// Nothing is loaded, whatever a file name or label contains.
@@ -76,7 +77,7 @@ fn verdict(v: &Verdict) -> Markup {
         Grade::Good => ("good", "✓"),
         Grade::Fair => ("fair", "~"),
         Grade::Poor => ("poor", "✗"),
-        Grade::Unknown => ("unknown", "?"),
+        Grade::NotVerifiable => ("unknown", "?"),
     };
     html! {
         p.badge.(class) { span.sign aria-hidden="true" { (sign) } " " strong { (v.word) } }
