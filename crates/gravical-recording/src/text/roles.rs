@@ -22,41 +22,29 @@ const MIN_TURNS: usize = 4;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
+    let is_gyroscope = format.options.is_gyroscope;
     assign_given(format)?;
-    let file = if format.options.is_gyroscope {
-        Some(FileSensor::Gyro)
-    } else {
-        sensor_of_file(file_name)
-    };
+    let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
+    let file = file.or(is_gyroscope.then_some(FileSensor::Gyro));
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
-    let is_named = !format.names.is_empty() && (has_axis || has_names);
-    if is_named {
-        format.sensor = find_sensor_column(format, sample);
-    }
     let mut accel = triples(&format.columns, Role::Accel);
     let mut gyro = triples(&format.columns, Role::Gyro);
-    let found = if is_named {
-        None
-    } else {
-        by_numbers(format, sample)
-    };
-    if let Some((first, second)) = found {
-        if format.options.is_gyroscope {
-            gyro.push(second.unwrap_or(first));
-        } else if accel.is_empty() {
-            format.is_guessed = true;
-            accel.push(first);
-            gyro.extend(second);
+    if format.names.is_empty() || !(has_axis || has_names) {
+        match by_numbers(format, sample) {
+            Some((first, second)) if is_gyroscope => gyro.push(second.unwrap_or(first)),
+            Some((first, second)) if accel.is_empty() => {
+                format.is_guessed = true;
+                accel.push(first);
+                gyro.extend(second);
+            }
+            None if accel.is_empty() && !is_gyroscope => return Err(columns_unknown(format)),
+            _ => {}
         }
-    } else if !is_named && accel.is_empty() && !format.options.is_gyroscope {
-        return Err(columns_unknown(format));
     }
+    format.sensor = find_sensor_column(format, sample);
     choose_sensors(format, &accel, &gyro, sample)?;
-    if !is_named {
-        format.sensor = find_sensor_column(format, sample);
-    }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
         return Err(columns_unknown(format));
     }
@@ -73,19 +61,15 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
 fn assign_given(format: &mut Format) -> Result<(), Error> {
-    let Some(spec) = format.options.columns.clone() else {
-        return Ok(());
-    };
-    let is_read = |role: Role| {
-        let is_gyro = matches!(role, Role::Gyro(_));
-        !format.options.is_gyroscope || is_gyro || matches!(role, Role::Time | Role::Step)
-    };
-    let mut given: Vec<(usize, Role)> = Vec::new();
-    let mut unread: Vec<Role> = Vec::new();
-    match spec {
-        ColumnsSpec::Ordered(order) => {
-            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
-            if format.options.is_gyroscope && !order.iter().any(names_gyro) {
+    let is_gyroscope = format.options.is_gyroscope;
+    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
+    let is_gyro = |role: &Role| matches!(role, Role::Gyro(_));
+    // The column of each role; none for a role that is not read.
+    let mut given: Vec<(Role, Option<usize>)> = Vec::new();
+    match format.options.columns.clone() {
+        None => return Ok(()),
+        Some(ColumnsSpec::Ordered(order)) => {
+            if is_gyroscope && !order.iter().flatten().any(is_gyro) {
                 return Ok(());
             }
             if order.len() > format.columns.len() {
@@ -94,42 +78,39 @@ fn assign_given(format: &mut Format) -> Result<(), Error> {
                 return Err(columns_missing(text).with_hint("leave the last ones out"));
             }
             let columns = order.into_iter().enumerate();
-            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
+            given.extend(columns.filter_map(|(column, role)| Some((role?, Some(column)))));
         }
-        ColumnsSpec::Named(pairs) => {
-            for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
-                match name {
-                    None if !format.options.is_gyroscope => unread.push(role),
-                    None => {}
-                    Some(name) => match find_column(&format.names, &name) {
-                        Some(column) => given.push((column, role)),
-                        // The clock of the accelerometer's file.
-                        None if format.options.is_gyroscope && role == Role::Time => {}
-                        None => {
-                            let text = format!("there is no column \"{name}\"");
-                            return Err(
-                                columns_missing(text).with_hint(list_columns(&format.names))
-                            );
-                        }
-                    },
+        Some(ColumnsSpec::Named(pairs)) => {
+            for (role, name) in pairs {
+                let column = name.as_ref().and_then(|n| find_column(&format.names, n));
+                match (column, name) {
+                    // The columns of the accelerometer's file, and its clock.
+                    _ if is_gyroscope && !is_gyro(&role) && !is_clock(&role) => {}
+                    (None, None) if is_gyroscope => {}
+                    (None, Some(_)) if is_gyroscope && role == Role::Time => {}
+                    (None, Some(name)) => {
+                        let error = columns_missing(format!("there is no column \"{name}\""));
+                        return Err(error.with_hint(list_columns(&format.names)));
+                    }
+                    _ => given.push((role, column)),
                 }
             }
         }
     }
-    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
-    let names_clock = given.iter().map(|g| &g.1).chain(&unread).any(is_clock);
+    let names_clock = given.iter().any(|(role, _)| is_clock(role));
     for column in &mut format.columns {
-        let is_taken = unread.contains(&column.role) || given.iter().any(|g| g.1 == column.role);
+        let is_taken = given.iter().any(|(role, _)| *role == column.role);
         if is_taken || names_clock && is_clock(&column.role) {
             column.role = Role::Other;
             column.is_dropped = true;
         }
     }
-    for (column, role) in given {
-        let column = &mut format.columns[column];
-        column.role = role;
-        column.is_given = true;
-        column.is_dropped = role == Role::Other;
+    for (role, column) in given {
+        if let Some(column) = column.map(|c| &mut format.columns[c]) {
+            column.role = role;
+            column.is_given = true;
+            column.is_dropped = role == Role::Other;
+        }
     }
     format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
     Ok(())
@@ -361,10 +342,10 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let is_named = |i: &usize| names[*i] == wanted;
-    let is_numbered = |i: &usize| wanted == (i + 1).to_string();
-    let by_words = |i: &usize| has_words(&found[*i]);
-    let ways: [&dyn Fn(&usize) -> bool; 3] = [&is_named, &by_words, &is_numbered];
+    let ways: [&dyn Fn(&usize) -> bool; 3] =
+        [&|i| names[*i] == wanted, &|i| has_words(&found[*i]), &|i| {
+            wanted == (i + 1).to_string()
+        }];
     let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
     let fits = fits.into_iter().find(|fits| !fits.is_empty());
     match fits.unwrap_or_default()[..] {
