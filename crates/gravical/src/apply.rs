@@ -53,7 +53,7 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_recording::write::{NewColumn, Table};
+use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
@@ -271,17 +271,16 @@ pub fn apply(
 
 /// Columns of the output.
 fn table(calibration: &CalibrationFile, format: &Format, options: &ApplyOptions) -> Table {
-    let column = |name: &str, replaces| NewColumn {
-        name: name.to_owned(),
-        replaces,
+    let accel = options.output_unit.columns().into_iter();
+    let accel = accel.zip(format.accel.map(Some));
+    let gyro = match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
+        _ if options.gyro.is_some() => Some([None; 3]),
+        gyro => gyro.map(|columns| columns.map(Some)),
     };
-    let accel = options.output_unit.columns().into_iter().zip(format.accel);
-    let mut columns: Vec<NewColumn> = accel.map(|(name, c)| column(name, Some(c))).collect();
-    match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
-        _ if options.gyro.is_some() => columns.extend(RATES.map(|name| column(name, None))),
-        Some(gyro) => columns.extend(RATES.iter().zip(gyro).map(|(n, c)| column(n, Some(c)))),
-        None => {}
-    }
+    let rates = RATES.into_iter().zip(gyro.into_iter().flatten());
+    let columns = accel.chain(rates);
+    let columns = columns.map(|(name, replaces)| (name.to_owned(), replaces));
+    let columns: Vec<_> = columns.collect();
     Table::with_new(format, &columns, DECIMALS, options.keep_raw)
 }
 

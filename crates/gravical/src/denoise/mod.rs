@@ -43,7 +43,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_recording::source::open;
-use gravical_recording::write::{NewColumn, Table, input_name};
+use gravical_recording::write::{Table, input_name};
 use gravical_recording::{BatchReader, Format};
 use serde::{Deserialize, Serialize};
 
@@ -230,10 +230,7 @@ pub fn denoise_file(
 fn table(format: &Format) -> Table {
     let gyro = format.gyro.into_iter().flatten();
     let columns = format.accel.into_iter().chain(gyro);
-    let columns = columns.map(|field| NewColumn {
-        name: input_name(format, field),
-        replaces: Some(field),
-    });
+    let columns = columns.map(|field| (input_name(format, field), Some(field)));
     Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
 }
 
