@@ -103,9 +103,8 @@ impl Ledger {
     /// Lines set aside for a reason.
     #[must_use]
     pub fn count(&self, reason: Reason) -> usize {
-        self.reasons
-            .get(&reason)
-            .map_or(0, |r| r.lines.count() as usize)
+        let lines = self.reasons.get(&reason);
+        lines.map_or(0, |r| r.lines.count() as usize)
     }
 
     /// Lines that are rows of the recording.
@@ -308,9 +307,8 @@ impl Batch {
             *marks = marks.iter().filter_map(|row| to(*row)).collect();
         }
         let blanks = self.blanks.iter();
-        self.blanks = blanks
-            .filter_map(|(row, n)| Some((to(*row)?, *n)))
-            .collect();
+        let blanks = blanks.filter_map(|(row, n)| Some((to(*row)?, *n)));
+        self.blanks = blanks.collect();
     }
 
     /// Forgets the other rows, but not the lines set aside.
@@ -332,33 +330,31 @@ impl Batch {
         if keep.iter().all(|k| *k) {
             return;
         }
-        for (row, _) in keep.iter().enumerate().filter(|(_, k)| !**k) {
-            self.ledger.add(reason, self.lines[row] as usize, "");
+        let least = match reason {
+            Reason::Hung | Reason::Slipped => 1,
+            Reason::Zeros => MIN_ROWS_GONE,
+            _ => usize::MAX,
+        };
+        let (mut kept_before, mut breaks) = (vec![0], Vec::new());
+        let (mut kept, mut gone) = (0, 0);
+        for (row, keep) in keep.iter().enumerate() {
+            if *keep {
+                breaks.extend((gone >= least).then_some(kept));
+                (kept, gone) = (kept + 1, 0);
+            } else {
+                self.ledger.add(reason, self.lines[row] as usize, "");
+                gone += 1;
+            }
+            kept_before.push(kept);
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));
         let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| retain(t, keep));
         retain(&mut self.lines, keep);
-        let mut kept_before = vec![0; keep.len() + 1];
-        for (row, k) in keep.iter().enumerate() {
-            kept_before[row + 1] = kept_before[row] + usize::from(*k);
-        }
         // Marks of rows at the end are gone.
-        let rows = self.lines.len();
-        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < rows));
-        let least = match reason {
-            Reason::Hung | Reason::Slipped => 1,
-            Reason::Zeros => MIN_ROWS_GONE,
-            _ => usize::MAX,
-        };
-        let mut gone = 0;
-        for (row, keep) in keep.iter().enumerate() {
-            if *keep && gone >= least {
-                self.breaks.push(kept_before[row]);
-            }
-            gone = if *keep { 0 } else { gone + 1 };
-        }
+        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < kept));
+        self.breaks.append(&mut breaks);
         self.breaks.sort_unstable();
         self.breaks.dedup();
     }
