@@ -212,44 +212,31 @@ impl Conversion {
         let has_stamps = recording.time_s.is_some();
         let rate_hz = recording.timing.rate_hz();
         let has_temperature = recording.temperature_c.is_some();
+        let has_time = has_stamps || rate_hz.is_some();
+        let time = has_time.then(|| ("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
         let decimals = if in_g { G_DECIMALS } else { SI_DECIMALS };
-        let mut cells = Vec::new();
-        if has_stamps || rate_hz.is_some() {
-            cells.push(("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
-        }
-        let mut push = |name: String, decimals| {
-            let value = cells.len();
-            cells.push((name, Cell::Trimmed(value, decimals)));
-        };
+        let axes = |sensor: &str, unit: &str| ["x", "y", "z"].map(|a| format!("{sensor}{a}{unit}"));
         let accel = match (recording.is_calibrated, in_g) {
-            (true, _) => options.output_unit.columns(),
-            (false, true) => ["ax_g", "ay_g", "az_g"],
-            (false, false) => ["ax_m_s2", "ay_m_s2", "az_m_s2"],
+            (true, _) => options.output_unit.columns().map(str::to_owned),
+            (false, true) => axes("a", "_g"),
+            (false, false) => axes("a", "_m_s2"),
         };
-        for name in accel {
-            push(name.to_owned(), decimals);
-        }
-        if let Some((_, unit)) = gyro {
-            for axis in ["x", "y", "z"] {
-                push(format!("g{axis}{unit}"), decimals);
-            }
-        }
-        if has_temperature {
-            push("temperature_c".to_owned(), SI_DECIMALS);
-        }
+        let gyro_names = gyro.map(|(_, unit)| axes("g", unit));
+        let channels = accel.into_iter().chain(gyro_names.into_iter().flatten());
+        let temperature = has_temperature.then(|| ("temperature_c".to_owned(), SI_DECIMALS));
+        let values = channels.map(|name| (name, decimals)).chain(temperature);
+        let values = (usize::from(has_time)..).zip(values);
+        let values = values.map(|(i, (name, decimals))| (name, Cell::Trimmed(i, decimals)));
         let unit_s = recording.timing.unit.map(TimeUnit::seconds);
+        let accel_unit = if in_g { STANDARD_GRAVITY_MPS2 } else { 1.0 };
         Ok(Conversion {
-            cells,
+            cells: time.into_iter().chain(values).collect(),
             start_s,
             dates_unit_s: unit_s.filter(|_| options.absolute_time),
             has_stamps,
             rate_hz,
             // From g to g it is 1, without rounding.
-            accel: if in_g {
-                1.0 / (per_mps2 * STANDARD_GRAVITY_MPS2)
-            } else {
-                1.0 / per_mps2
-            },
+            accel: 1.0 / (per_mps2 * accel_unit),
             gyro: gyro.map(|g| g.0),
             has_temperature,
             rows: 0,
@@ -263,13 +250,11 @@ impl Conversion {
             return;
         };
         let start_of = |row: usize| Some(stamps.get(row)? * unit_s - time_s.get(row)?);
-        let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1)) else {
-            return;
-        };
-        let is_set = (start_s - self.start_s).abs() > CLOCK_SET_S
+        if let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1))
+            && (start_s - self.start_s).abs() > CLOCK_SET_S
             && (next_s - start_s).abs() < CLOCK_SET_S
-            && UtcTime::of_stamp(stamps[row] * unit_s).is_some();
-        if is_set {
+            && UtcTime::of_stamp(stamps[row] * unit_s).is_some()
+        {
             self.start_s = start_s;
         }
     }

@@ -144,8 +144,6 @@ pub struct FilterOutcome {
     /// Standard deviation of white noise after the filter over that before it; null for Hampel, which
     /// has no impulse response.
     pub noise_gain: Option<f64>,
-    /// False if it removes constants, as a high-pass does.
-    pub keeps_constants: bool,
     /// Number of samples replaced as outliers; null for filters that do not replace any.
     pub replaced: Option<usize>,
     /// Noise at rest after it.
@@ -270,7 +268,6 @@ fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<Denoise
         filters.push(FilterOutcome {
             filter: spec.to_string(),
             noise_gain: filter.noise_gain(),
-            keeps_constants: spec.keeps_constants(),
             replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(treatment.replaced),
             sigma: sigmas(recording, &inner_rows(&rests, reach)),
         });
