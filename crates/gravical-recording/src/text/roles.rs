@@ -225,16 +225,14 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
         .with_hint("give the accelerometer's recording as the input, and this file beside it")
         .advise("gyro", "");
     }
-    let line = format.header_line;
-    let error = Error::input(
-        "no-accelerometer",
-        format!(
-            "no three columns of the header in line {line} are named as an accelerometer's x, y and z"
-        ),
-    )
-    .with_hint(list_columns(&format.names))
-    .advise("columns", "");
-    if line > 0 { error.at_line(line) } else { error }
+    let text = "no three columns are named as an accelerometer's x, y and z";
+    let error = Error::input("no-accelerometer", text)
+        .with_hint(list_columns(&format.names))
+        .advise("columns", "");
+    match format.header_line {
+        0 => error,
+        line => error.at_line(line),
+    }
 }
 
 /// `sensor-unknown`: there is no sensor `wanted` among these.
