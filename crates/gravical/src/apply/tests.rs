@@ -1,3 +1,4 @@
+mod drift;
 mod lines;
 mod units;
 
