@@ -467,8 +467,9 @@ fn refuse_contradictions(
     findings: &[Finding],
     options: &ApplyOptions,
 ) -> Result<()> {
+    let is_unit_given = options.read.accel_unit.is_some();
     let contradicts = |f: &&Finding| match f.kind {
-        FindingKind::UnitChanged => options.read.accel_unit.is_none(),
+        FindingKind::UnitChanged => !is_unit_given,
         kind => kind == FindingKind::ShiftedColumns,
     };
     let Some(finding) = findings.iter().find(contradicts) else {
@@ -478,12 +479,11 @@ fn refuse_contradictions(
     let error = Error::contradiction(finding.kind.name(), finding.message.clone())
         .at(Path::new(&recording.name), Some(line));
     let hint = split_hint(line);
-    Err(if finding.kind == FindingKind::UnitChanged {
-        error
+    Err(match finding.kind {
+        FindingKind::UnitChanged => error
             .with_hint(format!("{hint}; or give the unit of all rows"))
-            .advise("accel_unit", "")
-    } else {
-        error.with_hint(hint)
+            .advise("accel_unit", ""),
+        _ => error.with_hint(hint),
     })
 }
 
