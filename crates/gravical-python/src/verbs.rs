@@ -173,12 +173,12 @@ fn apply(mut call: Call) -> Result<Outcome> {
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let rows = call.reading.one()?;
-    let inputs = InputFile::of(from_ref(&*rows));
-    let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
-    let kind = Kind::Plain(report::denoise(&done.summary));
-    let outcome = Outcome::new(kind, &done.summary, inputs)?;
-    Ok(outcome.with_filtered(done.recording))
+    let mut recording = Arc::unwrap_or_clone(call.reading.one()?);
+    let inputs = InputFile::of(from_ref(&recording));
+    let summary = gravical::denoise::denoise(&mut recording, &options)?;
+    let kind = Kind::Plain(report::denoise(&summary));
+    let outcome = Outcome::new(kind, &summary, inputs)?;
+    Ok(outcome.with_filtered(recording))
 }
 
 fn estimate_noise(call: Call) -> Result<Outcome> {

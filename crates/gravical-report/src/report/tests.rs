@@ -99,7 +99,7 @@ fn what_may_be_missing() {
 
 #[test]
 fn check_compare_and_denoise_have_their_tables() {
-    let (file, recording) = poses();
+    let (file, mut recording) = poses();
     let recordings = std::slice::from_ref(&recording);
     let report = gravical::check::check(&file, "cal.json", recordings, &CheckOptions::default());
     let report = report.unwrap();
@@ -110,9 +110,7 @@ fn check_compare_and_denoise_have_their_tables() {
 
     let filters = ["hampel:7,3", "butter1:8,10.125Hz", "savgol:21,4", "mean:1"];
     let options = DenoiseOptions::new(filters.map(|f| f.parse().unwrap()));
-    let summary = gravical::denoise::denoise(recording, &options)
-        .unwrap()
-        .summary;
+    let summary = gravical::denoise::denoise(&mut recording, &options).unwrap();
     assert!(numbers(&denoise(&summary)) > 20);
 }
 

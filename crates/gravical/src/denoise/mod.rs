@@ -25,9 +25,10 @@
 //!     let noise = f64::from(i * 7919 % 101) / 1000.0 - 0.05;
 //!     csv += &format!("{},{noise:.3},{:.3},{:.3}\n", 10 * i, -noise, 9.81 + noise);
 //! }
-//! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
-//! let done = denoise(recording, &DenoiseOptions::new(["butter:4,5Hz".parse()?]))?;
-//! assert!(done.summary.filters[0].noise_gain.unwrap() < 0.4);
+//! let mut recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
+//! let options = DenoiseOptions::new(["butter:4,5Hz".parse()?]);
+//! let summary = denoise(&mut recording, &options)?;
+//! assert!(summary.filters[0].noise_gain.unwrap() < 0.4);
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
@@ -95,15 +96,6 @@ impl DenoiseOptions {
     }
 }
 
-/// A recording with filtered channels.
-#[derive(Debug, Clone)]
-pub struct Denoised {
-    /// The recording with filtered channels; its findings are those of reading.
-    pub recording: Recording,
-    /// Results, with all findings.
-    pub summary: DenoiseSummary,
-}
-
 /// Result of [`denoise`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DenoiseSummary {
@@ -161,24 +153,6 @@ pub struct Sigmas {
     pub gyroscope: Option<[f64; 3]>,
 }
 
-/// Replaces the channels of a recording by filtered ones.
-///
-/// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
-/// usual steps (a gap), or is no whole number of them; Hampel filters alone run across any step up to
-/// a gap. Lost samples are interpolated for the filter, and not written; empty cells stay empty, and
-/// the samples around them are filtered as if one were lost. Parts that are too short for a filter are
-/// left unchanged, which is a finding.
-///
-/// # Errors
-///
-/// `no-filter`, `filter-range`, `rate-unknown` (usage); `uneven-stamps` (input) if more than 1 % of
-/// the steps are uneven, for all filters but Hampel's.
-pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
-    options.validate()?;
-    let summary = filter(&mut recording, options)?;
-    Ok(Denoised { recording, summary })
-}
-
 /// Writes the recording at `path` (`-` is standard input) with filtered channels in place of the
 /// recorded ones, as [`denoise`] filters them.
 ///
@@ -204,7 +178,7 @@ pub fn denoise_file(
     let input = open(path, read)?;
     let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
     let table = table(&reader.format);
-    let mut summary = filter(&mut reader.recording, options)?;
+    let mut summary = denoise(&mut reader.recording, options)?;
     summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
@@ -234,7 +208,19 @@ fn table(format: &Format) -> Table {
 
 /// Replaces the channels of a recording by filtered ones, and measures the noise in its static
 /// intervals.
-fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
+///
+/// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
+/// usual steps (a gap), or is no whole number of them; Hampel filters alone run across any step up to
+/// a gap. Lost samples are interpolated for the filter, and not written; empty cells stay empty, and
+/// the samples around them are filtered as if one were lost. Parts that are too short for a filter are
+/// left unchanged, which is a finding.
+///
+/// # Errors
+///
+/// `no-filter`, `filter-range`, `rate-unknown` (usage); `uneven-stamps` (input) if more than 1 % of
+/// the steps are uneven, for all filters but Hampel's.
+pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
+    options.validate()?;
     let rests = find_rests(recording);
     settle(recording, &rests);
     let rate_hz = recording.timing.rate_hz();
