@@ -228,9 +228,11 @@ pub struct Filter {
     pub(super) reach: usize,
     /// Samples until its response to an impulse ends; `None` without one.
     memory: Option<usize>,
-    /// From evenly spaced samples, `shortest` or more, to as many.
-    run: Box<dyn Fn(&[f64]) -> Vec<f64>>,
+    run: Run,
 }
+
+/// From evenly spaced samples, as many as the filter needs or more, to as many.
+type Run = Box<dyn Fn(&[f64]) -> Vec<f64>>;
 
 impl Filter {
     /// Designs a filter for samples at `rate_hz`.
@@ -244,19 +246,15 @@ impl Filter {
     /// parameters, for example a cutoff above half the rate.
     pub fn design(spec: &FilterSpec, rate_hz: Option<f64>) -> Result<Filter> {
         spec.validate()?;
-        match *spec {
+        let run: Run;
+        let (shortest, reach, memory) = match *spec {
             FilterSpec::SavitzkyGolay { window, order } => {
-                let run = savitzky_golay(window, order).ok_or_else(|| {
+                let smooth = savitzky_golay(window, order).ok_or_else(|| {
                     let what = format!("{spec}: the window does not determine the polynomial");
                     Error::usage("filter-range", what).with_hint(EXAMPLES)
                 })?;
-                Ok(Filter {
-                    spec: *spec,
-                    shortest: window,
-                    reach: window / 2,
-                    memory: Some(window),
-                    run: Box::new(run),
-                })
+                run = Box::new(smooth);
+                (window, window / 2, Some(window))
             }
             FilterSpec::Butterworth {
                 order,
@@ -273,22 +271,22 @@ impl Filter {
                 let (sections, decay) =
                     butterworth(order, cutoff_hz, is_high_pass, is_causal, rate_hz)?;
                 let padding = if is_causal { 0 } else { 3 * (order + 1) };
-                Ok(Filter {
-                    spec: *spec,
-                    shortest: padding + 1,
-                    reach: (rate_hz / cutoff_hz).ceil() as usize,
-                    memory: Some(decay + padding + 1),
-                    run: Box::new(move |x: &[f64]| run_sections(&sections, padding, x)),
-                })
+                run = Box::new(move |x: &[f64]| run_sections(&sections, padding, x));
+                let period = (rate_hz / cutoff_hz).ceil() as usize;
+                (padding + 1, period, Some(decay + padding + 1))
             }
-            FilterSpec::Hampel { window, sigmas } => Ok(Filter {
-                spec: *spec,
-                shortest: 1,
-                reach: window / 2,
-                memory: None,
-                run: Box::new(move |x: &[f64]| hampel(x, window, sigmas)),
-            }),
-        }
+            FilterSpec::Hampel { window, sigmas } => {
+                run = Box::new(move |x: &[f64]| hampel(x, window, sigmas));
+                (1, window / 2, None)
+            }
+        };
+        Ok(Filter {
+            spec: *spec,
+            shortest,
+            reach,
+            memory,
+            run,
+        })
     }
 
     /// Standard deviation of white noise after the filter over that before it: the root of the sum of
