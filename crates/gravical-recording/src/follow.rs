@@ -183,22 +183,18 @@ impl Follow {
         opened.samples(&recording.lines, &readings)
     }
 
-    /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
-    /// or its sensor is slow.
+    /// Detects the format from the lines so far: because the recording ends, or its sensor is slow.
     ///
     /// # Errors
     ///
     /// Those of reading: so far the lines are no recording.
-    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>> {
+    pub fn settle(&mut self) -> Result<Vec<Sample>> {
         if let Some(opened) = &mut self.opened {
             opened.lines.clear();
             return Ok(Vec::new());
         }
         let opened = self.try_open();
         let (opened, recording) = opened.map_err(|e| e.in_file(Path::new(&self.name)))?;
-        if recording.rows() < min_rows {
-            return Ok(Vec::new());
-        }
         Ok(self.begin(opened, recording))
     }
 
