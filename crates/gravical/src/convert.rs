@@ -44,7 +44,7 @@ use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, T
 use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
-use gravical_recording::{BatchReader, Rows};
+use gravical_recording::{BatchReader, Format, Rows};
 
 /// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
 const CLOCK_SET_S: f64 = 1.0;
@@ -123,21 +123,16 @@ pub fn convert_file(
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
     let input = source::open(path, read)?;
-    let label = |format: &gravical_recording::Format| {
-        let column = format.columns.iter().position(|c| c.role == Role::Label);
-        column.map(|c| (c, c)).into_iter().collect()
-    };
-    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, label)?;
+    let label = |format: &Format| format.columns.iter().position(|c| c.role == Role::Label);
+    let copied = |format: &Format| label(format).map(|c| (c, c)).into_iter().collect();
+    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, copied)?;
     let stills = find_rests(&reader.recording);
     settle(&mut reader.recording, &stills);
-    let start_unix_s = reader
-        .recording
-        .recorded_at()
-        .and(reader.recording.start_unix_s());
-    let mut conversion = Conversion::new(&reader.recording, options)?;
-    let label = label(&reader.format).first().map(|c| c.0);
+    let recording = &reader.recording;
+    let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
+    let (mut conversion, cells) = Conversion::new(recording, options)?;
+    let label = label(&reader.format);
     let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
-    let cells = std::mem::take(&mut conversion.cells);
     let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
     let (recording, ledger, written, found) =
@@ -161,8 +156,6 @@ pub fn convert_file(
 
 /// From the units of a recording to those of the table.
 struct Conversion {
-    /// Columns of values of the table.
-    cells: Vec<(String, Cell)>,
     /// Time of the first row, s.
     start_s: f64,
     /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
@@ -179,7 +172,8 @@ struct Conversion {
 }
 
 impl Conversion {
-    fn new(recording: &Recording, options: &ConvertOptions) -> Result<Self> {
+    /// The conversion, and the columns of values of the table.
+    fn new(recording: &Recording, options: &ConvertOptions) -> Result<(Self, Vec<(String, Cell)>)> {
         let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
         let per_mps2 = recording.accel_scale.nominal().ok_or_else(|| {
@@ -229,8 +223,7 @@ impl Conversion {
         let values = values.map(|(i, (name, decimals))| (name, Cell::Trimmed(i, decimals)));
         let unit_s = recording.timing.unit.map(TimeUnit::seconds);
         let accel_unit = if in_g { STANDARD_GRAVITY_MPS2 } else { 1.0 };
-        Ok(Conversion {
-            cells: time.into_iter().chain(values).collect(),
+        let conversion = Conversion {
             start_s,
             dates_unit_s: unit_s.filter(|_| options.absolute_time),
             has_stamps,
@@ -240,7 +233,8 @@ impl Conversion {
             gyro: gyro.map(|g| g.0),
             has_temperature,
             rows: 0,
-        })
+        };
+        Ok((conversion, time.into_iter().chain(values).collect()))
     }
 
     /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
