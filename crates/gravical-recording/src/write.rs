@@ -67,9 +67,8 @@ impl Table {
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
         for (field, name) in input.iter().enumerate() {
-            let new = columns
-                .iter()
-                .position(|(_, replaces)| *replaces == Some(field));
+            let mut replaced = columns.iter().map(|(_, replaces)| *replaces);
+            let new = replaced.position(|replaces| replaces == Some(field));
             match new.filter(|_| !keep_replaced) {
                 Some(value) => table.push(columns[value].0.clone(), Cell::Fixed(value, decimals)),
                 None => {

@@ -87,9 +87,8 @@ fn axes_differ(why: &str) -> Error {
 }
 
 fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
-    let names = files
-        .each_ref()
-        .map(|f| f.file_name().unwrap_or_default().to_string_lossy());
+    let names = files.each_ref().map(|file| file.file_name());
+    let names = names.map(|name| name.unwrap_or_default().to_string_lossy());
     let text = |axis: usize| {
         let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", names[axis]));
         read_file(&files[axis]).map_err(named)

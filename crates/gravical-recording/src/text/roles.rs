@@ -148,25 +148,20 @@ fn choose_sensors(
     sample: &Batch,
 ) -> Result<(), Error> {
     if format.options.is_gyroscope {
-        format.accel = *gyro
-            .first()
-            .ok_or_else(|| no_gyroscope(!accel.is_empty(), &format.names))?;
+        let none = || no_gyroscope(!accel.is_empty(), &format.names);
+        format.accel = *gyro.first().ok_or_else(none)?;
         return Ok(());
     }
     // Names tell sensors apart that stand side by side.
     let are_named = !format.names.is_empty() && format.sensor.is_none();
-    let names: Vec<String> = if are_named {
-        sensor_names(&format.columns, accel)
-    } else {
-        Vec::new()
-    };
+    let named = if are_named { accel } else { &[] };
+    let names = sensor_names(&format.columns, named);
     let at = match &format.options.sensor {
         Some(wanted) if are_named => find_sensor(wanted, &names, format, accel)?,
         _ => 0,
     };
-    format.accel = *accel
-        .get(at)
-        .ok_or_else(|| no_accelerometer(!gyro.is_empty(), format))?;
+    let first = accel.get(at).copied();
+    format.accel = first.ok_or_else(|| no_accelerometer(!gyro.is_empty(), format))?;
     if format.options.sensor.is_none() {
         format.sensors = names;
     }
@@ -174,10 +169,8 @@ fn choose_sensors(
     let sensor = &format.columns[format.accel[0]].sensor;
     let shared = |t: &&[usize; 3]| {
         let other = &format.columns[t[0]].sensor;
-        let words = sensor
-            .split(' ')
-            .filter(|w| other.split(' ').any(|o| o == *w));
-        (other == sensor, words.count())
+        let is_shared = |word: &&str| other.split(' ').any(|w| w == *word);
+        (other == sensor, sensor.split(' ').filter(is_shared).count())
     };
     // `max_by_key` returns the last of equals.
     let gyro = gyro.iter().rev().max_by_key(shared).copied();
@@ -280,9 +273,8 @@ fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name
 fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let axis_of = |c: usize| (0..3).find(|i| columns[c].role == role(*i));
     let is_given = |c: &usize| columns[*c].is_given;
-    let mut axes: Vec<usize> = (0..columns.len())
-        .filter(|c| axis_of(*c).is_some())
-        .collect();
+    let axes = (0..columns.len()).filter(|c| axis_of(*c).is_some());
+    let mut axes: Vec<usize> = axes.collect();
     // Where the user names an axis, the others need not be of a sensor of that name.
     let any_given = axes.iter().any(is_given);
     axes.sort_by_key(|c| !is_given(c));
@@ -500,10 +492,8 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             counts[usize::from(*v)] += 1;
         }
         let kinds = counts.iter().filter(|k| **k > 0).count();
-        let is_even = rows >= MIN_TURNS * kinds
-            && counts
-                .iter()
-                .all(|k| *k == 0 || (*k * kinds).abs_diff(rows) * 5 <= rows);
+        let is_near = |count: &usize| (*count * kinds).abs_diff(rows) * 5 <= rows;
+        let is_even = rows >= MIN_TURNS * kinds && counts.iter().all(|k| *k == 0 || is_near(k));
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {

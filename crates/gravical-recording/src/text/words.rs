@@ -291,9 +291,8 @@ fn last_clause(text: &str) -> &str {
 /// The unit with which the text behind a number begins, and what follows it.
 fn leading_unit(piece: &str, is_behind_number: bool) -> (&str, &str) {
     let text = piece.trim_start_matches([')', ']', ' ']);
-    let end = text
-        .find([',', ';', '|', ' ', ')', ']', '}'])
-        .unwrap_or(text.len());
+    let end = text.find([',', ';', '|', ' ', ')', ']', '}']);
+    let end = end.unwrap_or(text.len());
     if is_behind_number && is_unit(&text[..end]) {
         (&text[..end], &text[end..])
     } else {

@@ -191,9 +191,8 @@ pub fn denoise_file(
         let accel = std::mem::take(&mut readings.accel);
         accel.into_iter().chain(gyro).collect()
     })?;
-    summary
-        .findings
-        .extend(found.into_iter().map(|f| f.in_file(&name)));
+    let found = found.into_iter().map(|f| f.in_file(&name));
+    summary.findings.extend(found);
     summary.description.clone_from(&recording.description);
     Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }
@@ -337,9 +336,7 @@ fn filter_findings(filter: &Filter, treatment: Treatment, duration_s: Option<f64
 
 /// The intervals without `reach` rows at both ends, if at least ten rows remain.
 fn inner_rows(spans: &[Range<usize>], reach: usize) -> Vec<Range<usize>> {
-    spans
-        .iter()
-        .map(|s| s.start + reach..s.end.saturating_sub(reach))
-        .filter(|s| s.len() >= 10)
-        .collect()
+    let inner = spans.iter();
+    let inner = inner.map(|s| s.start + reach..s.end.saturating_sub(reach));
+    inner.filter(|s| s.len() >= 10).collect()
 }
