@@ -282,11 +282,8 @@ fn in_comment(text: &str) -> String {
         .replace('²', "^2")
         .replace('°', "deg")
         .replace('‖', "|");
-    let is_harmless = |c: char| c.is_ascii_alphanumeric() || " `',;:.()+-=/^_|<>%&".contains(c);
-    ascii
-        .chars()
-        .map(|c| if is_harmless(c) { c } else { '_' })
-        .collect()
+    let is_harmful = |c: char| !c.is_ascii_alphanumeric() && !" `',;:.()+-=/^_|<>%&".contains(c);
+    ascii.replace(is_harmful, "_")
 }
 
 /// The calibration as code to paste: its language, the mark of that language in Markdown, and the
