@@ -1,7 +1,6 @@
 //! Rows as columns.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -138,13 +137,13 @@ impl Ledger {
     /// Adds the lines that follow.
     pub fn append(&mut self, later: Ledger) {
         self.lines = self.lines.max(later.lines);
-        for (reason, lines) in later.reasons {
-            match self.reasons.entry(reason) {
-                Entry::Occupied(mut known) => known.get_mut().lines.append(&lines.lines),
-                Entry::Vacant(new) => {
-                    new.insert(lines);
-                }
-            }
+        for (reason, AsideLines { lines, first }) in later.reasons {
+            let known = self.reasons.entry(reason);
+            let known = known.or_insert_with(|| AsideLines {
+                lines: LineSpans::default(),
+                first,
+            });
+            known.lines.append(&lines);
         }
     }
 }

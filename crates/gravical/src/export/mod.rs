@@ -124,13 +124,11 @@ impl Target {
         for (option, is_given) in given {
             if is_given && !self.options.contains(&option) {
                 let message = format!("means nothing to the target {}", self.name);
-                let hint = match self.options {
+                let error = Error::usage("export-option", message).of_option(option);
+                let error = error.with_hint(match self.options {
                     [] => "leave it out; this target takes no options",
                     _ => "leave it out; this target takes others",
-                };
-                let error = Error::usage("export-option", message)
-                    .of_option(option)
-                    .with_hint(hint);
+                });
                 let taken = self.options.iter();
                 return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }
