@@ -281,11 +281,8 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
     for c in axes {
         let column = &columns[c];
-        let sensor = (
-            column.sensor.as_str(),
-            column.is_linear,
-            column.unit.as_str(),
-        );
+        let (name, unit) = (column.sensor.as_str(), column.unit.as_str());
+        let sensor = (name, column.is_linear, unit);
         let own = sensors.entry((!any_given).then_some(sensor)).or_default();
         if let Some(axis) = axis_of(c) {
             own[axis].get_or_insert(c);
