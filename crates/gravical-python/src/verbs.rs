@@ -177,12 +177,12 @@ fn apply(mut call: Call) -> Result<Outcome> {
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let rows = call.reading.one(read_samples)?;
-    let inputs = InputFile::of(from_ref(&*rows));
-    let done = gravical::denoise::denoise(Arc::unwrap_or_clone(rows), &options)?;
-    let kind = Kind::Plain(report::denoise(&done.summary));
-    let mut outcome = Outcome::new(kind, &done.summary, inputs)?;
-    outcome.filtered = Some(Arc::new(done.recording));
+    let mut recording = Arc::unwrap_or_clone(call.reading.one(read_samples)?);
+    let inputs = InputFile::of(from_ref(&recording));
+    let summary = gravical::denoise::denoise(&mut recording, &options)?;
+    let kind = Kind::Plain(report::denoise(&summary));
+    let mut outcome = Outcome::new(kind, &summary, inputs)?;
+    outcome.filtered = Some(Arc::new(recording));
     Ok(outcome)
 }
 

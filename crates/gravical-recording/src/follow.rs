@@ -164,15 +164,16 @@ impl Follow {
     /// Detects the format from the lines so far; `None` if more are needed.
     fn open(&mut self) -> Result<Option<Vec<Sample>>> {
         let is_last = self.lines >= MAX_LINES;
-        let (opened, recording) = match self.try_open() {
-            Err(error) if is_last => return Err(error),
-            Ok((opened, recording)) if is_last || is_enough(&recording) => (opened, recording),
+        match self.try_open() {
+            Err(error) if is_last => Err(error),
+            Ok((opened, recording)) if is_last || is_enough(&recording) => {
+                Ok(Some(self.begin(opened, recording)))
+            }
             _ => {
                 self.needed += LOOK_LINES;
-                return Ok(None);
+                Ok(None)
             }
-        };
-        Ok(Some(self.begin(opened, recording)))
+        }
     }
 
     fn begin(&mut self, opened: Opened, mut recording: Recording) -> Vec<Sample> {
@@ -182,22 +183,18 @@ impl Follow {
         opened.samples(&recording.lines, &readings)
     }
 
-    /// Detects the format from the lines so far if they hold so many rows: because the recording ends,
-    /// or its sensor is slow.
+    /// Detects the format from the lines so far: because the recording ends, or its sensor is slow.
     ///
     /// # Errors
     ///
     /// Those of reading: so far the lines are no recording.
-    pub fn settle(&mut self, min_rows: usize) -> Result<Vec<Sample>> {
+    pub fn settle(&mut self) -> Result<Vec<Sample>> {
         if let Some(opened) = &mut self.opened {
             opened.lines.clear();
             return Ok(Vec::new());
         }
         let opened = self.try_open();
         let (opened, recording) = opened.map_err(|e| e.in_file(Path::new(&self.name)))?;
-        if recording.rows() < min_rows {
-            return Ok(Vec::new());
-        }
         Ok(self.begin(opened, recording))
     }
 
@@ -380,11 +377,14 @@ impl Opened {
         let sample = |(number, row): (usize, usize)| Sample {
             row: number,
             line: lines[row],
-            time_s: value(readings.time_s.as_ref(), row),
+            time_s: value(&readings.time_s, row),
             is_break: breaks.next_if_eq(&&row).is_some(),
             accel: readings.accel.each_ref().map(|c| c[row]),
-            gyro: values(readings.gyro.as_ref(), row),
-            temperature_c: value(readings.temperature_c.as_ref(), row),
+            gyro: match &readings.gyro {
+                Some(axes) => axes.each_ref().map(|c| c[row]),
+                None => [f64::NAN; 3],
+            },
+            temperature_c: value(&readings.temperature_c, row),
         };
         let samples: Vec<Sample> = numbered.map(sample).collect();
         self.returned += samples.len();
@@ -392,10 +392,6 @@ impl Opened {
     }
 }
 
-fn value(channel: Option<&Vec<f64>>, row: usize) -> f64 {
-    channel.map_or(f64::NAN, |c| c[row])
-}
-
-fn values(axes: Option<&[Vec<f64>; 3]>, row: usize) -> [f64; 3] {
-    axes.map_or([f64::NAN; 3], |axes| axes.each_ref().map(|c| c[row]))
+fn value(channel: &Option<Vec<f64>>, row: usize) -> f64 {
+    channel.as_ref().map_or(f64::NAN, |c| c[row])
 }

@@ -16,15 +16,6 @@ use crate::text::{CopiedText, Delimiter, Format, Layout};
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;
 
-/// A column of values that takes the place of a column of the input, or is appended.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct NewColumn {
-    /// Its name
-    pub name: String,
-    /// Column of the input whose place it takes; `None`: it is appended
-    pub replaces: Option<usize>,
-}
-
 /// Where the cells of a column come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cell {
@@ -50,18 +41,21 @@ pub struct Table {
 }
 
 impl Table {
-    /// All columns of the input, with those that are replaced in their place and the others at
-    /// the end; with `keep_replaced` all new columns come at the end.
+    /// All columns of the input, with new ones of values: their names, and the column of the input
+    /// whose place each takes. Those without one come at the end; with `keep_replaced` all do.
     ///
     /// Delimiter and decimal sign are those of the input; white space becomes a tab.
     #[must_use]
     pub fn with_new(
         format: &Format,
-        columns: &[NewColumn],
+        columns: &[(String, Option<usize>)],
         decimals: u32,
         keep_replaced: bool,
     ) -> Self {
-        let (delimiter, decimal_comma) = dialect(format);
+        let (delimiter, decimal_comma) = match &format.layout {
+            Layout::Table(dialect) => (dialect.delimiter, dialect.decimal_comma),
+            Layout::Sentences(_) => (Delimiter::Byte(b','), false),
+        };
         let mut table = Table {
             delimiter: match delimiter {
                 Delimiter::Byte(byte) => byte,
@@ -73,20 +67,19 @@ impl Table {
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
         for (field, name) in input.iter().enumerate() {
-            let new = columns.iter().position(|c| c.replaces == Some(field));
+            let mut replaced = columns.iter().map(|(_, replaces)| *replaces);
+            let new = replaced.position(|replaces| replaces == Some(field));
             match new.filter(|_| !keep_replaced) {
-                Some(value) => {
-                    table.push(columns[value].name.clone(), Cell::Fixed(value, decimals))
-                }
+                Some(value) => table.push(columns[value].0.clone(), Cell::Fixed(value, decimals)),
                 None => {
                     let name = table.unused_name(name, columns, &input);
                     table.copy(field, name, delimiter);
                 }
             }
         }
-        for (value, column) in columns.iter().enumerate() {
-            if keep_replaced || column.replaces.is_none() {
-                table.push(column.name.clone(), Cell::Fixed(value, decimals));
+        for (value, (name, replaces)) in columns.iter().enumerate() {
+            if keep_replaced || replaces.is_none() {
+                table.push(name.clone(), Cell::Fixed(value, decimals));
             }
         }
         table
@@ -137,21 +130,14 @@ impl Table {
     }
 
     /// The name of a copied column, or one that no other column has if a new one is called so.
-    fn unused_name(&self, name: &str, new: &[NewColumn], input: &[String]) -> String {
-        let is_new = |name: &str| new.iter().any(|c| c.name == name);
+    fn unused_name(&self, name: &str, new: &[(String, Option<usize>)], input: &[String]) -> String {
+        let is_new = |name: &str| new.iter().any(|(new, _)| new == name);
         let mut free = name.to_owned();
         while is_new(&free) || free != name && (input.contains(&free) || self.names.contains(&free))
         {
             free.insert_str(0, "input_");
         }
         free
-    }
-}
-
-fn dialect(format: &Format) -> (Delimiter, bool) {
-    match &format.layout {
-        Layout::Table(dialect) => (dialect.delimiter, dialect.decimal_comma),
-        Layout::Sentences(_) => (Delimiter::Byte(b','), false),
     }
 }
 

@@ -53,7 +53,7 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_recording::write::{NewColumn, Table};
+use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
@@ -258,30 +258,29 @@ pub fn apply(
     };
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
-    let columns = table.names.clone();
+    applied.summary.columns.clone_from(&table.names);
     let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
         let gyro = rows.readings.gyro.take();
         let accel = std::mem::take(&mut rows.readings.accel).into_iter();
         accel.chain(gyro.into_iter().flatten()).collect()
     })?;
-    applied.findings.extend(found);
-    Ok(applied.summary(name, recording.description, &ledger, written, columns))
+    applied.summary.findings.extend(found);
+    Ok(applied.finish(&recording, &ledger, written))
 }
 
 /// Columns of the output.
 fn table(calibration: &CalibrationFile, format: &Format, options: &ApplyOptions) -> Table {
-    let column = |name: &str, replaces| NewColumn {
-        name: name.to_owned(),
-        replaces,
+    let accel = options.output_unit.columns().into_iter();
+    let accel = accel.zip(format.accel.map(Some));
+    let gyro = match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
+        _ if options.gyro.is_some() => Some([None; 3]),
+        gyro => gyro.map(|columns| columns.map(Some)),
     };
-    let accel = options.output_unit.columns().into_iter().zip(format.accel);
-    let mut columns: Vec<NewColumn> = accel.map(|(name, c)| column(name, Some(c))).collect();
-    match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
-        _ if options.gyro.is_some() => columns.extend(RATES.map(|name| column(name, None))),
-        Some(gyro) => columns.extend(RATES.iter().zip(gyro).map(|(n, c)| column(n, Some(c)))),
-        None => {}
-    }
+    let rates = RATES.into_iter().zip(gyro.into_iter().flatten());
+    let columns = accel.chain(rates);
+    let columns = columns.map(|(name, replaces)| (name.to_owned(), replaces));
+    let columns: Vec<_> = columns.collect();
     Table::with_new(format, &columns, DECIMALS, options.keep_raw)
 }
 
@@ -340,44 +339,32 @@ pub fn apply_recording(
     applied.calibrate(&mut readings, &lines);
     let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
-    let columns = columns.map(str::to_owned).collect();
-    let description = std::mem::take(&mut recording.description);
+    applied.summary.columns = columns.map(str::to_owned).collect();
     Ok(Applied {
-        summary: applied.summary(
-            &recording.name,
-            description,
-            &recording.ledger,
-            rows,
-            columns,
-        ),
+        summary: applied.finish(&recording, &recording.ledger, rows),
         accel: readings.accel,
         gyro: readings.gyro,
     })
 }
 
 /// A calibration on its way over the rows of a recording.
-struct Application<'a> {
-    calibration: &'a CalibrationFile,
-    scale: AccelScale,
-    quiet_norm_mps2: Option<f64>,
-    gyroscope: GyroscopeOutcome,
+struct Application {
+    /// What is known before the first row, and counted since.
+    summary: ApplySummary,
     accel: Calibration<f64>,
     /// `None` if the gyroscope is not calibrated.
     gyro: Option<GyroscopeCalibration<f64>>,
     /// What was subtracted from the values of the file, in whose unit the calibration is.
     zero_offset: f64,
     axes: AxisMap,
-    output_unit: OutputUnit,
     /// Temperature drift, subtracted before calibrating.
     drift: Option<Drift>,
-    without_acceleration: u64,
-    findings: Vec<Finding>,
 }
 
-impl<'a> Application<'a> {
+impl Application {
     /// Judges whether the calibration fits the recording, whose findings are taken.
     fn begin(
-        calibration: &'a CalibrationFile,
+        calibration: &CalibrationFile,
         recording: &mut Recording,
         options: &ApplyOptions,
     ) -> Result<Self> {
@@ -390,12 +377,7 @@ impl<'a> Application<'a> {
         let drift = Drift::new(calibration, recording, &mut findings);
         let quiet_norm_mps2 =
             judge_accelerometer(calibration, recording, drift.as_ref(), &mut findings)?;
-        let gyroscope = match judge_gyroscope(calibration, recording, &mut findings)? {
-            Some(unit) => GyroscopeOutcome::Calibrated(unit),
-            None if recording.gyro.is_some() => GyroscopeOutcome::Kept,
-            None => GyroscopeOutcome::Absent,
-        };
-        let is_calibrated = matches!(gyroscope, GyroscopeOutcome::Calibrated(_));
+        let gyro_unit = judge_gyroscope(calibration, recording, &mut findings)?;
         findings.extend(calibration.poor_finding());
         if recording.is_calibrated {
             let why = why_calibrated(recording.is_calibrated_by_board);
@@ -404,20 +386,34 @@ impl<'a> Application<'a> {
                 "{why}: calibrating again would apply the correction twice"
             ));
         }
-        let gyro = calibration.gyroscope_calibration();
-        Ok(Application {
-            calibration,
-            scale: recording.accel_scale,
+        let summary = ApplySummary {
+            input: recording.name.clone(),
+            description: String::new(),
+            lines: 0,
+            rows: 0,
+            rows_without_acceleration: 0,
+            set_aside: Vec::new(),
+            accelerometer: recording.accel_scale,
+            calibration_unit: calibration.accelerometer.input_unit,
+            output_unit: options.output_unit,
+            gyroscope: match gyro_unit {
+                Some(unit) => GyroscopeOutcome::Calibrated(unit),
+                None if recording.gyro.is_some() => GyroscopeOutcome::Kept,
+                None => GyroscopeOutcome::Absent,
+            },
+            temperature: None,
             quiet_norm_mps2,
-            gyroscope,
+            gravity_mps2: calibration.gravity_mps2,
+            columns: Vec::new(),
+            findings,
+        };
+        Ok(Application {
+            summary,
             accel: calibration.accelerometer_calibration(),
-            gyro: gyro.filter(|_| is_calibrated),
+            gyro: gyro_unit.and(calibration.gyroscope_calibration()),
             zero_offset: recording.zero_offset,
             axes: options.axes,
-            output_unit: options.output_unit,
             drift,
-            without_acceleration: 0,
-            findings,
         })
     }
 
@@ -434,7 +430,7 @@ impl<'a> Application<'a> {
         readings.gyro = readings.gyro.take().filter(|_| gyro.is_some());
         let [ax, ay, az] = &mut readings.accel;
         let mut rates = readings.gyro.as_mut();
-        let (rate_axes, per_mps2) = (self.axes.of_rates(), self.output_unit.per_mps2());
+        let (rate_axes, per_mps2) = (self.axes.of_rates(), self.summary.output_unit.per_mps2());
         for row in 0..ax.len() {
             let raw = [ax[row], ay[row], az[row]].map(|v| v + self.zero_offset);
             let accel = self.accel.apply(raw);
@@ -444,41 +440,24 @@ impl<'a> Application<'a> {
                 [gx[row], gy[row], gz[row]] = complete(rate_axes.to_case(rate));
             }
             let accel = complete(self.axes.to_case(accel));
-            self.without_acceleration += u64::from(accel[0].is_nan());
+            self.summary.rows_without_acceleration += u64::from(accel[0].is_nan());
             [ax[row], ay[row], az[row]] = accel.map(|v| v * per_mps2);
         }
     }
 
-    fn summary(
-        mut self,
-        name: &str,
-        description: String,
-        ledger: &Ledger,
-        rows: usize,
-        columns: Vec<String>,
-    ) -> ApplySummary {
-        let drift = self.drift.take();
-        let temperature = drift.map(|d| d.finish(&mut self.findings));
-        for finding in &mut self.findings {
-            finding.file = Some(name.to_owned());
+    /// The summary, after the last row.
+    fn finish(self, recording: &Recording, ledger: &Ledger, rows: usize) -> ApplySummary {
+        let mut summary = self.summary;
+        let drift = self.drift;
+        summary.temperature = drift.map(|d| d.finish(&mut summary.findings));
+        for finding in &mut summary.findings {
+            finding.file = Some(recording.name.clone());
         }
-        ApplySummary {
-            input: name.to_owned(),
-            description,
-            lines: ledger.lines as u64,
-            rows: rows as u64,
-            rows_without_acceleration: self.without_acceleration,
-            set_aside: set_aside(ledger),
-            accelerometer: self.scale,
-            calibration_unit: self.calibration.accelerometer.input_unit,
-            output_unit: self.output_unit,
-            gyroscope: self.gyroscope,
-            temperature,
-            quiet_norm_mps2: self.quiet_norm_mps2,
-            gravity_mps2: self.calibration.gravity_mps2,
-            columns,
-            findings: self.findings,
-        }
+        summary.description.clone_from(&recording.description);
+        summary.lines = ledger.lines as u64;
+        summary.rows = rows as u64;
+        summary.set_aside = set_aside(ledger);
+        summary
     }
 }
 
@@ -488,8 +467,9 @@ fn refuse_contradictions(
     findings: &[Finding],
     options: &ApplyOptions,
 ) -> Result<()> {
+    let is_unit_given = options.read.accel_unit.is_some();
     let contradicts = |f: &&Finding| match f.kind {
-        FindingKind::UnitChanged => options.read.accel_unit.is_none(),
+        FindingKind::UnitChanged => !is_unit_given,
         kind => kind == FindingKind::ShiftedColumns,
     };
     let Some(finding) = findings.iter().find(contradicts) else {
@@ -499,12 +479,11 @@ fn refuse_contradictions(
     let error = Error::contradiction(finding.kind.name(), finding.message.clone())
         .at(Path::new(&recording.name), Some(line));
     let hint = split_hint(line);
-    Err(if finding.kind == FindingKind::UnitChanged {
-        error
+    Err(match finding.kind {
+        FindingKind::UnitChanged => error
             .with_hint(format!("{hint}; or give the unit of all rows"))
-            .advise("accel_unit", "")
-    } else {
-        error.with_hint(hint)
+            .advise("accel_unit", ""),
+        _ => error.with_hint(hint),
     })
 }
 

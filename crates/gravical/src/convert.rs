@@ -44,7 +44,7 @@ use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, T
 use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
-use gravical_recording::{BatchReader, Rows};
+use gravical_recording::{BatchReader, Format, Rows};
 
 /// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
 const CLOCK_SET_S: f64 = 1.0;
@@ -123,21 +123,16 @@ pub fn convert_file(
 ) -> Result<ConvertSummary> {
     let name = path.display().to_string();
     let input = source::open(path, read)?;
-    let label = |format: &gravical_recording::Format| {
-        let column = format.columns.iter().position(|c| c.role == Role::Label);
-        column.map(|c| (c, c)).into_iter().collect()
-    };
-    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, label)?;
+    let label = |format: &Format| format.columns.iter().position(|c| c.role == Role::Label);
+    let copied = |format: &Format| label(format).map(|c| (c, c)).into_iter().collect();
+    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, copied)?;
     let stills = find_rests(&reader.recording);
     settle(&mut reader.recording, &stills);
-    let start_unix_s = reader
-        .recording
-        .recorded_at()
-        .and(reader.recording.start_unix_s());
-    let mut conversion = Conversion::new(&reader.recording, options)?;
-    let label = label(&reader.format).first().map(|c| c.0);
+    let recording = &reader.recording;
+    let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
+    let (mut conversion, cells) = Conversion::new(recording, options)?;
+    let label = label(&reader.format);
     let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
-    let cells = std::mem::take(&mut conversion.cells);
     let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
     let (recording, ledger, written, found) =
@@ -161,8 +156,6 @@ pub fn convert_file(
 
 /// From the units of a recording to those of the table.
 struct Conversion {
-    /// Columns of values of the table.
-    cells: Vec<(String, Cell)>,
     /// Time of the first row, s.
     start_s: f64,
     /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
@@ -179,7 +172,8 @@ struct Conversion {
 }
 
 impl Conversion {
-    fn new(recording: &Recording, options: &ConvertOptions) -> Result<Self> {
+    /// The conversion, and the columns of values of the table.
+    fn new(recording: &Recording, options: &ConvertOptions) -> Result<(Self, Vec<(String, Cell)>)> {
         let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
         let per_mps2 = recording.accel_scale.nominal().ok_or_else(|| {
@@ -212,48 +206,35 @@ impl Conversion {
         let has_stamps = recording.time_s.is_some();
         let rate_hz = recording.timing.rate_hz();
         let has_temperature = recording.temperature_c.is_some();
+        let has_time = has_stamps || rate_hz.is_some();
+        let time = has_time.then(|| ("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
         let decimals = if in_g { G_DECIMALS } else { SI_DECIMALS };
-        let mut cells = Vec::new();
-        if has_stamps || rate_hz.is_some() {
-            cells.push(("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
-        }
-        let mut push = |name: String, decimals| {
-            let value = cells.len();
-            cells.push((name, Cell::Trimmed(value, decimals)));
-        };
+        let axes = |sensor: &str, unit: &str| ["x", "y", "z"].map(|a| format!("{sensor}{a}{unit}"));
         let accel = match (recording.is_calibrated, in_g) {
-            (true, _) => options.output_unit.columns(),
-            (false, true) => ["ax_g", "ay_g", "az_g"],
-            (false, false) => ["ax_m_s2", "ay_m_s2", "az_m_s2"],
+            (true, _) => options.output_unit.columns().map(str::to_owned),
+            (false, true) => axes("a", "_g"),
+            (false, false) => axes("a", "_m_s2"),
         };
-        for name in accel {
-            push(name.to_owned(), decimals);
-        }
-        if let Some((_, unit)) = gyro {
-            for axis in ["x", "y", "z"] {
-                push(format!("g{axis}{unit}"), decimals);
-            }
-        }
-        if has_temperature {
-            push("temperature_c".to_owned(), SI_DECIMALS);
-        }
+        let gyro_names = gyro.map(|(_, unit)| axes("g", unit));
+        let channels = accel.into_iter().chain(gyro_names.into_iter().flatten());
+        let temperature = has_temperature.then(|| ("temperature_c".to_owned(), SI_DECIMALS));
+        let values = channels.map(|name| (name, decimals)).chain(temperature);
+        let values = (usize::from(has_time)..).zip(values);
+        let values = values.map(|(i, (name, decimals))| (name, Cell::Trimmed(i, decimals)));
         let unit_s = recording.timing.unit.map(TimeUnit::seconds);
-        Ok(Conversion {
-            cells,
+        let accel_unit = if in_g { STANDARD_GRAVITY_MPS2 } else { 1.0 };
+        let conversion = Conversion {
             start_s,
             dates_unit_s: unit_s.filter(|_| options.absolute_time),
             has_stamps,
             rate_hz,
             // From g to g it is 1, without rounding.
-            accel: if in_g {
-                1.0 / (per_mps2 * STANDARD_GRAVITY_MPS2)
-            } else {
-                1.0 / per_mps2
-            },
+            accel: 1.0 / (per_mps2 * accel_unit),
             gyro: gyro.map(|g| g.0),
             has_temperature,
             rows: 0,
-        })
+        };
+        Ok((conversion, time.into_iter().chain(values).collect()))
     }
 
     /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
@@ -263,13 +244,11 @@ impl Conversion {
             return;
         };
         let start_of = |row: usize| Some(stamps.get(row)? * unit_s - time_s.get(row)?);
-        let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1)) else {
-            return;
-        };
-        let is_set = (start_s - self.start_s).abs() > CLOCK_SET_S
+        if let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1))
+            && (start_s - self.start_s).abs() > CLOCK_SET_S
             && (next_s - start_s).abs() < CLOCK_SET_S
-            && UtcTime::of_stamp(stamps[row] * unit_s).is_some();
-        if is_set {
+            && UtcTime::of_stamp(stamps[row] * unit_s).is_some()
+        {
             self.start_s = start_s;
         }
     }

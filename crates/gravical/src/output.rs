@@ -27,11 +27,8 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
         .with_hint("name a file, or have the result printed")
         .advise("json", "true"));
     }
-    let ends_open = path
-        .as_os_str()
-        .to_string_lossy()
-        .ends_with(['/', MAIN_SEPARATOR]);
-    if path.is_dir() || ends_open {
+    let name = path.as_os_str().to_string_lossy();
+    if path.is_dir() || name.ends_with(['/', MAIN_SEPARATOR]) {
         return Err(is_folder(path));
     }
     // A dangling link exists, too.
@@ -72,10 +69,8 @@ pub(crate) fn no_folder(folder: &Path, path: &Path) -> Error {
 /// True for a device or a pipe such as /dev/null, which is written to and never replaced by a
 /// file, and for a name of the system such as /dev/stdout, even if it refers to a file.
 pub fn is_special(path: &Path) -> bool {
-    let of_system = ["/dev", "/proc"]
-        .iter()
-        .any(|folder| path.starts_with(folder))
-        && !path.starts_with("/dev/shm");
+    let is_below = |folder: &str| path.starts_with(folder);
+    let of_system = is_below("/proc") || is_below("/dev") && !is_below("/dev/shm");
     std::fs::metadata(path).is_ok_and(|m| !m.is_dir() && (of_system || !m.is_file()))
 }
 
@@ -119,9 +114,8 @@ pub fn write_atomic<T>(
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
-    let packed = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let extension = path.extension();
+    let packed = extension.is_some_and(|e| e.eq_ignore_ascii_case("gz"));
     let fill = |out: &mut dyn Write| {
         if !packed {
             return fill(out);
@@ -161,8 +155,8 @@ pub fn write_atomic<T>(
 /// Those of [`write_atomic`].
 pub fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
     write_atomic(path, force, |out| {
-        out.write_all(text.as_bytes())
-            .map_err(|e| Error::io(path, e))
+        let written = out.write_all(text.as_bytes());
+        written.map_err(|e| Error::io(path, e))
     })
 }
 

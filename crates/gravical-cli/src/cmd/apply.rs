@@ -70,19 +70,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let calibrations = files_of(&args.calibration);
     let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);
     args.output.check(&ReportArgs::default(), inputs)?;
-    let read_options = reading(&args.recording, false);
-    let quiet = args.output.quiet;
+    let options = args.options(&reading(&args.recording, false));
     let recordings = std::slice::from_ref(path);
-    let (calibration, file) =
-        args.origin
-            .read(&args.calibration, recordings, &read_options, SWAPPED, quiet)?;
-    let options = args.options(&read_options);
+    let (origin, output) = (&args.origin, &args.output);
+    let (calibration, quiet) = (&args.calibration, output.quiet);
+    let (found, file) = origin.read(calibration, recordings, &options.read, SWAPPED, quiet)?;
     options.read.validate()?;
     let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
-    let summary = args
-        .output
-        .write(|out| apply(&calibration, input, &name, out, &options))?;
+    let summary = output.write(|out| apply(&found, input, &name, out, &options))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows calibrated");
     let document = document(&summary);
@@ -90,8 +86,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         calibration: &file.path,
         summary: &summary,
     };
-    args.output
-        .print_summary(&applied, &done, &document, args.verbose)?;
+    output.print_summary(&applied, &done, &document, args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -116,12 +111,9 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     ])?;
     args.origin.refuse(&args.calibration)?;
     let Some(output) = args.output.output.as_deref() else {
-        return Err(Error::usage(
-            "each-option",
-            "several recordings need a folder for their results",
-        )
-        .with_hint("give -o DIR")
-        .into());
+        let what = "several recordings need a folder for their results";
+        let error = Error::usage("each-option", what);
+        return Err(error.with_hint("give -o DIR").into());
     };
     let options = args.options(&args.recording);
     options.read.validate()?;
@@ -174,11 +166,10 @@ fn document(summary: &ApplySummary) -> Document<'static> {
         let g = summary.gravity_mps2;
         format!("; {norm:.3} m/s² at rest, gravity {g:.3}")
     });
-    let (unit, how) = (
-        summary.accelerometer.unit,
-        origin(summary.accelerometer.origin),
-    );
+    let scale = summary.accelerometer;
+    let (unit, how) = (scale.unit, origin(scale.origin));
     let written = numfmt::unit(summary.output_unit.name());
+    let accelerometer = format!("{unit} ({how}) → {written}{at_rest}");
     let gyroscope = match summary.gyroscope {
         GyroscopeOutcome::Calibrated(unit) => Some(format!("{unit} → rad/s")),
         GyroscopeOutcome::Kept => Some("unchanged: the calibration has no gyroscope".to_owned()),
@@ -191,17 +182,12 @@ fn document(summary: &ApplySummary) -> Document<'static> {
     let aside = summary.set_aside.iter();
     let aside = aside.map(|aside| format!(" + {} {}", aside.lines, aside.reason.name()));
     let aside: String = aside.collect();
+    let lines = format!("{} = {} rows{aside}", summary.lines, summary.rows);
     let facts = Section::new("How it was read")
         .fact("read as", summary.description.clone())
-        .fact(
-            "accelerometer",
-            format!("{unit} ({how}) → {written}{at_rest}"),
-        )
+        .fact("accelerometer", accelerometer)
         .fact("gyroscope", gyroscope)
         .fact("temperature", temperature)
-        .fact(
-            "lines",
-            format!("{} = {} rows{aside}", summary.lines, summary.rows),
-        );
+        .fact("lines", lines);
     how_it_was_read(facts, &summary.findings)
 }

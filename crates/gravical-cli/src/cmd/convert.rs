@@ -44,15 +44,13 @@ pub struct Args {
 ///
 /// A file that cannot be read, counts of unknown range, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    args.output.check(&ReportArgs::default(), [&args.input])?;
+    let output = &args.output;
+    output.check(&ReportArgs::default(), [&args.input])?;
     let read = reading(&args.recording, false);
-    let summary = args
-        .output
-        .write(|out| convert_file(&args.input, &read, &args.options, out))?;
+    let summary = output.write(|out| convert_file(&args.input, &read, &args.options, out))?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let done = format!("{input}: {rows} rows converted");
-    args.output
-        .print_summary(&summary, &done, &document(&summary), args.verbose)?;
+    output.print_summary(&summary, &done, &document(&summary), args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -53,18 +53,17 @@ Example: gravical denoise walk.csv -f hampel:7,3 -f butter:4,5Hz -o smooth.csv";
 /// output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.options.validate()?;
-    args.output.check(&args.report, [&args.input])?;
+    let output = &args.output;
+    output.check(&args.report, [&args.input])?;
     let read_options = reading(&args.recording, args.report.is_wanted());
-    let (summary, inputs) = args
-        .output
-        .write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
+    let (summary, inputs) =
+        output.write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
     let document = with_origin(report::denoise(&summary), &inputs);
-    args.report.write(args.output.force, &document)?;
+    args.report.write(output.force, &document)?;
     let (input, rows) = (one_line(&summary.input), summary.rows);
     let said = format!("{input}: {rows} rows filtered");
-    args.output
-        .print_summary(&summary, &said, &document, args.report.verbose)?;
-    if !args.output.quiet {
+    output.print_summary(&summary, &said, &document, args.report.verbose)?;
+    if !output.quiet {
         args.report.say();
     }
     Ok(ExitCode::SUCCESS)

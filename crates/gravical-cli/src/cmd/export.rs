@@ -59,15 +59,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let hint = format!("gravical export cal.json --to {}", target.name);
         return Err(error.with_hint(hint).into());
     };
-    let output = args
-        .output
-        .as_ref()
-        .filter(|p| p.as_path() != Path::new("-"));
-    check_targets(
-        output.map(std::slice::from_ref).unwrap_or_default(),
-        std::slice::from_ref(calibration),
-        args.force,
-    )?;
+    let is_file = |path: &&PathBuf| path.as_path() != Path::new("-");
+    let output = args.output.as_ref().filter(is_file);
+    let targets = output.map(std::slice::from_ref).unwrap_or_default();
+    check_targets(targets, std::slice::from_ref(calibration), args.force)?;
     target.check(&args.options)?;
     let noise = (target.name == "kalibr").then(|| read_noise(calibration));
     let written = match noise {

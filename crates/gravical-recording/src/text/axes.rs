@@ -87,9 +87,8 @@ fn axes_differ(why: &str) -> Error {
 }
 
 fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
-    let names = files
-        .each_ref()
-        .map(|f| f.file_name().unwrap_or_default().to_string_lossy());
+    let names = files.each_ref().map(|file| file.file_name());
+    let names = names.map(|name| name.unwrap_or_default().to_string_lossy());
     let text = |axis: usize| {
         let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", names[axis]));
         read_file(&files[axis]).map_err(named)
@@ -118,7 +117,7 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
             }
             out += &[x.value, y.value, z.value].join(";");
         } else if x.header == Some(number) {
-            out += &header([x, y, z], &texts, &names[0]);
+            out += &header([x, y, z], &texts);
         } else {
             out += line;
         }
@@ -145,13 +144,9 @@ fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
     Ok((input, text))
 }
 
-/// Names of the columns: as written where they name the axes, else by sensor and unit.
-fn header(channels: [&Channel<'_>; 3], texts: &[String; 3], file: &str) -> String {
-    let sensor = match sensor_of_file(file) {
-        Some(FileSensor::Gyro) => "g",
-        Some(FileSensor::Accel { is_linear: true }) => "linear acceleration ",
-        _ => "a",
-    };
+/// Names of the columns: as written where they name the axes, else axis and unit; the name of the
+/// file tells the sensor.
+fn header(channels: [&Channel<'_>; 3], texts: &[String; 3]) -> String {
     let mut names: Vec<String> = Vec::new();
     for (axis, channel) in channels.into_iter().enumerate() {
         let line = channel.header.and_then(|at| texts[axis].lines().nth(at));
@@ -162,10 +157,11 @@ fn header(channels: [&Channel<'_>; 3], texts: &[String; 3], file: &str) -> Strin
         let role = Column::from_name(name).role;
         let names_axis = role == Role::Accel(axis) || role == Role::Gyro(axis);
         let unit = name.find(['(', '[']).map_or("", |at| &name[at..]);
+        let in_unit = || format!("{} {unit}", ["x", "y", "z"][axis]);
         names.push(if names_axis {
             name.to_owned()
         } else {
-            format!("{sensor}{} {unit}", ["x", "y", "z"][axis])
+            in_unit()
         });
     }
     names.join(";")
@@ -190,35 +186,32 @@ struct Row<'a> {
 impl<'a> Channel<'a> {
     /// Reads lines of one number, or of a time stamp and a number; `None` if most are not.
     fn parse(text: &'a str) -> Option<Self> {
-        let lines = || {
-            text.lines()
-                .enumerate()
-                .filter(|(_, l)| !l.trim().is_empty())
-        };
-        let count = lines().count();
-        [Some(','), None, Some(';'), Some('\t'), Some(' ')]
-            .into_iter()
-            .find_map(|delimiter| {
-                let mut channel = Channel {
-                    delimiter,
-                    header: None,
-                    rows: Vec::new(),
-                };
-                for (line, text) in lines() {
-                    let (stamp, value) = channel.split(text);
-                    let number = |field: &str| parse_cell(field, delimiter != Some(','));
-                    let is_stamp = delimiter.is_none() || number(stamp).is_some_and(f64::is_finite);
-                    if is_stamp && number(value).is_some() {
-                        channel.rows.push(Row { line, stamp, value });
-                    } else if channel.rows.is_empty() {
-                        channel.header = Some(line);
-                    }
+        let lines = || text.lines().enumerate();
+        let is_filled = |(_, line): &(usize, &str)| !line.trim().is_empty();
+        let count = lines().filter(is_filled).count();
+        let parted_by = |delimiter: Option<char>| {
+            let mut channel = Channel {
+                delimiter,
+                header: None,
+                rows: Vec::new(),
+            };
+            for (line, text) in lines().filter(is_filled) {
+                let (stamp, value) = channel.split(text);
+                let number = |field: &str| parse_cell(field, delimiter != Some(','));
+                let is_stamp = delimiter.is_none() || number(stamp).is_some_and(f64::is_finite);
+                if is_stamp && number(value).is_some() {
+                    channel.rows.push(Row { line, stamp, value });
+                } else if channel.rows.is_empty() {
+                    channel.header = Some(line);
                 }
-                // `0,12` is a number, or a stamp and a number if the first rises.
-                let rises = || channel.times().windows(2).filter(|t| t[0] < t[1]).count();
-                let is_clock = delimiter != Some(',') || rises() * 2 >= channel.rows.len();
-                (is_clock && channel.rows.len() * 2 > count).then_some(channel)
-            })
+            }
+            // `0,12` is a number, or a stamp and a number if the first rises.
+            let rises = || channel.times().windows(2).filter(|t| t[0] < t[1]).count();
+            let is_clock = delimiter != Some(',') || rises() * 2 >= channel.rows.len();
+            (is_clock && channel.rows.len() * 2 > count).then_some(channel)
+        };
+        let delimiters = [Some(','), None, Some(';'), Some('\t'), Some(' ')];
+        delimiters.into_iter().find_map(parted_by)
     }
 
     /// Stamp and value of a line.

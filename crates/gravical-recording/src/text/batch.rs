@@ -1,7 +1,6 @@
 //! Rows as columns.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -103,9 +102,8 @@ impl Ledger {
     /// Lines set aside for a reason.
     #[must_use]
     pub fn count(&self, reason: Reason) -> usize {
-        self.reasons
-            .get(&reason)
-            .map_or(0, |r| r.lines.count() as usize)
+        let lines = self.reasons.get(&reason);
+        lines.map_or(0, |r| r.lines.count() as usize)
     }
 
     /// Lines that are rows of the recording.
@@ -139,13 +137,13 @@ impl Ledger {
     /// Adds the lines that follow.
     pub fn append(&mut self, later: Ledger) {
         self.lines = self.lines.max(later.lines);
-        for (reason, lines) in later.reasons {
-            match self.reasons.entry(reason) {
-                Entry::Occupied(mut known) => known.get_mut().lines.append(&lines.lines),
-                Entry::Vacant(new) => {
-                    new.insert(lines);
-                }
-            }
+        for (reason, AsideLines { lines, first }) in later.reasons {
+            let known = self.reasons.entry(reason);
+            let known = known.or_insert_with(|| AsideLines {
+                lines: LineSpans::default(),
+                first,
+            });
+            known.lines.append(&lines);
         }
     }
 }
@@ -308,9 +306,8 @@ impl Batch {
             *marks = marks.iter().filter_map(|row| to(*row)).collect();
         }
         let blanks = self.blanks.iter();
-        self.blanks = blanks
-            .filter_map(|(row, n)| Some((to(*row)?, *n)))
-            .collect();
+        let blanks = blanks.filter_map(|(row, n)| Some((to(*row)?, *n)));
+        self.blanks = blanks.collect();
     }
 
     /// Forgets the other rows, but not the lines set aside.
@@ -332,33 +329,31 @@ impl Batch {
         if keep.iter().all(|k| *k) {
             return;
         }
-        for (row, _) in keep.iter().enumerate().filter(|(_, k)| !**k) {
-            self.ledger.add(reason, self.lines[row] as usize, "");
+        let least = match reason {
+            Reason::Hung | Reason::Slipped => 1,
+            Reason::Zeros => MIN_ROWS_GONE,
+            _ => usize::MAX,
+        };
+        let (mut kept_before, mut breaks) = (vec![0], Vec::new());
+        let (mut kept, mut gone) = (0, 0);
+        for (row, keep) in keep.iter().enumerate() {
+            if *keep {
+                breaks.extend((gone >= least).then_some(kept));
+                (kept, gone) = (kept + 1, 0);
+            } else {
+                self.ledger.add(reason, self.lines[row] as usize, "");
+                gone += 1;
+            }
+            kept_before.push(kept);
         }
         let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
         columns.for_each(|c| retain(c, keep));
         let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| retain(t, keep));
         retain(&mut self.lines, keep);
-        let mut kept_before = vec![0; keep.len() + 1];
-        for (row, k) in keep.iter().enumerate() {
-            kept_before[row + 1] = kept_before[row] + usize::from(*k);
-        }
         // Marks of rows at the end are gone.
-        let rows = self.lines.len();
-        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < rows));
-        let least = match reason {
-            Reason::Hung | Reason::Slipped => 1,
-            Reason::Zeros => MIN_ROWS_GONE,
-            _ => usize::MAX,
-        };
-        let mut gone = 0;
-        for (row, keep) in keep.iter().enumerate() {
-            if *keep && gone >= least {
-                self.breaks.push(kept_before[row]);
-            }
-            gone = if *keep { 0 } else { gone + 1 };
-        }
+        self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < kept));
+        self.breaks.append(&mut breaks);
         self.breaks.sort_unstable();
         self.breaks.dedup();
     }

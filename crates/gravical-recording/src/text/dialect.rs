@@ -172,37 +172,31 @@ impl Dialect {
             (Delimiter::Byte(b'\t'), true),
             (Delimiter::Whitespace, true),
         ];
-        let mut best: Option<((usize, usize), Dialect)> = None;
-        for (delimiter, decimal_comma) in CANDIDATES {
+        let score = |(delimiter, decimal_comma): (Delimiter, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
             for line in lines.iter().filter(|l| !is_comment(l)) {
                 let tally = Tally::count(line, delimiter, decimal_comma);
                 if tally.fields >= 3 && tally.is_row() {
-                    let entry = widths.entry(tally.fields).or_default();
-                    entry.0 += 1;
-                    entry.1 += tally.numbers;
+                    let (rows, numbers) = widths.entry(tally.fields).or_default();
+                    *rows += 1;
+                    *numbers += tally.numbers;
                 }
             }
-            let widest = widths
-                .into_iter()
-                .max_by_key(|(fields, score)| (score.0, *fields));
-            let Some((fields, score)) = widest else {
-                continue;
+            let widths = widths.into_iter();
+            let (fields, score) = widths.max_by_key(|(fields, score)| (score.0, *fields))?;
+            let dialect = Dialect {
+                delimiter,
+                decimal_comma,
+                day_first: false,
+                fields,
             };
-            if best.is_none_or(|(best_score, _)| score > best_score) {
-                best = Some((
-                    score,
-                    Dialect {
-                        delimiter,
-                        decimal_comma,
-                        day_first: false,
-                        fields,
-                    },
-                ));
-            }
-        }
-        best.map(|b| b.1)
+            Some((score, dialect))
+        };
+        // `max_by_key` returns the last of equals.
+        let scored = CANDIDATES.into_iter().rev().filter_map(score);
+        let best = scored.max_by_key(|(score, _)| *score);
+        best.map(|(_, dialect)| dialect)
     }
 }
 

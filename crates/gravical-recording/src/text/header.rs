@@ -76,9 +76,8 @@ impl Header {
         })?;
         let role = |column: &usize| names.get(*column).map(|n| Column::from_name(n).role);
         let is_same = if format.names.is_empty() {
-            let axes = format.accel.iter().enumerate();
-            axes.map(|(axis, c)| (role(c), Role::Accel(axis)))
-                .all(|(named, guessed)| named == Some(guessed))
+            let mut axes = format.accel.iter().enumerate();
+            axes.all(|(axis, column)| role(column) == Some(Role::Accel(axis)))
         } else {
             let filled = |names: &[&str]| names.iter().rposition(|n| !n.is_empty());
             let own: Vec<&str> = format.names.iter().map(String::as_str).collect();

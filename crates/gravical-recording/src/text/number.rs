@@ -73,6 +73,18 @@ fn is_missing(field: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn plain_numbers_equal_std(text in "-?[0-9]{0,10}(\\.[0-9]{0,10})?") {
+            let digits = text.bytes().filter(u8::is_ascii_digit).count();
+            let want = text.parse::<f64>().ok().filter(|_| digits < POWERS.len());
+            let got = parse_plain(text.as_bytes(), b'.');
+            let want = want.map(|value| (value.to_bits(), text.len()));
+            prop_assert_eq!(got.map(|(value, length)| (value.to_bits(), length)), want);
+        }
+    }
 
     #[test]
     fn cells_are_numbers_dates_nothing_or_text() {

@@ -22,41 +22,29 @@ const MIN_TURNS: usize = 4;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
+    let is_gyroscope = format.options.is_gyroscope;
     assign_given(format)?;
-    let file = if format.options.is_gyroscope {
-        Some(FileSensor::Gyro)
-    } else {
-        sensor_of_file(file_name)
-    };
+    let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
+    let file = file.or(is_gyroscope.then_some(FileSensor::Gyro));
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
-    let is_named = !format.names.is_empty() && (has_axis || has_names);
-    if is_named {
-        format.sensor = find_sensor_column(format, sample);
-    }
     let mut accel = triples(&format.columns, Role::Accel);
     let mut gyro = triples(&format.columns, Role::Gyro);
-    let found = if is_named {
-        None
-    } else {
-        by_numbers(format, sample)
-    };
-    if let Some((first, second)) = found {
-        if format.options.is_gyroscope {
-            gyro.push(second.unwrap_or(first));
-        } else if accel.is_empty() {
-            format.is_guessed = true;
-            accel.push(first);
-            gyro.extend(second);
+    if format.names.is_empty() || !(has_axis || has_names) {
+        match by_numbers(format, sample) {
+            Some((first, second)) if is_gyroscope => gyro.push(second.unwrap_or(first)),
+            Some((first, second)) if accel.is_empty() => {
+                format.is_guessed = true;
+                accel.push(first);
+                gyro.extend(second);
+            }
+            None if accel.is_empty() && !is_gyroscope => return Err(columns_unknown(format)),
+            _ => {}
         }
-    } else if !is_named && accel.is_empty() && !format.options.is_gyroscope {
-        return Err(columns_unknown(format));
     }
+    format.sensor = find_sensor_column(format, sample);
     choose_sensors(format, &accel, &gyro, sample)?;
-    if !is_named {
-        format.sensor = find_sensor_column(format, sample);
-    }
     if format.channels().iter().any(|c| sample.is_text(*c)) {
         return Err(columns_unknown(format));
     }
@@ -73,19 +61,15 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
 fn assign_given(format: &mut Format) -> Result<(), Error> {
-    let Some(spec) = format.options.columns.clone() else {
-        return Ok(());
-    };
-    let is_read = |role: Role| {
-        let is_gyro = matches!(role, Role::Gyro(_));
-        !format.options.is_gyroscope || is_gyro || matches!(role, Role::Time | Role::Step)
-    };
-    let mut given: Vec<(usize, Role)> = Vec::new();
-    let mut unread: Vec<Role> = Vec::new();
-    match spec {
-        ColumnsSpec::Ordered(order) => {
-            let names_gyro = |role: &Option<Role>| matches!(role, Some(Role::Gyro(_)));
-            if format.options.is_gyroscope && !order.iter().any(names_gyro) {
+    let is_gyroscope = format.options.is_gyroscope;
+    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
+    let is_gyro = |role: &Role| matches!(role, Role::Gyro(_));
+    // The column of each role; none for a role that is not read.
+    let mut given: Vec<(Role, Option<usize>)> = Vec::new();
+    match format.options.columns.clone() {
+        None => return Ok(()),
+        Some(ColumnsSpec::Ordered(order)) => {
+            if is_gyroscope && !order.iter().flatten().any(is_gyro) {
                 return Ok(());
             }
             if order.len() > format.columns.len() {
@@ -94,42 +78,39 @@ fn assign_given(format: &mut Format) -> Result<(), Error> {
                 return Err(columns_missing(text).with_hint("leave the last ones out"));
             }
             let columns = order.into_iter().enumerate();
-            given.extend(columns.filter_map(|(column, role)| Some((column, role?))));
+            given.extend(columns.filter_map(|(column, role)| Some((role?, Some(column)))));
         }
-        ColumnsSpec::Named(pairs) => {
-            for (role, name) in pairs.into_iter().filter(|(role, _)| is_read(*role)) {
-                match name {
-                    None if !format.options.is_gyroscope => unread.push(role),
-                    None => {}
-                    Some(name) => match find_column(&format.names, &name) {
-                        Some(column) => given.push((column, role)),
-                        // The clock of the accelerometer's file.
-                        None if format.options.is_gyroscope && role == Role::Time => {}
-                        None => {
-                            let text = format!("there is no column \"{name}\"");
-                            return Err(
-                                columns_missing(text).with_hint(list_columns(&format.names))
-                            );
-                        }
-                    },
+        Some(ColumnsSpec::Named(pairs)) => {
+            for (role, name) in pairs {
+                let column = name.as_ref().and_then(|n| find_column(&format.names, n));
+                match (column, name) {
+                    // The columns of the accelerometer's file, and its clock.
+                    _ if is_gyroscope && !is_gyro(&role) && !is_clock(&role) => {}
+                    (None, None) if is_gyroscope => {}
+                    (None, Some(_)) if is_gyroscope && role == Role::Time => {}
+                    (None, Some(name)) => {
+                        let error = columns_missing(format!("there is no column \"{name}\""));
+                        return Err(error.with_hint(list_columns(&format.names)));
+                    }
+                    _ => given.push((role, column)),
                 }
             }
         }
     }
-    let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
-    let names_clock = given.iter().map(|g| &g.1).chain(&unread).any(is_clock);
+    let names_clock = given.iter().any(|(role, _)| is_clock(role));
     for column in &mut format.columns {
-        let is_taken = unread.contains(&column.role) || given.iter().any(|g| g.1 == column.role);
+        let is_taken = given.iter().any(|(role, _)| *role == column.role);
         if is_taken || names_clock && is_clock(&column.role) {
             column.role = Role::Other;
             column.is_dropped = true;
         }
     }
-    for (column, role) in given {
-        let column = &mut format.columns[column];
-        column.role = role;
-        column.is_given = true;
-        column.is_dropped = role == Role::Other;
+    for (role, column) in given {
+        if let Some(column) = column.map(|c| &mut format.columns[c]) {
+            column.role = role;
+            column.is_given = true;
+            column.is_dropped = role == Role::Other;
+        }
     }
     format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
     Ok(())
@@ -167,25 +148,20 @@ fn choose_sensors(
     sample: &Batch,
 ) -> Result<(), Error> {
     if format.options.is_gyroscope {
-        format.accel = *gyro
-            .first()
-            .ok_or_else(|| no_gyroscope(!accel.is_empty(), &format.names))?;
+        let none = || no_gyroscope(!accel.is_empty(), &format.names);
+        format.accel = *gyro.first().ok_or_else(none)?;
         return Ok(());
     }
     // Names tell sensors apart that stand side by side.
     let are_named = !format.names.is_empty() && format.sensor.is_none();
-    let names: Vec<String> = if are_named {
-        sensor_names(&format.columns, accel)
-    } else {
-        Vec::new()
-    };
+    let named = if are_named { accel } else { &[] };
+    let names = sensor_names(&format.columns, named);
     let at = match &format.options.sensor {
         Some(wanted) if are_named => find_sensor(wanted, &names, format, accel)?,
         _ => 0,
     };
-    format.accel = *accel
-        .get(at)
-        .ok_or_else(|| no_accelerometer(!gyro.is_empty(), format))?;
+    let first = accel.get(at).copied();
+    format.accel = first.ok_or_else(|| no_accelerometer(!gyro.is_empty(), format))?;
     if format.options.sensor.is_none() {
         format.sensors = names;
     }
@@ -193,10 +169,8 @@ fn choose_sensors(
     let sensor = &format.columns[format.accel[0]].sensor;
     let shared = |t: &&[usize; 3]| {
         let other = &format.columns[t[0]].sensor;
-        let words = sensor
-            .split(' ')
-            .filter(|w| other.split(' ').any(|o| o == *w));
-        (other == sensor, words.count())
+        let is_shared = |word: &&str| other.split(' ').any(|w| w == *word);
+        (other == sensor, sensor.split(' ').filter(is_shared).count())
     };
     // `max_by_key` returns the last of equals.
     let gyro = gyro.iter().rev().max_by_key(shared).copied();
@@ -244,16 +218,14 @@ fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
         .with_hint("give the accelerometer's recording as the input, and this file beside it")
         .advise("gyro", "");
     }
-    let line = format.header_line;
-    let error = Error::input(
-        "no-accelerometer",
-        format!(
-            "no three columns of the header in line {line} are named as an accelerometer's x, y and z"
-        ),
-    )
-    .with_hint(list_columns(&format.names))
-    .advise("columns", "");
-    if line > 0 { error.at_line(line) } else { error }
+    let text = "no three columns are named as an accelerometer's x, y and z";
+    let error = Error::input("no-accelerometer", text)
+        .with_hint(list_columns(&format.names))
+        .advise("columns", "");
+    match format.header_line {
+        0 => error,
+        line => error.at_line(line),
+    }
 }
 
 /// `sensor-unknown`: there is no sensor `wanted` among these.
@@ -301,20 +273,16 @@ fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name
 fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let axis_of = |c: usize| (0..3).find(|i| columns[c].role == role(*i));
     let is_given = |c: &usize| columns[*c].is_given;
-    let mut axes: Vec<usize> = (0..columns.len())
-        .filter(|c| axis_of(*c).is_some())
-        .collect();
+    let axes = (0..columns.len()).filter(|c| axis_of(*c).is_some());
+    let mut axes: Vec<usize> = axes.collect();
     // Where the user names an axis, the others need not be of a sensor of that name.
     let any_given = axes.iter().any(is_given);
     axes.sort_by_key(|c| !is_given(c));
     let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
     for c in axes {
         let column = &columns[c];
-        let sensor = (
-            column.sensor.as_str(),
-            column.is_linear,
-            column.unit.as_str(),
-        );
+        let (name, unit) = (column.sensor.as_str(), column.unit.as_str());
+        let sensor = (name, column.is_linear, unit);
         let own = sensors.entry((!any_given).then_some(sensor)).or_default();
         if let Some(axis) = axis_of(c) {
             own[axis].get_or_insert(c);
@@ -361,10 +329,10 @@ fn find_sensor(
         let sensor = &format.columns[t[0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let is_named = |i: &usize| names[*i] == wanted;
-    let is_numbered = |i: &usize| wanted == (i + 1).to_string();
-    let by_words = |i: &usize| has_words(&found[*i]);
-    let ways: [&dyn Fn(&usize) -> bool; 3] = [&is_named, &by_words, &is_numbered];
+    let ways: [&dyn Fn(&usize) -> bool; 3] =
+        [&|i| names[*i] == wanted, &|i| has_words(&found[*i]), &|i| {
+            wanted == (i + 1).to_string()
+        }];
     let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
     let fits = fits.into_iter().find(|fits| !fits.is_empty());
     match fits.unwrap_or_default()[..] {
@@ -521,10 +489,8 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             counts[usize::from(*v)] += 1;
         }
         let kinds = counts.iter().filter(|k| **k > 0).count();
-        let is_even = rows >= MIN_TURNS * kinds
-            && counts
-                .iter()
-                .all(|k| *k == 0 || (*k * kinds).abs_diff(rows) * 5 <= rows);
+        let is_near = |count: &usize| (*count * kinds).abs_diff(rows) * 5 <= rows;
+        let is_even = rows >= MIN_TURNS * kinds && counts.iter().all(|k| *k == 0 || is_near(k));
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {

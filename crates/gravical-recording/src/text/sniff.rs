@@ -128,9 +128,8 @@ fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let Layout::Table(dialect) = &format.layout else {
         return false;
     };
-    let below = lines[format.head_lines..]
-        .iter()
-        .filter(|l| !l.trim().is_empty());
+    let below = lines[format.head_lines..].iter();
+    let below = below.filter(|l| !l.trim().is_empty());
     let rows = below.clone().filter(|l| dialect.is_row(l)).count();
     let is_markup = head.trim_start().starts_with(['{', '<']);
     rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
@@ -156,9 +155,8 @@ impl Format {
         }
         let dialect = Dialect {
             delimiter: Delimiter::Byte(b','),
-            decimal_comma: false,
-            day_first: false,
             fields: columns,
+            ..Dialect::default()
         };
         let mut format = Format::new(Layout::Table(dialect), b'\n', names.to_vec(), columns);
         format.options = options.clone();
@@ -205,16 +203,15 @@ impl Format {
     fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
         let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
         is_comment(line).then(|| {
-            let unnamed = |c: &Column| Column {
-                is_dated: c.is_dated,
-                ..Column::default()
-            };
-            Format {
-                header_line: 0,
-                names: Vec::new(),
-                columns: self.columns.iter().map(unnamed).collect(),
-                ..self.clone()
+            let mut unnamed = self.clone();
+            (unnamed.header_line, unnamed.names) = (0, Vec::new());
+            for column in &mut unnamed.columns {
+                *column = Column {
+                    is_dated: column.is_dated,
+                    ..Column::default()
+                };
             }
+            unnamed
         })
     }
 

@@ -71,11 +71,8 @@ impl Sentences {
         let place = |shape: &String| shapes.iter().position(|s| s == shape);
         let turns: Vec<usize> = order.iter().filter_map(place).collect();
         let repeats = turns.windows(2).filter(|w| w[0] == w[1]).count();
-        let variants = if repeats * 2 > turns.len() {
-            shapes.split_off(1)
-        } else {
-            Vec::new()
-        };
+        let are_variants = repeats * 2 > turns.len();
+        let variants = shapes.split_off(if are_variants { 1 } else { shapes.len() });
         let mut slots = 0;
         let cycle = shapes.into_iter().map(|shape| {
             let first = slots;
@@ -116,10 +113,8 @@ impl Sentences {
         for (shape, slots) in &self.cycle {
             names.extend(slot_names(shape, &rising[slots.clone()]));
         }
-        if names
-            .iter()
-            .any(|n| matches!(Column::from_name(n).role, Role::Accel(_)))
-        {
+        let is_accel = |name: &String| matches!(Column::from_name(name).role, Role::Accel(_));
+        if names.iter().any(is_accel) {
             return names;
         }
         let first = lines.iter().position(|l| self.parse(l).is_some());
@@ -153,9 +148,9 @@ fn has_decimal_commas(lines: &[&str]) -> bool {
             return false;
         }
         let between = shape.split(SLOT).skip(1).zip(numbers.iter().skip(1));
-        let is_joined: Vec<bool> = between
-            .map(|(text, next)| text == "," && next.bytes().all(|b| b.is_ascii_digit()))
-            .collect();
+        let is_decimal = |next: &str| next.bytes().all(|b| b.is_ascii_digit());
+        let is_joined = between.map(|(text, next)| text == "," && is_decimal(next));
+        let is_joined: Vec<bool> = is_joined.collect();
         if is_joined.windows(2).any(|w| w[0] && w[1]) {
             return false;
         }
@@ -171,11 +166,8 @@ fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
     let bytes = line.as_bytes();
     let is_digit = |i: usize| bytes.get(i).is_some_and(u8::is_ascii_digit);
     let point = |(i, c): (usize, char)| {
-        if c == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1) {
-            '.'
-        } else {
-            c
-        }
+        let is_point = c == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1);
+        if is_point { '.' } else { c }
     };
     line.char_indices().map(point).collect::<String>().into()
 }
@@ -210,16 +202,12 @@ fn label(text: &str) -> String {
             rest = &rest[end + 1..];
             continue;
         }
-        out.push(if c.is_alphanumeric() || "_/.°²".contains(c) {
-            c
-        } else {
-            ' '
-        });
+        let is_kept = c.is_alphanumeric() || "_/.°²".contains(c);
+        out.push(if is_kept { c } else { ' ' });
         rest = &rest[c.len_utf8()..];
     }
-    let words = out
-        .split_whitespace()
-        .filter(|w| w.chars().any(char::is_alphanumeric));
+    let words = out.split_whitespace();
+    let words = words.filter(|w| w.chars().any(char::is_alphanumeric));
     words.collect::<Vec<_>>().join(" ")
 }
 
@@ -303,9 +291,8 @@ fn last_clause(text: &str) -> &str {
 /// The unit with which the text behind a number begins, and what follows it.
 fn leading_unit(piece: &str, is_behind_number: bool) -> (&str, &str) {
     let text = piece.trim_start_matches([')', ']', ' ']);
-    let end = text
-        .find([',', ';', '|', ' ', ')', ']', '}'])
-        .unwrap_or(text.len());
+    let end = text.find([',', ';', '|', ' ', ')', ']', '}']);
+    let end = end.unwrap_or(text.len());
     if is_behind_number && is_unit(&text[..end]) {
         (&text[..end], &text[end..])
     } else {

@@ -94,5 +94,5 @@ fn what_is_no_recording_is_refused() {
     // A line without an end is no row yet.
     let mut follow = new();
     follow.push(b"0.1,0.2,9.8").unwrap();
-    assert!(follow.settle(1).is_err());
+    assert!(follow.settle().is_err());
 }

@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use gravical_recording::write::{NewColumn, Table, Writer};
+use gravical_recording::write::{Table, Writer};
 use gravical_recording::{Batch, Format, ReadOptions, sniff};
 
 fn write(
@@ -31,12 +31,10 @@ fn write(
 /// The axes of the accelerometer with three decimals under new names.
 fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
     let format = sniff(text, "", &ReadOptions::default()).unwrap();
-    let new: Vec<NewColumn> = (0..3)
-        .map(|i| NewColumn {
-            name: ["new_x", "new_y", "new_z"][i].to_owned(),
-            replaces: Some(format.accel[i]),
-        })
-        .collect();
+    let new = [0, 1, 2].map(|i| {
+        let name = ["new_x", "new_y", "new_z"][i];
+        (name.to_owned(), Some(format.accel[i]))
+    });
     let table = Table::with_new(&format, &new, 3, keep_replaced);
     let axes = |b: &Batch| format.accel.map(|c| b.columns[c].clone()).to_vec();
     (write(text, &format, table.clone(), axes), table)

@@ -1,8 +1,5 @@
 //! Subtraction of the temperature drift.
 
-#[cfg(test)]
-mod tests;
-
 use gravical_recording::Readings;
 use serde::Serialize;
 

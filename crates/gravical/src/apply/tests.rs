@@ -1,3 +1,4 @@
+mod drift;
 mod lines;
 mod units;
 
@@ -100,14 +101,10 @@ fn values_equal_direct_computation() {
     let text = still("t_ms,ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)", 50, row);
     let cal = with_gyro("deg/s");
     let (out, summary) = run(&cal, &text);
-    assert_eq!(
-        out.lines().next().unwrap(),
-        "t_ms,ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s"
-    );
-    let (accel, gyro) = (
-        cal.accelerometer_calibration(),
-        cal.gyroscope_calibration().unwrap(),
-    );
+    let header = "t_ms,ax_mps2,ay_mps2,az_mps2,gx_rad_s,gy_rad_s,gz_rad_s";
+    assert_eq!(out.lines().next(), Some(header));
+    let accel = cal.accelerometer_calibration();
+    let gyro = cal.gyroscope_calibration().unwrap();
     for (got, from) in out.lines().zip(text.lines()).skip(1) {
         let (got, from) = (cells(got), cells(from));
         assert_eq!(got[0], from[0]);
@@ -118,10 +115,8 @@ fn values_equal_direct_computation() {
             assert!((got - expected).abs() <= 0.500_001e-6, "{got} {expected}");
         }
     }
-    assert_eq!(
-        summary.gyroscope,
-        GyroscopeOutcome::Calibrated(GyroUnit::DegreePerSecond)
-    );
+    let calibrated = GyroscopeOutcome::Calibrated(GyroUnit::DegreePerSecond);
+    assert_eq!(summary.gyroscope, calibrated);
 }
 
 #[test]
@@ -143,19 +138,13 @@ fn axes_are_rotated_after_calibrating() {
 
 #[test]
 fn columns_without_a_header_are_named_by_channel() {
-    let text: String = (0..40)
-        .map(|i| {
-            format!(
-                "{},0.1,0.{},9.8,25.{i},0.5,0.{i},0.2\n",
-                10 * i + i % 2,
-                i % 3
-            )
-        })
-        .collect();
+    let row = |i: usize| {
+        let (t_ms, y) = (10 * i + i % 2, i % 3);
+        format!("{t_ms},0.1,0.{y},9.8,25.{i},0.5,0.{i},0.2\n")
+    };
+    let text: String = (0..40).map(row).collect();
     let (out, summary) = run(&si(), &text);
-    assert_eq!(
-        out.lines().next().unwrap(),
-        "t,ax_mps2,ay_mps2,az_mps2,temperature,gx,gy,gz"
-    );
+    let header = "t,ax_mps2,ay_mps2,az_mps2,temperature,gx,gy,gz";
+    assert_eq!(out.lines().next(), Some(header));
     assert_eq!((summary.lines, summary.rows), (40, 40));
 }

@@ -75,10 +75,10 @@ pub enum FilterSpec {
         /// The frequency at which the gain of all passes together is −3 dB, Hz, above 0 and below half
         /// the rate.
         cutoff_hz: f64,
-        /// What passes.
-        band: Band,
-        /// One pass or two.
-        passes: Passes,
+        /// Frequencies above the cutoff pass, not those below.
+        is_high_pass: bool,
+        /// One pass forwards, as on a microcontroller, which delays; not two, without a delay.
+        is_causal: bool,
     },
     /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
     /// that median.
@@ -89,24 +89,6 @@ pub enum FilterSpec {
         /// median.
         sigmas: f64,
     },
-}
-
-/// What a Butterworth filter passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Band {
-    /// Frequencies below the cutoff.
-    Low,
-    /// Frequencies above it.
-    High,
-}
-
-/// Number of passes over the samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Passes {
-    /// Forwards only, as on a microcontroller: the output is delayed.
-    Causal,
-    /// Forwards and backwards: no delay.
-    Two,
 }
 
 impl FilterSpec {
@@ -150,13 +132,10 @@ impl FilterSpec {
     /// True if a constant is unchanged.
     #[must_use]
     pub fn keeps_constants(&self) -> bool {
-        !matches!(
-            self,
-            FilterSpec::Butterworth {
-                band: Band::High,
-                ..
-            }
-        )
+        match self {
+            FilterSpec::Butterworth { is_high_pass, .. } => !is_high_pass,
+            _ => true,
+        }
     }
 
     /// Its result depends on the time between samples.
@@ -173,15 +152,11 @@ impl fmt::Display for FilterSpec {
             FilterSpec::Butterworth {
                 order,
                 cutoff_hz,
-                band,
-                passes,
+                is_high_pass,
+                is_causal,
             } => {
-                let name = if band == Band::Low {
-                    "butter"
-                } else {
-                    "highpass"
-                };
-                let one = if passes == Passes::Causal { "1" } else { "" };
+                let name = if is_high_pass { "highpass" } else { "butter" };
+                let one = if is_causal { "1" } else { "" };
                 write!(f, "{name}{one}:{order},{cutoff_hz}Hz")
             }
             FilterSpec::Hampel { window, sigmas } => write!(f, "hampel:{window},{sigmas}"),
@@ -222,16 +197,11 @@ fn parse(text: &str) -> Option<FilterSpec> {
             sigmas: sigmas.parse().ok()?,
         },
         (name @ ("butter" | "butter1" | "highpass" | "highpass1"), Some(cutoff)) => {
-            let (is_low, is_causal) = (name.starts_with("butter"), name.ends_with('1'));
             FilterSpec::Butterworth {
                 order: first,
                 cutoff_hz: cutoff.trim_end_matches("hz").trim_end().parse().ok()?,
-                band: if is_low { Band::Low } else { Band::High },
-                passes: if is_causal {
-                    Passes::Causal
-                } else {
-                    Passes::Two
-                },
+                is_high_pass: name.starts_with("highpass"),
+                is_causal: name.ends_with('1'),
             }
         }
         _ => return None,
@@ -261,8 +231,11 @@ pub struct Filter {
     pub(super) reach: usize,
     /// Samples until its response to an impulse ends; `None` without one.
     memory: Option<usize>,
-    run: Box<Run>,
+    run: Run,
 }
+
+/// From evenly spaced samples, as many as the filter needs or more, to as many.
+type Run = Box<dyn Fn(&[f64]) -> Vec<f64>>;
 
 impl Filter {
     /// Designs a filter for samples at `rate_hz`.
@@ -276,25 +249,21 @@ impl Filter {
     /// parameters, for example a cutoff above half the rate.
     pub fn design(spec: &FilterSpec, rate_hz: Option<f64>) -> Result<Filter> {
         spec.validate()?;
-        match *spec {
+        let run: Run;
+        let (shortest, reach, memory) = match *spec {
             FilterSpec::SavitzkyGolay { window, order } => {
-                let run = savitzky_golay(window, order).ok_or_else(|| {
+                let smooth = savitzky_golay(window, order).ok_or_else(|| {
                     let what = format!("{spec}: the window does not determine the polynomial");
                     Error::usage("filter-range", what).with_hint(EXAMPLES)
                 })?;
-                Ok(Filter {
-                    spec: *spec,
-                    shortest: window,
-                    reach: window / 2,
-                    memory: Some(window),
-                    run: Box::new(run),
-                })
+                run = Box::new(smooth);
+                (window, window / 2, Some(window))
             }
             FilterSpec::Butterworth {
                 order,
                 cutoff_hz,
-                band,
-                passes,
+                is_high_pass,
+                is_causal,
             } => {
                 let rate_hz = rate_hz.ok_or_else(|| {
                     let what = "needs the sampling rate, and the recording has no time stamps";
@@ -302,25 +271,25 @@ impl Filter {
                         .of_option("rate")
                         .with_hint("give the rate in Hz")
                 })?;
-                let (sections, decay) = butterworth(order, cutoff_hz, band, passes, rate_hz)?;
-                let is_causal = passes == Passes::Causal;
+                let (sections, decay) =
+                    butterworth(order, cutoff_hz, is_high_pass, is_causal, rate_hz)?;
                 let padding = if is_causal { 0 } else { 3 * (order + 1) };
-                Ok(Filter {
-                    spec: *spec,
-                    shortest: padding + 1,
-                    reach: (rate_hz / cutoff_hz).ceil() as usize,
-                    memory: Some(decay + padding + 1),
-                    run: Box::new(move |x: &[f64]| run_sections(&sections, padding, x)),
-                })
+                run = Box::new(move |x: &[f64]| run_sections(&sections, padding, x));
+                let period = (rate_hz / cutoff_hz).ceil() as usize;
+                (padding + 1, period, Some(decay + padding + 1))
             }
-            FilterSpec::Hampel { window, sigmas } => Ok(Filter {
-                spec: *spec,
-                shortest: 1,
-                reach: window / 2,
-                memory: None,
-                run: Box::new(move |x: &[f64]| hampel(x, window, sigmas)),
-            }),
-        }
+            FilterSpec::Hampel { window, sigmas } => {
+                run = Box::new(move |x: &[f64]| hampel(x, window, sigmas));
+                (1, window / 2, None)
+            }
+        };
+        Ok(Filter {
+            spec: *spec,
+            shortest,
+            reach,
+            memory,
+            run,
+        })
     }
 
     /// Standard deviation of white noise after the filter over that before it: the root of the sum of
@@ -358,8 +327,8 @@ impl Filter {
 fn butterworth(
     order: usize,
     cutoff_hz: f64,
-    band: Band,
-    passes: Passes,
+    is_high_pass: bool,
+    is_causal: bool,
     rate_hz: f64,
 ) -> Result<(Vec<Biquad<f64>>, usize)> {
     let share = cutoff_hz / rate_hz;
@@ -375,20 +344,18 @@ fn butterworth(
     let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
     let mut omega = (PI * share).tan();
     let mut designed_hz = cutoff_hz;
-    if passes == Passes::Two {
-        omega = if band == Band::Low {
-            omega / q
-        } else {
-            omega * q
-        };
+    if !is_causal {
+        omega = if is_high_pass { omega * q } else { omega / q };
         designed_hz = rate_hz / PI * omega.atan();
     }
     let mut sections = vec![Biquad::default(); sections_of(order)];
-    match band {
-        Band::Low => low_pass(order, designed_hz, rate_hz, &mut sections),
-        Band::High => high_pass(order, designed_hz, rate_hz, &mut sections),
-    }
-    .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
+    let design = if is_high_pass {
+        high_pass::<f64>
+    } else {
+        low_pass::<f64>
+    };
+    design(order, designed_hz, rate_hz, &mut sections)
+        .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
     // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
     let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
     let squared_radius = (1.0 + omega * omega - near) / (1.0 + omega * omega + near);

@@ -25,9 +25,10 @@
 //!     let noise = f64::from(i * 7919 % 101) / 1000.0 - 0.05;
 //!     csv += &format!("{},{noise:.3},{:.3},{:.3}\n", 10 * i, -noise, 9.81 + noise);
 //! }
-//! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
-//! let done = denoise(recording, &DenoiseOptions::new(["butter:4,5Hz".parse()?]))?;
-//! assert!(done.summary.filters[0].noise_gain.unwrap() < 0.4);
+//! let mut recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
+//! let options = DenoiseOptions::new(["butter:4,5Hz".parse()?]);
+//! let summary = denoise(&mut recording, &options)?;
+//! assert!(summary.filters[0].noise_gain.unwrap() < 0.4);
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
@@ -36,14 +37,14 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
-pub use filter::{Band, Filter, FilterSpec, Passes};
+pub use filter::{Filter, FilterSpec};
 
 use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
 use gravical_recording::source::open;
-use gravical_recording::write::{NewColumn, Table, input_name};
+use gravical_recording::write::{Table, input_name};
 use gravical_recording::{BatchReader, Format};
 use serde::{Deserialize, Serialize};
 
@@ -54,8 +55,9 @@ use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
+use crate::stats::pooled_deviation;
 use crate::{Error, Result};
-use rows::Done;
+use rows::{Grid, Treatment};
 
 /// Decimals of a filtered value.
 const DECIMALS: u32 = 6;
@@ -92,15 +94,6 @@ impl DenoiseOptions {
         }
         self.filters.iter().try_for_each(FilterSpec::validate)
     }
-}
-
-/// A recording with filtered channels.
-#[derive(Debug, Clone)]
-pub struct Denoised {
-    /// The recording with filtered channels; its findings are those of reading.
-    pub recording: Recording,
-    /// Results, with all findings.
-    pub summary: DenoiseSummary,
 }
 
 /// Result of [`denoise`].
@@ -143,8 +136,6 @@ pub struct FilterOutcome {
     /// Standard deviation of white noise after the filter over that before it; null for Hampel, which
     /// has no impulse response.
     pub noise_gain: Option<f64>,
-    /// False if it removes constants, as a high-pass does.
-    pub keeps_constants: bool,
     /// Number of samples replaced as outliers; null for filters that do not replace any.
     pub replaced: Option<usize>,
     /// Noise at rest after it.
@@ -162,30 +153,13 @@ pub struct Sigmas {
     pub gyroscope: Option<[f64; 3]>,
 }
 
-/// Replaces the channels of a recording by filtered ones.
-///
-/// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
-/// usual steps (a gap), or is no whole number of them; Hampel filters alone run across any step up to
-/// a gap. Lost samples are interpolated for the filter, and not written; empty cells stay empty, and
-/// the samples around them are filtered as if one were lost. Parts that are too short for a filter are
-/// left unchanged, which is a finding.
-///
-/// # Errors
-///
-/// `no-filter`, `filter-range`, `rate-unknown` (usage); `uneven-stamps` (input) if more than 1 % of
-/// the steps are uneven, for all filters but Hampel's.
-pub fn denoise(mut recording: Recording, options: &DenoiseOptions) -> Result<Denoised> {
-    options.validate()?;
-    let summary = filter(&mut recording, options)?;
-    Ok(Denoised { recording, summary })
-}
-
 /// Writes the recording at `path` (`-` is standard input) with filtered channels in place of the
 /// recorded ones, as [`denoise`] filters them.
 ///
 /// Filtered channels keep the name and the unit of their column, so that a calibration for the
-/// recording also applies to the output. Every other column is copied byte for byte, breaks become blank lines. Values have six decimals. A row that
-/// is no measurement stays a row with empty channels.
+/// recording also applies to the output. Every other column is copied byte for byte, breaks become
+/// blank lines. Values have six decimals. A row that is no measurement stays a row with empty
+/// channels.
 ///
 /// Channels and the text of other columns are held in memory.
 ///
@@ -204,15 +178,11 @@ pub fn denoise_file(
     let input = open(path, read)?;
     let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
     let table = table(&reader.format);
-    let mut summary = filter(&mut reader.recording, options)?;
+    let mut summary = denoise(&mut reader.recording, options)?;
     summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
-    let offset = if keeps_offset {
-        reader.recording.zero_offset
-    } else {
-        0.0
-    };
+    let offset = reader.recording.zero_offset * f64::from(keeps_offset);
     let (recording, .., found) = write_rows(reader, out, table, false, |rows| {
         let readings = &mut rows.readings;
         let accel = readings.accel.iter_mut().flatten();
@@ -221,9 +191,8 @@ pub fn denoise_file(
         let accel = std::mem::take(&mut readings.accel);
         accel.into_iter().chain(gyro).collect()
     })?;
-    summary
-        .findings
-        .extend(found.into_iter().map(|f| f.in_file(&name)));
+    let found = found.into_iter().map(|f| f.in_file(&name));
+    summary.findings.extend(found);
     summary.description.clone_from(&recording.description);
     Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }
@@ -232,139 +201,142 @@ pub fn denoise_file(
 fn table(format: &Format) -> Table {
     let gyro = format.gyro.into_iter().flatten();
     let columns = format.accel.into_iter().chain(gyro);
-    let columns = columns.map(|field| NewColumn {
-        name: input_name(format, field),
-        replaces: Some(field),
-    });
+    let columns = columns.map(|field| (input_name(format, field), Some(field)));
     Table::with_new(format, &columns.collect::<Vec<_>>(), DECIMALS, false)
 }
 
 /// Replaces the channels of a recording by filtered ones, and measures the noise in its static
 /// intervals.
-fn filter(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
+///
+/// No filter runs across a break, or a step of the time stamps that goes back, is longer than 10
+/// usual steps (a gap), or is no whole number of them; Hampel filters alone run across any step up to
+/// a gap. Lost samples are interpolated for the filter, and not written; empty cells stay empty, and
+/// the samples around them are filtered as if one were lost. Parts that are too short for a filter are
+/// left unchanged, which is a finding.
+///
+/// # Errors
+///
+/// `no-filter`, `filter-range`, `rate-unknown` (usage); `uneven-stamps` (input) if more than 1 % of
+/// the steps are uneven, for all filters but Hampel's.
+pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
+    options.validate()?;
     let rests = find_rests(recording);
     settle(recording, &rests);
-    let filters = design(recording, &options.filters)?;
-    let mut at_rest = vec![rests.clone()];
-    let mut reach = 0;
-    for filter in &filters {
+    let rate_hz = recording.timing.rate_hz();
+    let designed = options.filters.iter();
+    let designed = designed.map(|spec| Filter::design(spec, rate_hz));
+    let designed = designed.collect::<Result<Vec<Filter>>>()?;
+    let grid = Grid::new(recording, &designed)?;
+    let recorded = sigmas(recording, &rests);
+    let mut findings = recording.findings.clone();
+    let (mut filters, mut reach) = (Vec::new(), 0);
+    let gyro = recording.gyro.iter().flatten();
+    let channels = recording.accel.iter().chain(gyro);
+    let stretches: Vec<_> = channels.map(|c| grid.stretches(c)).collect();
+    for filter in &designed {
+        let spec = filter.spec;
+        let gyro = recording.gyro.iter_mut().flatten();
+        let channels = recording.accel.iter_mut().chain(gyro);
+        let mut treatment = Treatment::default();
+        for (channel, stretches) in channels.zip(&stretches) {
+            for stretch in stretches {
+                grid.filter(filter, stretch, channel, &mut treatment);
+            }
+        }
+        findings.extend(filter_findings(
+            filter,
+            treatment,
+            recording.timing.duration_s,
+        ));
         // A filter spreads motion into the ends of a static interval.
         reach += filter.reach;
-        at_rest.push(inner_rows(&rests, reach));
-    }
-    let done = rows::run(recording, &filters, 6, &at_rest)?;
-    Ok(summary(recording, &rests, &filters, &done))
-}
-
-fn design(recording: &Recording, filters: &[FilterSpec]) -> Result<Vec<Filter>> {
-    let rate_hz = recording.timing.rate_hz();
-    let filters = filters.iter();
-    filters.map(|spec| Filter::design(spec, rate_hz)).collect()
-}
-
-/// Of a recording that was filtered; `rests`: the rows of its static intervals.
-fn summary(
-    recording: &Recording,
-    rests: &[Range<usize>],
-    filters: &[Filter],
-    done: &Done,
-) -> DenoiseSummary {
-    let (accel, gyro) = (recording.accel_scale, recording.gyro_scale);
-    let nominal = [accel.nominal(), gyro.and_then(|s| s.nominal())];
-    let mut sigmas = done.noise.iter().map(|channels| {
-        let [accelerometer, gyroscope] = [0, 1].map(|sensor| {
-            let sigma = |axis| channels[3 * sensor + axis] / nominal[sensor].unwrap_or(1.0);
-            let axes: [f64; 3] = std::array::from_fn(sigma);
-            axes.iter().all(|v| v.is_finite()).then_some(axes)
-        });
-        Sigmas {
-            accelerometer,
-            gyroscope,
-        }
-    });
-    let recorded = sigmas.next().unwrap_or_default();
-    let outcomes = filters.iter().zip(&done.treatments).zip(sigmas);
-    let outcome = |((filter, treatment), sigma): ((&Filter, &rows::Treatment), Sigmas)| {
-        let spec = filter.spec;
-        FilterOutcome {
+        filters.push(FilterOutcome {
             filter: spec.to_string(),
             noise_gain: filter.noise_gain(),
-            keeps_constants: spec.keeps_constants(),
             replaced: matches!(spec, FilterSpec::Hampel { .. }).then_some(treatment.replaced),
-            sigma,
-        }
-    };
-    let mut all = recording.findings.clone();
-    all.extend(findings(filters, done, recording.timing.duration_s));
-    if rests.is_empty() {
-        all.push(finding!(
-            NeverStatic,
-            "no static interval was found: the effect of the filters on the noise of this recording is unknown"
-        ));
+            sigma: sigmas(recording, &inner_rows(&rests, reach)),
+        });
     }
-    let in_file = all.into_iter().map(|f| f.in_file(&recording.name));
-    DenoiseSummary {
-        input: recording.name.clone(),
-        description: recording.description.clone(),
-        rows: recording.rows(),
-        rate_hz: recording.timing.rate_hz(),
-        segments: done.parts,
-        static_intervals: rests.len(),
-        static_rows: rests.iter().map(ExactSizeIterator::len).sum(),
-        accel_unit: nominal[0].map_or(accel.unit.name(), |_| "m/s^2"),
-        gyro_unit: match gyro {
-            Some(scale) if nominal[1].is_none() => scale.unit.name(),
-            _ => "rad/s",
-        },
-        recorded,
-        filters: outcomes.map(outcome).collect(),
-        columns: Vec::new(),
-        findings: in_file.collect(),
-    }
-}
-
-/// Findings of all filters, and about rows.
-fn findings(filters: &[Filter], done: &Done, duration_s: Option<f64>) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (filter, treatment) in filters.iter().zip(&done.treatments) {
-        let spec = filter.spec;
-        if treatment.too_short > 0 {
-            let finding = finding!(
-                NotFiltered,
-                "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
-                treatment.short_stretches,
-                filter.shortest,
-                treatment.too_short
-            );
-            findings.push(finding.counting(treatment.too_short as u64));
-        }
-        if let FilterSpec::Butterworth { cutoff_hz, .. } = spec
-            && let Some(duration_s) = duration_s
-            && duration_s * cutoff_hz < 1.0
-        {
-            findings.push(finding!(
-                ShortForCutoff,
-                "{spec}: {cutoff_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends",
-                1.0 / cutoff_hz
-            ));
-        }
-    }
-    if done.restarts > 0 {
-        let times = count(done.restarts, "time");
+    if grid.restarts > 0 {
+        let times = count(grid.restarts, "time");
         let finding = finding!(
             Parted,
             "the filters restart {times}, where a time step is negative, longer than ten usual ones or no whole number of them"
         );
-        findings.push(finding.counting(done.restarts as u64));
+        findings.push(finding.counting(grid.restarts as u64));
+    }
+    if rests.is_empty() {
+        findings.push(finding!(
+            NeverStatic,
+            "no static interval was found: the effect of the filters on the noise of this recording is unknown"
+        ));
+    }
+    let findings = findings.into_iter().map(|f| f.in_file(&recording.name));
+    let (accel, gyro) = (recording.accel_scale, recording.gyro_scale);
+    let unknown_gyro = gyro.filter(|scale| scale.nominal().is_none());
+    Ok(DenoiseSummary {
+        input: recording.name.clone(),
+        description: recording.description.clone(),
+        rows: recording.rows(),
+        rate_hz,
+        segments: grid.starts.len(),
+        static_intervals: rests.len(),
+        static_rows: rests.iter().map(ExactSizeIterator::len).sum(),
+        accel_unit: accel.nominal().map_or(accel.unit.name(), |_| "m/s^2"),
+        gyro_unit: unknown_gyro.map_or("rad/s", |scale| scale.unit.name()),
+        recorded,
+        filters,
+        columns: Vec::new(),
+        findings: findings.collect(),
+    })
+}
+
+/// Standard deviations of the channels in rows at rest, in SI units where the scale is known.
+fn sigmas(recording: &Recording, at_rest: &[Range<usize>]) -> Sigmas {
+    let sensor = |axes: &[Vec<f64>; 3], nominal: Option<f64>| {
+        let sigmas = axes.each_ref().map(|channel| {
+            let intervals = at_rest.iter().map(|rows| &channel[rows.clone()]);
+            pooled_deviation(intervals) / nominal.unwrap_or(1.0)
+        });
+        sigmas.iter().all(|v| v.is_finite()).then_some(sigmas)
+    };
+    let gyro_nominal = recording.gyro_scale.and_then(|scale| scale.nominal());
+    let gyro = recording.gyro.as_ref();
+    Sigmas {
+        accelerometer: sensor(&recording.accel, recording.accel_scale.nominal()),
+        gyroscope: gyro.and_then(|axes| sensor(axes, gyro_nominal)),
+    }
+}
+
+/// Findings of one filter.
+fn filter_findings(filter: &Filter, treatment: Treatment, duration_s: Option<f64>) -> Vec<Finding> {
+    let (spec, mut findings) = (filter.spec, Vec::new());
+    if treatment.too_short > 0 {
+        let finding = finding!(
+            NotFiltered,
+            "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
+            treatment.short_stretches,
+            filter.shortest,
+            treatment.too_short
+        );
+        findings.push(finding.counting(treatment.too_short as u64));
+    }
+    if let FilterSpec::Butterworth { cutoff_hz, .. } = spec
+        && let Some(duration_s) = duration_s
+        && duration_s * cutoff_hz < 1.0
+    {
+        findings.push(finding!(
+            ShortForCutoff,
+            "{spec}: {cutoff_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends",
+            1.0 / cutoff_hz
+        ));
     }
     findings
 }
 
 /// The intervals without `reach` rows at both ends, if at least ten rows remain.
 fn inner_rows(spans: &[Range<usize>], reach: usize) -> Vec<Range<usize>> {
-    spans
-        .iter()
-        .map(|s| s.start + reach..s.end.saturating_sub(reach))
-        .filter(|s| s.len() >= 10)
-        .collect()
+    let inner = spans.iter();
+    let inner = inner.map(|s| s.start + reach..s.end.saturating_sub(reach));
+    inner.filter(|s| s.len() >= 10).collect()
 }

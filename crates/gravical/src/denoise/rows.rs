@@ -5,7 +5,6 @@ use std::path::Path;
 
 use super::filter::Filter;
 use crate::recording::Recording;
-use crate::stats::pooled_deviation;
 use crate::{Error, Result};
 
 /// Steps longer than this many usual steps are gaps: twice the window of the weakest smoothing.
@@ -32,63 +31,6 @@ pub(super) struct Treatment {
     pub short_stretches: usize,
 }
 
-/// Results.
-pub(super) struct Done {
-    /// Parts in which filters restart.
-    pub parts: usize,
-    /// Parts that begin at a time stamp, not at a break.
-    pub restarts: usize,
-    /// Of each filter.
-    pub treatments: Vec<Treatment>,
-    /// Standard deviation of each channel at rest before the filters and after each, if requested; NaN
-    /// where there is none.
-    pub noise: Vec<[f64; 6]>,
-}
-
-/// Filters the first `channels` of a recording in place: 3, the accelerometer, or 6. `at_rest`: rows in
-/// which noise is measured, before the filters and after each.
-///
-/// # Errors
-///
-/// `uneven-stamps` (input) if a filter needs even steps.
-pub(super) fn run(
-    recording: &mut Recording,
-    filters: &[Filter],
-    channels: usize,
-    at_rest: &[Vec<Range<usize>>],
-) -> Result<Done> {
-    let needs_even = filters.iter().any(|f| f.spec.needs_even_steps());
-    let grid = Grid::new(recording, needs_even);
-    if grid.uneven as f64 > MAX_UNEVEN * grid.steps as f64 {
-        return Err(uneven(recording, &grid));
-    }
-    let mut done = Done {
-        parts: grid.starts.len(),
-        restarts: grid.restarts,
-        treatments: vec![Treatment::default(); filters.len()],
-        noise: vec![[f64::NAN; 6]; at_rest.len()],
-    };
-    let Recording { accel, gyro, .. } = recording;
-    let columns = accel.iter_mut().chain(gyro.iter_mut().flatten());
-    for (c, column) in columns.enumerate().take(channels) {
-        let stretches = grid.stretches(column);
-        let mut noise = done.noise.iter_mut().zip(at_rest);
-        let mut measure = |column: &[f64]| {
-            if let Some((sigmas, at_rest)) = noise.next() {
-                sigmas[c] = pooled_deviation(at_rest.iter().map(|rows| &column[rows.clone()]));
-            }
-        };
-        measure(column);
-        for (filter, treatment) in filters.iter().zip(&mut done.treatments) {
-            for stretch in &stretches {
-                grid.filter(filter, stretch, column, treatment);
-            }
-            measure(column);
-        }
-    }
-    Ok(done)
-}
-
 fn uneven(recording: &Recording, grid: &Grid) -> Error {
     let percent = 100.0 * grid.uneven as f64 / grid.steps as f64;
     let rate_hz = recording.timing.rate_hz().unwrap_or(f64::NAN);
@@ -103,11 +45,11 @@ fn uneven(recording: &Recording, grid: &Grid) -> Error {
 }
 
 /// The rows of a recording on an even grid.
-struct Grid {
+pub(super) struct Grid {
     /// Rows at which filters start.
-    starts: Vec<usize>,
+    pub starts: Vec<usize>,
     /// Those of them that a time stamp makes, not a break: gaps, steps back and uneven steps.
-    restarts: usize,
+    pub restarts: usize,
     /// Point of each row, ascending within a part; rows with equal time stamps share one.
     points: Vec<usize>,
     /// Steps between time stamps, and those that should be a whole number of usual ones and are not.
@@ -116,9 +58,14 @@ struct Grid {
 }
 
 impl Grid {
-    /// A row without a time stamp follows the one before it by a step. Unless a filter `needs_even` steps,
-    /// any step up to a gap will do.
-    fn new(recording: &Recording, needs_even: bool) -> Self {
+    /// A row without a time stamp follows the one before it by a step. Unless one of the filters needs
+    /// even steps, any step up to a gap will do.
+    ///
+    /// # Errors
+    ///
+    /// `uneven-stamps` (input) if a filter needs even steps.
+    pub fn new(recording: &Recording, filters: &[Filter]) -> Result<Self> {
+        let needs_even = filters.iter().any(|f| f.spec.needs_even_steps());
         let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
         let stamps = recording.time_s.as_deref().unwrap_or_default();
         let whole_share = whole_share(stamps, step_s);
@@ -153,11 +100,14 @@ impl Grid {
             grid.points.push(point);
             last = stamp.map(|stamp| (stamp, point)).or(last);
         }
-        grid
+        if grid.uneven as f64 > MAX_UNEVEN * grid.steps as f64 {
+            return Err(uneven(recording, &grid));
+        }
+        Ok(grid)
     }
 
     /// Rows of a channel between the starts and gaps of its samples; both ends are samples.
-    fn stretches(&self, column: &[f64]) -> Vec<Range<usize>> {
+    pub fn stretches(&self, column: &[f64]) -> Vec<Range<usize>> {
         let mut stretches: Vec<Range<usize>> = Vec::new();
         let ends = self.starts.iter().skip(1).copied().chain([column.len()]);
         for (start, end) in self.starts.iter().copied().zip(ends) {
@@ -175,7 +125,7 @@ impl Grid {
     }
 
     /// Filters the samples of a channel in a stretch.
-    fn filter(
+    pub fn filter(
         &self,
         filter: &Filter,
         stretch: &Range<usize>,

@@ -124,23 +124,18 @@ impl Target {
         for (option, is_given) in given {
             if is_given && !self.options.contains(&option) {
                 let message = format!("means nothing to the target {}", self.name);
-                let hint = match self.options {
+                let error = Error::usage("export-option", message).of_option(option);
+                let error = error.with_hint(match self.options {
                     [] => "leave it out; this target takes no options",
                     _ => "leave it out; this target takes others",
-                };
-                let error = Error::usage("export-option", message)
-                    .of_option(option)
-                    .with_hint(hint);
+                });
                 let taken = self.options.iter();
                 return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }
         }
         let counts = [options.counts_per_g, options.counts_per_deg_s];
-        if let Some(bad) = counts
-            .into_iter()
-            .flatten()
-            .find(|c| !(c.is_finite() && *c > 0.0))
-        {
+        let mut counts = counts.into_iter().flatten();
+        if let Some(bad) = counts.find(|c| !(c.is_finite() && *c > 0.0)) {
             let message = format!("{bad} counts per unit is no positive number");
             return Err(Error::usage("export-option", message)
                 .with_hint("these are of an MPU6050 in the ranges ±2 g and ±250 °/s")
@@ -230,12 +225,9 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
         }
     };
     let mut values = Values::new(nine_digits);
-    let node = if target.name == "ros2" {
-        "imu_apply"
-    } else {
-        "gravical"
-    };
-    let name = options.name.as_deref().unwrap_or(node);
+    let is_node = target.name == "ros2";
+    let name = if is_node { "imu_apply" } else { "gravical" };
+    let name = options.name.as_deref().unwrap_or(name);
     values.text("name", name);
     values.text("NAME", name.to_uppercase());
     values.text("created", in_comment(&file.created));
@@ -254,14 +246,11 @@ fn no_noise() -> Error {
 /// Lines about the calibration, for a comment.
 fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<String> {
     let a = &file.accelerometer;
-    let sensor: Vec<&str> = [&file.sensor.model, &file.sensor.id]
-        .into_iter()
-        .flatten()
-        .map(String::as_str)
-        .collect();
-    let of = if sensor.is_empty() { "" } else { " of " };
+    let sensor = [&file.sensor.model, &file.sensor.id].into_iter().flatten();
+    let sensor: String = sensor.map(|name| format!(" {name}")).collect();
+    let of = if sensor.is_empty() { "" } else { " of" };
     let mut lines = vec![
-        format!("Calibration{of}{}, {}", sensor.join(" "), file.created),
+        format!("Calibration{of}{sensor}, {}", file.created),
         format!(
             "by {}, verdict {}, for {}",
             file.tool, file.verdict.grade, target.name
@@ -291,11 +280,8 @@ fn in_comment(text: &str) -> String {
         .replace('²', "^2")
         .replace('°', "deg")
         .replace('‖', "|");
-    let is_harmless = |c: char| c.is_ascii_alphanumeric() || " `',;:.()+-=/^_|<>%&".contains(c);
-    ascii
-        .chars()
-        .map(|c| if is_harmless(c) { c } else { '_' })
-        .collect()
+    let is_harmful = |c: char| !c.is_ascii_alphanumeric() && !" `',;:.()+-=/^_|<>%&".contains(c);
+    ascii.replace(is_harmful, "_")
 }
 
 /// The calibration as code to paste: its language, the mark of that language in Markdown, and the
@@ -306,32 +292,20 @@ pub fn snippets(file: &CalibrationFile) -> [(&'static str, &'static str, String)
         let mut values = Values::new(write);
         let mut accelerometer = Sensor::accelerometer(file);
         accelerometer.unit = numfmt::unit(&accelerometer.unit);
-        sensor::set_values(
-            &mut values,
-            &accelerometer,
-            Sensor::gyroscope(file).as_ref(),
-        );
+        let gyroscope = Sensor::gyroscope(file);
+        sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
         if file.temperature_model.is_some() {
             values.text("drift", "1");
         }
         fill_template(template, &values)
     };
     let six_digits = |value: f64| numfmt::small(value, 6);
+    let c = fill(include_str!("templates/paste.c.in"), nine_digits);
+    let python = fill(include_str!("templates/paste.py.in"), nine_digits);
+    let equation = fill(include_str!("templates/paste.txt.in"), six_digits);
     [
-        (
-            "C",
-            "c",
-            fill(include_str!("templates/paste.c.in"), nine_digits),
-        ),
-        (
-            "Python",
-            "python",
-            fill(include_str!("templates/paste.py.in"), nine_digits),
-        ),
-        (
-            "Equation",
-            "",
-            fill(include_str!("templates/paste.txt.in"), six_digits),
-        ),
+        ("C", "c", c),
+        ("Python", "python", python),
+        ("Equation", "", equation),
     ]
 }

@@ -52,7 +52,7 @@ fn term(number: &str, positive: &str, negative: &str) -> String {
 }
 
 /// Replaces each `$key$`. Lines from `$if key$` to `$end$` are left out where `key` has no value;
-/// a line whose value has several lines is repeated for each of them.
+/// a line with `$about$` is repeated for each of its lines.
 pub(super) fn fill_template(template: &str, values: &Values) -> String {
     let mut text = String::new();
     let mut is_left_out = false;
@@ -62,37 +62,21 @@ pub(super) fn fill_template(template: &str, values: &Values) -> String {
             is_left_out = !values.texts.contains_key(key);
         } else if line == "$end$" {
             is_left_out = false;
-        } else if !is_left_out {
-            text += &fill_line(line, values);
-        }
-    }
-    text
-}
-
-fn fill_line(line: &str, values: &Values) -> String {
-    let is_key = |i: usize| i % 2 == 1;
-    let parts: Vec<String> = line
-        .split('$')
-        .enumerate()
-        .map(|(i, part)| {
-            if is_key(i) {
-                values.look_up(part)
-            } else {
-                part.to_owned()
+        } else if let Some((before, after)) = line.split_once("$about$") {
+            for about in values.look_up("about").lines() {
+                text += &format!("{before}{about}{after}\n");
             }
-        })
-        .collect();
-    let count = parts.iter().map(|p| p.lines().count()).max().unwrap_or(0);
-    let mut text = String::new();
-    for n in 0..count.max(1) {
-        for (i, part) in parts.iter().enumerate() {
-            text += if is_key(i) {
-                part.lines().nth(n).unwrap_or("")
-            } else {
-                part
-            };
+        } else if !is_left_out {
+            for (i, part) in line.split('$').enumerate() {
+                let is_key = i % 2 == 1;
+                text += &if is_key {
+                    values.look_up(part)
+                } else {
+                    part.to_owned()
+                };
+            }
+            text.push('\n');
         }
-        text.push('\n');
     }
     text
 }

@@ -191,7 +191,7 @@ impl Session {
     ///
     /// Those of reading: so far it is no recording.
     pub fn settle_format(&mut self) -> Result<Vec<Message>> {
-        let samples = self.reading.settle(1)?;
+        let samples = self.reading.settle()?;
         self.samples(samples)
     }
 

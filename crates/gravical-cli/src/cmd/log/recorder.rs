@@ -109,7 +109,7 @@ impl Recorder {
         let mut gaps = Gaps::default();
         if !before.is_empty() {
             reader.push(before)?;
-            reader.settle(1)?;
+            reader.settle()?;
             gaps.open(Cause::Continued);
         }
         let state = match args.board.wanted.commands().as_str() {
@@ -357,7 +357,7 @@ impl Recorder {
         }
         *next_s = now_s + RETRY_S;
         // Lines that are no recording may be one with those that follow.
-        let _ = self.reader.settle(1);
+        let _ = self.reader.settle();
         if self.reader.form().is_none() && is_due && !is_last {
             return self.report_no_rows();
         }
@@ -385,7 +385,7 @@ impl Recorder {
             }
             self.add(line)?;
         }
-        self.reader.settle(1).map_err(|error| unreadable(&error))?;
+        self.reader.settle().map_err(|error| unreadable(&error))?;
         self.write_judged();
         Ok(())
     }

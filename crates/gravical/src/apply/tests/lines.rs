@@ -63,10 +63,8 @@ fn rows_that_are_no_measurement_stay_rows_without_values() {
     assert!(!is_empty(300) && is_empty(301) && is_empty(339) && !is_empty(340));
     finding(&summary, "zero-rows");
     finding(&summary, "sensor-hung");
-    assert_eq!(
-        refused(&si(), "ax,ay,az\n0,0,0\n0,0,0\n", &options()).code(),
-        "all-zero"
-    );
+    let error = refused(&si(), "ax,ay,az\n0,0,0\n0,0,0\n", &options());
+    assert_eq!(error.code(), "all-zero");
 }
 
 /// Delivers a few bytes at a time, as a pipe does.
@@ -87,17 +85,13 @@ impl Read for SmallReads<'_> {
 fn faulty() -> String {
     let row = |i: usize| {
         let x = i as f64;
-        let az = if i % 500 < 4 && i > 4000 {
-            19.6127
-        } else {
-            9.8 + 0.01 * x.cos()
-        };
+        let is_clipped = i % 500 < 4 && i > 4000;
+        let az = 9.8 + 0.01 * x.cos();
+        let az = if is_clipped { 19.6127 } else { az };
         let stamp = if i == 5000 { 49_940 } else { 10 * i };
         let ax = 0.01 * x.sin();
-        let line = format!(
-            "{stamp},{ax:.4},0.2,{az:.4},{:.3},0.01,0.5",
-            (0.3 * x).sin()
-        );
+        let gx = (0.3 * x).sin();
+        let line = format!("{stamp},{ax:.4},0.2,{az:.4},{gx:.3},0.01,0.5");
         match i {
             7000 => format!("{line}\n\nt_ms,ax,ay,az,gx,gy,gz"),
             7100 => line[..12].to_owned(),
@@ -126,10 +120,8 @@ fn findings_equal_those_of_reading_into_memory() {
     let (_, applied) = run(&si(), &text);
     let read = read_bytes(text.as_bytes(), "rec.csv", &ReadOptions::default()).unwrap();
     assert_eq!(applied.lines, read.ledger.lines as u64);
-    assert_eq!(
-        applied.rows - applied.rows_without_acceleration,
-        read.ledger.rows() as u64 - 1
-    );
+    let measured = applied.rows - applied.rows_without_acceleration;
+    assert_eq!(measured, read.ledger.rows() as u64 - 1);
     assert_eq!(applied.findings, read.findings);
     for kind in ["clipped", "zero-rows", "torn-line", "repeated-header"] {
         finding(&applied, kind);

@@ -2,6 +2,13 @@
 
 use super::*;
 
+/// Options with the unit of the accelerometer.
+fn given(unit: AccelUnit) -> ApplyOptions {
+    let mut options = options();
+    options.read.accel_unit = Some(unit);
+    options
+}
+
 #[test]
 fn another_unit_is_refused_unless_given() {
     let rows = |g: f64| still("t,ax,ay,az", 40, |i| format!("{i},0.0,0.0{},{g}", i % 3));
@@ -16,13 +23,6 @@ fn another_unit_is_refused_unless_given() {
     );
     assert_eq!(error.options(), [Advice::new("accel_unit", "m/s^2")]);
 
-    let given = |unit: AccelUnit| ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(unit),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
     let with_unit = given(AccelUnit::MetrePerSecondSquared);
     let (_, summary) = run_with(&si(), in_g.as_bytes(), &with_unit).unwrap();
     finding(&summary, "unit-mismatch");
@@ -50,21 +50,13 @@ fn unknown_units_are_checked_by_gravity() {
     let (_, summary) = run(&unknown, &unsigned);
     finding(&summary, "unit-unverified");
     assert_eq!(summary.accelerometer.unit, AccelUnit::Counts);
-    assert_eq!(
-        refused(
-            &unknown,
-            &still("ax,ay,az", 60, |i| format!("0.1,0.{},9.8", i % 4)),
-            &options()
-        )
-        .code(),
-        "unit-mismatch"
-    );
+    let in_si = still("ax,ay,az", 60, |i| format!("0.1,0.{},9.8", i % 4));
+    let error = refused(&unknown, &in_si, &options());
+    assert_eq!(error.code(), "unit-mismatch");
     // 985 can be mg or cm/s²; the calibration decides.
     let mg = calibration(Some("mg"), 1000.0 / 9.80665, [0.0; 3]);
-    let (_, summary) = run(
-        &mg,
-        &still("x,ax,ay,az", 60, |i| format!("7,1.5,{}.5,985.2", i % 4)),
-    );
+    let rows = still("x,ax,ay,az", 60, |i| format!("7,1.5,{}.5,985.2", i % 4));
+    let (_, summary) = run(&mg, &rows);
     assert_eq!(summary.accelerometer.unit, AccelUnit::MilliGravity);
 }
 
@@ -83,25 +75,14 @@ fn the_unit_of_the_gyroscope_is_checked() {
     assert!(error.message().contains("gyroscope"), "{error}");
     // A header that is wrong about the accelerometer is not evidence.
     let (_, summary) = run(&cal, &rows("deg/s", "g"));
-    assert!(
-        summary
-            .findings
-            .iter()
-            .any(|f| f.message.contains("although the header says °/s"))
-    );
-    let with_unit = ApplyOptions {
-        read: ReadOptions {
-            gyro_unit: Some(GyroUnit::RadianPerSecond),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
+    let mut findings = summary.findings.iter();
+    assert!(findings.any(|f| f.message.contains("although the header says °/s")));
+    let mut with_unit = options();
+    with_unit.read.gyro_unit = Some(GyroUnit::RadianPerSecond);
     assert!(run_with(&cal, rows("deg/s", "m/s^2").as_bytes(), &with_unit).is_ok());
     let counts = with_gyro("counts");
-    assert_eq!(
-        refused(&counts, &rows("", "m/s^2"), &options()).code(),
-        "unit-mismatch"
-    );
+    let error = refused(&counts, &rows("", "m/s^2"), &options());
+    assert_eq!(error.code(), "unit-mismatch");
 }
 
 /// Longer than the head in m/s², then twice as long in g: two concatenated files.
@@ -123,13 +104,7 @@ fn a_change_of_unit_is_refused_with_its_line() {
     let error = refused(&si(), &text, &options());
     assert_eq!(error.code(), "unit-changed");
     assert_eq!(error.location().and_then(|l| l.line), Some(12_002));
-    let with_unit = ApplyOptions {
-        read: ReadOptions {
-            accel_unit: Some(AccelUnit::MetrePerSecondSquared),
-            ..ReadOptions::default()
-        },
-        ..options()
-    };
+    let with_unit = given(AccelUnit::MetrePerSecondSquared);
     let (_, summary) = run_with(&si(), text.as_bytes(), &with_unit).unwrap();
     finding(&summary, "unit-changed");
     // Before the change there are no findings.
@@ -156,11 +131,8 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     let read = read_bytes(out.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
     assert!(read.is_result() && read.is_calibrated);
     assert_eq!(read.accel_scale.unit, AccelUnit::StandardGravity);
-    let again = run_with(
-        &calibration(Some("g"), 0.101972, [0.0; 3]),
-        out.as_bytes(),
-        &in_g,
-    );
+    let in_unit = calibration(Some("g"), 0.101972, [0.0; 3]);
+    let again = run_with(&in_unit, out.as_bytes(), &in_g);
     finding(&again.unwrap().1, "already-calibrated");
     // With the raw columns: the way to the calibrated ones is named.
     let both = ApplyOptions {

@@ -1,23 +1,15 @@
-use crate::apply::{ApplyOptions, ApplySummary, apply};
-use crate::calibration_file::CalibrationFile;
-use gravical_recording::bytes::from_reader;
+//! Subtraction of the drift with temperature.
+
+use super::*;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.
-fn calibration() -> CalibrationFile {
+fn drifting() -> CalibrationFile {
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let zero = [[0.0; 3]; 3];
-    let file = serde_json::json!({
-        "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "m/s^2", "cal_type": "Ferraris",
-        "K_a": identity, "b_a": [0.1, 0, 0], "R_a": identity,
-        "K_g": identity, "b_g": [0, 0, 0], "R_g": identity, "K_ga": zero,
-    });
-    let mut file = CalibrationFile::parse(file.to_string().as_bytes()).unwrap();
-    let gyroscope = serde_json::json!({
-        "input_unit": "rad/s", "output_unit": "rad/s", "bias": [0, 0, 0], "matrix": identity,
-        "scale": [1, 1, 1], "orientation": identity, "g_sensitivity": zero,
-    });
-    file.gyroscope = Some(serde_json::from_value(gyroscope).unwrap());
+    let mut file = with_gyro("rad/s");
+    (file.accelerometer.matrix, file.accelerometer.bias) = (identity, [0.1, 0.0, 0.0]);
+    let gyro = file.gyroscope.as_mut().unwrap();
+    (gyro.matrix, gyro.bias, gyro.g_sensitivity) = (identity, [0.0; 3], [[0.0; 3]; 3]);
     let channel = |name: &str, verdict: &str, drift: &[f64]| {
         serde_json::json!({
             "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
@@ -36,35 +28,19 @@ fn calibration() -> CalibrationFile {
     file
 }
 
-fn run(text: &str) -> (ApplySummary, Vec<Vec<String>>) {
-    let input = from_reader(
-        Box::new(std::io::Cursor::new(text.as_bytes().to_vec())),
-        false,
-    )
-    .unwrap();
-    let mut out = Vec::new();
-    let summary = apply(
-        &calibration(),
-        input,
-        "ride.csv",
-        &mut out,
-        &ApplyOptions::default(),
-    )
-    .unwrap();
-    let rows = String::from_utf8(out).unwrap();
+/// The summary, and the cells of the rows.
+fn table(text: &str) -> (ApplySummary, Vec<Vec<String>>) {
+    let (out, summary) = run(&drifting(), text);
     let cells = |line: &str| line.split(',').map(str::to_owned).collect();
-    (summary, rows.lines().skip(1).map(cells).collect())
+    (summary, out.lines().skip(1).map(cells).collect())
 }
 
 const HEADER: &str =
-    "t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C),gx (rad/s),gy (rad/s),gz (rad/s)\n";
+    "t_s,ax (m/s^2),ay (m/s^2),az (m/s^2),temp (C),gx (rad/s),gy (rad/s),gz (rad/s)";
 
 fn ride(temperatures: &[&str]) -> String {
-    let rows = temperatures
-        .iter()
-        .enumerate()
-        .map(|(i, t)| format!("{i},0.5,0.2,9.8,{t},0.01,0.02,0.03\n"));
-    HEADER.to_owned() + &rows.collect::<String>()
+    let row = |i: usize| format!("{i},0.5,0.2,9.8,{},0.01,0.02,0.03", temperatures[i]);
+    still(HEADER, temperatures.len(), row)
 }
 
 fn kinds(summary: &ApplySummary) -> Vec<&str> {
@@ -74,7 +50,7 @@ fn kinds(summary: &ApplySummary) -> Vec<&str> {
 
 #[test]
 fn every_row_is_corrected_for_its_temperature() {
-    let (summary, rows) = run(&ride(&["25", "35", "15.0"]));
+    let (summary, rows) = table(&ride(&["25", "35", "15.0"]));
     // raw − drift − bias
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
     assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
@@ -90,16 +66,12 @@ fn every_row_is_corrected_for_its_temperature() {
 
 #[test]
 fn outside_the_range_the_edge_is_used_and_reported() {
-    let (summary, rows) = run(&ride(&["50", "50.4", "90", "-30"]));
+    let (summary, rows) = table(&ride(&["50", "50.4", "90", "-30"]));
     // 0.5 − 0.25 − 0.1 at 50 °C and beyond, 0.5 + 0.25 − 0.1 at 0 °C.
     let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
     assert_eq!(ax, ["0.150000", "0.150000", "0.150000", "0.650000"]);
     assert_eq!(kinds(&summary), ["temperature-outside"]);
-    let reported = summary
-        .findings
-        .iter()
-        .find(|f| f.kind.name() == "temperature-outside")
-        .unwrap();
+    let reported = finding(&summary, "temperature-outside");
     assert_eq!((reported.count, &reported.lines[..]), (2, &[[4, 5]][..]));
     for number in ["0.0 to 50.0", "-30.0 to 90.0"] {
         assert!(reported.message.contains(number), "{}", reported.message);
@@ -108,37 +80,24 @@ fn outside_the_range_the_edge_is_used_and_reported() {
 
 #[test]
 fn an_empty_temperature_repeats_the_last_one() {
-    let (summary, rows) = run(&ride(&["", "35", "", "nan", "-3276.8", "15"]));
-    let ax: Vec<&str> = rows.iter().map(|r| r[1].as_str()).collect();
-    assert_eq!(
-        ax,
-        [
-            "0.300000", "0.300000", "0.300000", "0.300000", "0.300000", "0.500000"
-        ]
-    );
+    let (summary, rows) = table(&ride(&["", "35", "", "nan", "-3276.8", "15"]));
+    assert!(rows[..5].iter().all(|row| row[1] == "0.300000"));
+    assert_eq!(rows[5][1], "0.500000");
     assert!(kinds(&summary).is_empty());
 }
 
 #[test]
 fn without_temperatures_drift_is_reported_but_not_subtracted() {
     let bare = "t_s,ax,ay,az\n0,0.5,0.2,9.8\n1,0.5,0.21,9.8\n";
-    let (summary, rows) = run(bare);
+    let (summary, rows) = table(bare);
     assert_eq!(rows[0][1], "0.400000");
     assert_eq!(kinds(&summary), ["temperature-not-applied"]);
-    let reported = &summary
-        .findings
-        .iter()
-        .find(|f| f.kind.name() == "temperature-not-applied")
-        .unwrap();
-    assert!(
-        reported.message.contains("ax by up to 0.250 m/s^2"),
-        "{}",
-        reported.message
-    );
+    let cost = &finding(&summary, "temperature-not-applied").message;
+    assert!(cost.contains("ax by up to 0.250 m/s^2"), "{cost}");
     assert!(summary.temperature.is_none());
 
     // Raw counts of a thermometer are not °C.
-    let (summary, rows) = run(&ride(&["-3400", "-3410", "-3420"]));
+    let (summary, rows) = table(&ride(&["-3400", "-3410", "-3420"]));
     assert_eq!(rows[2][1], "0.400000");
     assert_eq!(
         kinds(&summary),
