@@ -208,9 +208,6 @@ fn parse(text: &str) -> Option<FilterSpec> {
     })
 }
 
-/// From evenly spaced samples, as many as a filter needs or more, to as many.
-type Run = dyn Fn(&[f64]) -> Vec<f64>;
-
 /// A [`FilterSpec`] designed for a sampling rate.
 ///
 /// ```
