@@ -7,9 +7,10 @@ use crate::bytes::Input;
 use crate::error::Result;
 use crate::finding::Finding;
 use crate::foreign::in_file;
-use crate::later::{Later, Measurements, Readings};
+use crate::later::Later;
 use crate::options::ReadOptions;
 use crate::read::{Batches, note_input, open_batches};
+use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
@@ -43,7 +44,7 @@ impl Readings {
 
 /// A recording that is read batch by batch.
 pub struct BatchReader {
-    /// What the first rows are judged to be; their channels are dropped once they are read
+    /// What the first rows are judged to be; its channels go with the first rows
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
@@ -52,6 +53,8 @@ pub struct BatchReader {
     name: String,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
     held: VecDeque<Batch>,
+    /// Their channels, once the first rows are taken.
+    head: Option<Readings>,
     batches: Batches,
     later: Later,
     /// Lines without a row; and these with the rows that are no measurements, as far as they were
@@ -114,6 +117,7 @@ impl BatchReader {
             stamps,
             name: name.to_owned(),
             held,
+            head: None,
             batches,
             later,
             ledger,
@@ -131,11 +135,18 @@ impl BatchReader {
     /// Errors of reading; rows that contradict those before them, with their line.
     pub fn next_rows(&mut self) -> Result<Option<Rows>> {
         if let Some(batch) = self.held.pop_front() {
-            let rows = self.judged_rows(batch);
+            let recording = &mut self.recording;
+            let head = self.head.get_or_insert_with(|| Readings::take(recording));
+            let readings = head.in_lines(&recording.lines, &batch.lines);
             if self.held.is_empty() {
-                Readings::take(&mut self.recording);
+                self.head = None;
             }
-            return Ok(Some(rows));
+            return Ok(Some(Rows {
+                readings,
+                stamps: batch.columns.into_iter().next(),
+                text: batch.text,
+                lines: batch.lines,
+            }));
         }
         let Some(batch) = self.batches.next() else {
             return Ok(None);
@@ -154,25 +165,6 @@ impl BatchReader {
             lines: batch.lines,
             readings,
         }))
-    }
-
-    /// Rows among those by which the recording was judged.
-    fn judged_rows(&self, batch: Batch) -> Rows {
-        let recording = &self.recording;
-        let measurements = Measurements {
-            lines: &recording.lines,
-            accel: &recording.accel,
-            gyro: recording.gyro.as_ref(),
-            temperature_c: recording.temperature_c.as_ref(),
-            time_s: recording.time_s.as_ref(),
-            breaks: &recording.breaks,
-        };
-        Rows {
-            readings: measurements.in_lines(&batch.lines),
-            stamps: batch.columns.into_iter().next(),
-            text: batch.text,
-            lines: batch.lines,
-        }
     }
 
     /// The recording, the account of all lines, and what was found beside the first rows; to be

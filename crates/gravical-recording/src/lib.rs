@@ -50,6 +50,7 @@ mod meter;
 pub mod option_text;
 mod options;
 mod read;
+mod readings;
 mod recording;
 mod role;
 pub mod source;
@@ -69,10 +70,11 @@ pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
 pub use judge::UnitDoubt;
-pub use later::{Later, Readings};
+pub use later::Later;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions, parse_columns};
 pub use read::{read, read_bytes, read_head, read_samples};
+pub use readings::Readings;
 pub use recording::{
     CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
 };

@@ -39,7 +39,7 @@ impl Recording {
     ) -> Result<Self, Error> {
         let options = &format.options;
         let (rows, time) = (measured.rows, measured.time);
-        let (accel, gyro) = (measured.accel, measured.gyro);
+        let (accel, gyro) = (measured.readings.accel, measured.readings.gyro);
         let mut findings = measured.findings;
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
@@ -70,13 +70,13 @@ impl Recording {
             is_calibrated: is_calibrated_by_board || CALIBRATED.iter().any(reads),
             is_calibrated_by_board,
             gyro_file: None,
-            temperature_c: measured.temperature_c,
-            time_s: (!measured.time_s.is_empty()).then_some(measured.time_s),
+            temperature_c: measured.readings.temperature_c,
+            time_s: measured.readings.time_s,
             time_origin_s: time.start_s,
             stated_start_s: metadata::start_s(&format.metadata),
             restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
-            breaks: measured.breaks,
+            breaks: measured.readings.breaks,
             zero_offset: measured.zero_offset,
             accel_scale: judged.scale,
             unit_doubt: judged.doubt,

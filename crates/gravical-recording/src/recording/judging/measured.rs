@@ -5,6 +5,7 @@ use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Encoding, HeldRows};
+use crate::readings::Readings;
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 
@@ -38,13 +39,9 @@ pub(crate) struct Known {
 pub(crate) struct Measured {
     /// The rows without these channels.
     pub rows: Batch,
-    pub accel: [Vec<f64>; 3],
-    pub gyro: Option<[Vec<f64>; 3]>,
-    pub temperature_c: Option<Vec<f64>>,
-    /// Empty without usable stamps.
-    pub time_s: Vec<f64>,
+    pub readings: Readings,
+    /// Without the times.
     pub time: JudgedTime,
-    pub breaks: Vec<usize>,
     pub zero_offset: f64,
     pub findings: Vec<Finding>,
     pub known: Known,
@@ -132,14 +129,18 @@ impl Measured {
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
+        let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
         Ok(Measured {
+            readings: Readings {
+                accel,
+                gyro,
+                temperature_c,
+                is_measured: vec![true; rows.rows()],
+                time_s: has_clock.then_some(time_s),
+                breaks,
+            },
             rows,
-            accel,
-            gyro,
-            temperature_c,
-            time_s,
             time,
-            breaks,
             zero_offset: options.zero_offset.unwrap_or(of_encoding),
             findings,
             known: Known {
