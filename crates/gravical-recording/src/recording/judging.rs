@@ -6,8 +6,6 @@ mod time;
 
 pub(crate) use time::gap_text;
 
-use std::collections::HashMap;
-
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
 use crate::full_scale::Clipping;
@@ -17,7 +15,7 @@ use crate::role::Role;
 use crate::text::{Batch, Format};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
-use measured::{Measured, cell_label, names};
+use measured::{Measured, column_labels, names};
 
 impl Recording {
     /// Judges the rows of a whole file.
@@ -204,16 +202,5 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
         .with_hint("leave the column out, or cut the file")
         .advise("columns", "label=-"));
     }
-    let mut labels = Labels::default();
-    let mut known: HashMap<String, u32> = HashMap::new();
-    for row in 0..rows.rows() {
-        let name = cell_label(rows, column, row);
-        let next = labels.names.len() as u32;
-        let at = *known.entry(name).or_insert_with_key(|name| {
-            labels.names.push(name.clone());
-            next
-        });
-        labels.of_row.push(at);
-    }
-    Ok(Some(labels))
+    Ok(Some(column_labels(rows, column)))
 }
