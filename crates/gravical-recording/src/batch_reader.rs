@@ -57,11 +57,8 @@ pub struct BatchReader {
     head: Option<Readings>,
     batches: Batches,
     later: Later,
-    /// Lines without a row; and these with the rows that are no measurements, as far as they were
-    /// judged with the first ones.
+    /// Lines without a row, and the first rows that are no measurements.
     ledger: Ledger,
-    judged_ledger: Ledger,
-    rows: usize,
     input: Input,
     /// Findings about later rows.
     findings: Vec<Finding>,
@@ -108,10 +105,9 @@ impl BatchReader {
             head.append(batch);
             head.check_size().map_err(|e| in_file(e, here))?;
         }
-        let (ledger, rows) = (head.ledger.clone(), head.rows());
         let (recording, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let judged_ledger = recording.ledger.clone();
         Ok(BatchReader {
+            ledger: recording.ledger.clone(),
             recording: recording.with_name(name),
             format,
             stamps,
@@ -120,9 +116,6 @@ impl BatchReader {
             head: None,
             batches,
             later,
-            ledger,
-            judged_ledger,
-            rows,
             input,
             findings: Vec::new(),
         })
@@ -153,8 +146,6 @@ impl BatchReader {
         };
         let here = Path::new(&self.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
-        self.rows += batch.rows();
-        self.judged_ledger.append(batch.ledger.clone());
         self.ledger.append(std::mem::take(&mut batch.ledger));
         self.findings.append(&mut batch.findings);
         let readings = self.later.read(&batch);
@@ -170,14 +161,15 @@ impl BatchReader {
     /// The recording, the account of all lines, and what was found beside the first rows; to be
     /// called after the last row. `only_measured`: rows that are no measurements are set aside.
     pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
-        let mut findings = self.findings;
-        findings.extend(note_input(&mut self.recording, &self.input, self.rows));
         let (later_ledger, later_findings) = self.later.finish();
-        findings.extend(later_findings);
-        if only_measured {
-            self.ledger = self.judged_ledger;
-            self.ledger.append(later_ledger);
+        let mut ledger = self.ledger;
+        ledger.append(later_ledger);
+        if !only_measured {
+            ledger.reasons.retain(|reason, _| !reason.is_of_row());
         }
-        (self.recording, self.ledger, findings)
+        let mut findings = self.findings;
+        let cut_off = note_input(&mut self.recording, &self.input, ledger.rows());
+        findings.extend(cut_off.into_iter().chain(later_findings));
+        (self.recording, ledger, findings)
     }
 }
