@@ -65,9 +65,7 @@ impl Later {
         let mut axes = format.accel.iter().map(|c| &head.columns[*c]);
         let is_signed = !axes.all(|axis| judge::are_unsigned(axis));
         let measured = Measured::new(format, head, None, false)?;
-        let read = &measured.readings;
-        let channels = read.accel.iter().chain(read.gyro.iter().flatten());
-        let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
+        let channels = measured.readings.channels();
         let known = Known {
             marks_hung: judge::repeats_are_proof(&channels),
             gravity: judge::quiet_norm([channels[0], channels[1], channels[2]]),
@@ -130,8 +128,7 @@ impl Later {
         let read = &measured.readings;
         let readings = read.in_lines(&measured.rows.lines, &batch.lines);
         self.count_set_aside(batch, &readings);
-        let axes = readings.accel.iter().chain(readings.gyro.iter().flatten());
-        for ((_, clipping), axis) in self.clipping.iter_mut().zip(axes) {
+        for ((_, clipping), axis) in self.clipping.iter_mut().zip(readings.channels()) {
             clipping.observe_all(axis, &batch.lines);
         }
         Ok(readings)

@@ -20,6 +20,12 @@ pub struct Readings {
 }
 
 impl Readings {
+    /// Those of the accelerometer, then those of the gyroscope.
+    pub(crate) fn channels(&self) -> Vec<&[f64]> {
+        let axes = self.accel.iter().chain(self.gyro.iter().flatten());
+        axes.map(Vec::as_slice).collect()
+    }
+
     /// Those in these lines of rows; `own_lines`: those of these readings, all measurements.
     pub(crate) fn in_lines(&self, own_lines: &[u32], lines: &[u32]) -> Readings {
         let first = lines.first().copied().unwrap_or_default();

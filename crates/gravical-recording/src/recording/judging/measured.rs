@@ -105,43 +105,37 @@ impl Measured {
         findings.append(&mut of_time);
 
         let temperature_c = rows.columns.pop().unwrap_or_default();
-        let mut temperature_c = thermometer.map(|_| temperature_c);
         let time_s = rows.columns.pop().unwrap_or_default();
-        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
-        let mut accel = format.accel.map(&mut take);
-        let mut gyro = format.gyro.map(|g| g.map(&mut take));
-        if let Some(offset) = options.zero_offset {
-            accel.iter_mut().flatten().for_each(|v| *v -= offset);
-        }
-        let of_encoding = match encoding {
-            Some(Encoding::OffsetBinary) => 32_768.0,
-            _ => 0.0,
-        };
-        let (empty, holds) = judge::fill_cells(
-            &mut accel,
-            gyro.as_mut(),
-            temperature_c.as_mut(),
-            &rows.lines,
-            names(format),
-            known.map(|known| known.holds),
-        );
-        findings.extend(empty);
-        findings.extend(emptied);
+        let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
         let mut breaks = std::mem::take(&mut rows.breaks);
         breaks.extend(time.breaks(&rows, &time_s));
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
+        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
+        let mut readings = Readings {
+            accel: format.accel.map(&mut take),
+            gyro: format.gyro.map(|g| g.map(&mut take)),
+            temperature_c: thermometer.map(|_| temperature_c),
+            is_measured: vec![true; rows.rows()],
+            time_s: has_clock.then_some(time_s),
+            breaks,
+        };
+        if let Some(offset) = options.zero_offset {
+            let values = readings.accel.iter_mut().flatten();
+            values.for_each(|v| *v -= offset);
+        }
+        let of_encoding = match encoding {
+            Some(Encoding::OffsetBinary) => 32_768.0,
+            _ => 0.0,
+        };
+        let known_holds = known.map(|known| known.holds);
+        let (empty, holds) =
+            judge::fill_cells(&mut readings, &rows.lines, names(format), known_holds);
+        findings.extend(empty);
+        findings.extend(emptied);
         Ok(Measured {
-            readings: Readings {
-                accel,
-                gyro,
-                temperature_c,
-                is_measured: vec![true; rows.rows()],
-                time_s: has_clock.then_some(time_s),
-                breaks,
-            },
+            readings,
             rows,
             time,
             zero_offset: options.zero_offset.unwrap_or(of_encoding),
