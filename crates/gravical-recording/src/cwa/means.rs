@@ -28,18 +28,19 @@ pub fn read(
     format: &Format,
     mut batches: impl Iterator<Item = io::Result<Batch>>,
 ) -> Result<Recording, Error> {
-    let mut rows = read_rows(&mut batches, MAX_SAMPLES)?;
+    let mut rows = Batch::default();
+    while rows.rows() < MAX_SAMPLES
+        && let Some(batch) = batches.next()
+    {
+        rows.append(batch?);
+    }
     if rows.rows() < MAX_SAMPLES {
         return Recording::judge(format, rows);
     }
     let steps = rows.columns[0].windows(2).map(|w| w[1] - w[0]);
     let period_s = judge::median(steps).unwrap_or(1.0);
-    let count = (1.0 / (MIN_HZ * period_s)).max(1.0) as usize;
-    if count == 1 {
-        let rest = read_rows(&mut batches, usize::MAX)?;
-        rows.append(rest);
-        return Recording::judge(format, rows);
-    }
+    // The slowest samples follow each other at 6.25 Hz.
+    let count = (1.0 / (MIN_HZ * period_s)).max(2.0) as usize;
     let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
     let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
     let mut means = Means::new(count, rows.columns.len());
@@ -49,20 +50,6 @@ pub fn read(
         means.rows.check_size()?;
     }
     means.judge(format, resolution)
-}
-
-fn read_rows(
-    batches: &mut impl Iterator<Item = io::Result<Batch>>,
-    max_rows: usize,
-) -> Result<Batch, Error> {
-    let mut rows = Batch::default();
-    while rows.rows() < max_rows
-        && let Some(batch) = batches.next()
-    {
-        rows.append(batch?);
-        rows.check_size()?;
-    }
-    Ok(rows)
 }
 
 /// Means of neighbouring samples.
