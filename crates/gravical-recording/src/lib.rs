@@ -69,7 +69,6 @@ pub use finding::{Finding, FindingKind, Severity};
 pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
 pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes};
-pub use judge::UnitDoubt;
 pub use later::Later;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions, parse_columns};

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::judge::UnitDoubt;
 use crate::text::{Batch, Format, Ledger};
 use crate::units::{AccelScale, AccelUnit, GyroScale, Origin, TimeUnit};
 use crate::utc::UtcTime;
@@ -113,10 +112,8 @@ pub struct Recording {
     pub breaks: Vec<usize>,
     /// Value subtracted from the accelerometer's counts.
     pub zero_offset: f64,
-    /// Unit of the accelerometer.
+    /// Unit of the accelerometer; a finding says why it is unknown.
     pub accel_scale: AccelScale,
-    /// Why the unit of the accelerometer is unknown; `None` if it is known.
-    pub unit_doubt: Option<UnitDoubt>,
     /// Unit of the accelerometer according to the header.
     pub header_unit: Option<AccelUnit>,
     /// Unit of the gyroscope; `None` without a gyroscope.

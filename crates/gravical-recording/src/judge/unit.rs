@@ -2,7 +2,6 @@
 //! order.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use serde::{Deserialize, Serialize};
 
 use super::cells::median;
 use crate::finding::{Finding, FindingKind};
@@ -30,25 +29,12 @@ pub struct AccelClaim {
     pub without_gravity: bool,
 }
 
-/// Why a unit is unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum UnitDoubt {
-    /// Gravity was removed from the acceleration
-    WithoutGravity,
-    /// The magnitude at rest differs from gravity by a power of two
-    WrongFullScale,
-    /// The magnitude at rest is gravity in no unit, or in several
-    NoUnit,
-}
-
 /// The unit of an accelerometer, and what was found on the way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedUnit {
     /// The unit
     pub scale: AccelScale,
-    /// Why it is unknown
-    pub doubt: Option<UnitDoubt>,
-    /// Contradictions
+    /// Contradictions, and why it is unknown
     pub findings: Vec<Finding>,
 }
 
@@ -116,7 +102,7 @@ pub fn accel_unit(
         Evidence::Unit(unit, lsb) => data(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
-            JudgedUnit::unknown(UnitDoubt::WithoutGravity, norm, text, &[])
+            JudgedUnit::unknown(FindingKind::WithoutGravity, norm, text, &[])
         }
         // A given range, or a claim for one of the matching units decides.
         Evidence::Ambiguous if given_lsb.is_some() => data(AccelUnit::Counts, given_lsb),
@@ -136,20 +122,18 @@ pub fn accel_unit(
             }
             _ => {
                 let text = "mg, cm/s² or counts at 1024 per g; give the unit";
-                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["mg", "counts"])
+                JudgedUnit::unknown(FindingKind::UnitUnknown, norm, text, &["mg", "counts"])
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
             let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
             JudgedUnit::new(AccelUnit::Counts, range_lsb, origin)
         }
-        Evidence::None => match wrong_full_scale(norm) {
-            Some(text) => JudgedUnit::unknown(UnitDoubt::WrongFullScale, norm, &text, &["counts"]),
-            None => {
-                let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
-                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["counts"])
-            }
-        },
+        Evidence::None => {
+            let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
+            let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
+            JudgedUnit::unknown(FindingKind::UnitUnknown, norm, &text, &["counts"])
+        }
     }
 }
 
@@ -216,23 +200,17 @@ impl JudgedUnit {
                 lsb_per_g,
                 origin,
             },
-            doubt: None,
             findings: Vec::new(),
         }
     }
 
     /// `units`: those that the user may give.
-    fn unknown(doubt: UnitDoubt, norm: f64, what: &str, units: &[&str]) -> Self {
-        let kind = match doubt {
-            UnitDoubt::WithoutGravity => FindingKind::WithoutGravity,
-            _ => FindingKind::UnitUnknown,
-        };
+    fn unknown(kind: FindingKind, norm: f64, what: &str, units: &[&str]) -> Self {
         let text = format!("the magnitude at rest is {}: {what}", short(norm));
         let finding = Finding::new(kind, text);
         let units = units.iter();
         let finding = units.fold(finding, |finding, unit| finding.advise("accel_unit", *unit));
         JudgedUnit {
-            doubt: Some(doubt),
             findings: vec![finding],
             ..Self::new(AccelUnit::Unknown, None, Origin::Assumed)
         }

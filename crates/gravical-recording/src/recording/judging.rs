@@ -77,7 +77,6 @@ impl Recording {
             breaks: measured.readings.breaks,
             zero_offset: measured.zero_offset,
             accel_scale: judged.scale,
-            unit_doubt: judged.doubt,
             header_unit: claim.unit,
             gyro_scale,
             accel,
