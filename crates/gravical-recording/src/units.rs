@@ -84,8 +84,6 @@ units! {
         Second "s";
         /// Milliseconds.
         Millisecond "ms";
-        /// Hundreds of microseconds, the ticks of some motion trackers.
-        HundredMicroseconds "100us";
         /// Microseconds.
         Microsecond "us";
         /// Nanoseconds.
@@ -226,8 +224,8 @@ pub fn is_unit(text: &str) -> bool {
 }
 
 impl TimeUnit {
-    /// Units that are guessed.
-    pub(crate) const GUESSED: [TimeUnit; 4] = [
+    /// All units.
+    pub(crate) const ALL: [TimeUnit; 4] = [
         TimeUnit::Second,
         TimeUnit::Millisecond,
         TimeUnit::Microsecond,
@@ -240,7 +238,6 @@ impl TimeUnit {
         match self {
             TimeUnit::Second => 1.0,
             TimeUnit::Millisecond => 1e-3,
-            TimeUnit::HundredMicroseconds => 1e-4,
             TimeUnit::Microsecond => 1e-6,
             TimeUnit::Nanosecond => 1e-9,
         }
@@ -249,8 +246,7 @@ impl TimeUnit {
     /// The unit of so many seconds.
     #[must_use]
     pub fn of_seconds(seconds: f64) -> Option<Self> {
-        let units = [TimeUnit::HundredMicroseconds];
-        let mut units = TimeUnit::GUESSED.into_iter().chain(units);
+        let mut units = TimeUnit::ALL.into_iter();
         units.find(|u| (u.seconds() / seconds - 1.0).abs() < 1e-9)
     }
 

@@ -227,12 +227,7 @@ fn find_clock(
 fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
     let steps = stamps.windows(2).map(|w| w[1] - w[0]);
     let step = judge::median(steps.filter(|s| *s > 0.0))?;
-    let unit = if step < 8000.0 {
-        TimeUnit::HundredMicroseconds
-    } else {
-        TimeUnit::Microsecond
-    };
-    Some(unit.seconds())
+    Some(if step < 8000.0 { 1e-4 } else { 1e-6 })
 }
 
 /// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
