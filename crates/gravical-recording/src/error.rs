@@ -236,18 +236,6 @@ impl Error {
         self.0.category
     }
 
-    /// True if the recording or file is the cause.
-    #[must_use]
-    pub fn is_input(&self) -> bool {
-        self.0.category == Category::Input
-    }
-
-    /// True if the call is the cause.
-    #[must_use]
-    pub fn is_usage(&self) -> bool {
-        self.0.category == Category::Usage
-    }
-
     /// True if writing failed because the reader of the output was closed.
     #[must_use]
     pub fn is_broken_pipe(&self) -> bool {
