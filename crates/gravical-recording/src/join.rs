@@ -124,7 +124,7 @@ fn join_input(
         }
     };
     // Of the measured values, before interpolation.
-    recording.resolution[3..].copy_from_slice(&gyro.gyro_resolution());
+    recording.resolution[1] = gyro.resolution[1];
     recording.gyro_scale = gyro.gyro_scale;
     recording.gyro = Some(channels);
     recording.gyro_file = Some(JoinedFile {

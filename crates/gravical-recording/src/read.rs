@@ -82,7 +82,7 @@ pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) ->
     };
     let mut read = read_input(input, name, &options, false)?;
     read.gyro = Some(std::mem::take(&mut read.accel));
-    read.resolution.rotate_right(3);
+    read.resolution.reverse();
     Ok(read)
 }
 

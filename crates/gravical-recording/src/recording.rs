@@ -118,9 +118,9 @@ pub struct Recording {
     pub header_unit: Option<AccelUnit>,
     /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
-    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit; 0 where it is
+    /// Resolution of the axes of accelerometer and gyroscope, each in its own unit; 0 where it is
     /// unknown.
-    pub resolution: [f64; 6],
+    pub resolution: [[f64; 3]; 2],
     /// Rates, gaps, jitter.
     pub timing: Timing,
     /// The lines that were set aside.
@@ -276,20 +276,6 @@ impl Recording {
     #[must_use]
     pub fn segments(&self) -> Vec<Range<usize>> {
         between(&self.breaks, self.rows())
-    }
-
-    /// [`resolution`](Self::resolution) of the accelerometer.
-    #[must_use]
-    pub fn accel_resolution(&self) -> [f64; 3] {
-        let [x, y, z, ..] = self.resolution;
-        [x, y, z]
-    }
-
-    /// [`resolution`](Self::resolution) of the gyroscope.
-    #[must_use]
-    pub fn gyro_resolution(&self) -> [f64; 3] {
-        let [.., x, y, z] = self.resolution;
-        [x, y, z]
     }
 
     /// The sampling rate to work with, in Hz, and whether it had to be assumed.

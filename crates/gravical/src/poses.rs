@@ -289,7 +289,7 @@ pub(crate) fn measure_intervals(
     findings: &mut Vec<Finding>,
 ) -> Measured {
     let held = without_spikes(recordings, &intervals, findings);
-    let steps = recordings.iter().map(Recording::accel_resolution);
+    let steps = recordings.iter().map(|r| r.resolution[0]);
     let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
         std::array::from_fn(|i| step[i].max(most[i]))
     });
@@ -319,7 +319,7 @@ fn without_spikes(
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        let spikes = spikes::take_out(&mut values, recording.accel_resolution());
+        let spikes = spikes::take_out(&mut values, recording.resolution[0]);
         if spikes > 0 {
             let count = &mut counts[interval.recording];
             let rows = interval.rows.len();

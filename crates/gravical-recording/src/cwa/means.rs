@@ -120,7 +120,7 @@ impl Means {
         self.held = 0;
     }
 
-    fn judge(mut self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
+    fn judge(mut self, format: &Format, resolution: [[f64; 3]; 2]) -> Result<Recording, Error> {
         let count = self.count as f64;
         self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
         let mut format = format.clone();

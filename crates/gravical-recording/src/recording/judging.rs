@@ -33,7 +33,7 @@ impl Recording {
     pub(crate) fn judge_measured(
         format: &Format,
         measured: Measured,
-        of_samples: Option<[f64; 6]>,
+        of_samples: Option<[[f64; 3]; 2]>,
     ) -> Result<Self, Error> {
         let options = &format.options;
         let (rows, time) = (measured.rows, measured.time);
@@ -95,7 +95,7 @@ impl Recording {
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
         let [ax, ay, az, gx, gy, gz, _] = names(format);
-        let (accel_step, gyro_step) = self.resolution.split_at(3);
+        let [accel_step, gyro_step] = &self.resolution;
         let mut findings = judge::frozen_axes(&self.accel, [ax, ay, az], accel_step, &self.lines);
         if let Some(gyro) = &self.gyro {
             let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
@@ -110,7 +110,7 @@ impl Recording {
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
             findings.extend(judge::repeated_rows(
                 &channels,
-                &self.resolution,
+                self.resolution.as_flattened(),
                 &self.lines,
             ));
         }
@@ -183,10 +183,9 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
     }
 }
 
-pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
-    let [ax, ay, az] = judge::resolution(accel);
-    let [gx, gy, gz] = gyro.map_or([0.0; 3], judge::resolution);
-    [ax, ay, az, gx, gy, gz]
+pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [[f64; 3]; 2] {
+    let of_gyro = gyro.map_or([0.0; 3], judge::resolution);
+    [judge::resolution(accel), of_gyro]
 }
 
 fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {

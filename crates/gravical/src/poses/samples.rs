@@ -59,7 +59,7 @@ impl Samples {
             .clone()
             .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
-        let step = recording.accel_resolution().map(|step| step / per_mps2);
+        let step = recording.resolution[0].map(|step| step / per_mps2);
         take_out_spikes(&mut force, step, period_s);
         let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
         let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();

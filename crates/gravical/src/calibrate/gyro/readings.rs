@@ -53,7 +53,7 @@ impl Readings {
             let Some(gyro) = &recording.gyro else {
                 continue;
             };
-            let finest = recording.gyro_resolution();
+            let [_, finest] = recording.resolution;
             step = std::array::from_fn(|i| step[i].max(finest[i]));
             let first = readings.intervals.len();
             let rows = readings.add_intervals(recording, gyro, session, index, &mut holds);
