@@ -306,6 +306,14 @@ pub struct AccelScale {
 }
 
 impl AccelScale {
+    pub(crate) fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
+        AccelScale {
+            unit,
+            lsb_per_g,
+            origin,
+        }
+    }
+
     /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
     #[must_use]
     pub fn nominal(&self) -> Option<f64> {

@@ -42,9 +42,10 @@ impl Recording {
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
-        let judged = judge::accel_unit(axes, is_unsigned, claim, options);
+        let mut of_unit = Vec::new();
+        let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
         if !options.is_gyroscope {
-            findings.extend(judged.findings);
+            findings.append(&mut of_unit);
             let change = judge::unit_change(&accel, &rows.lines, None);
             findings.extend(change.map(|c| c.1));
         }
@@ -76,7 +77,7 @@ impl Recording {
             labels: find_labels(format, &rows)?,
             breaks: measured.readings.breaks,
             zero_offset: measured.zero_offset,
-            accel_scale: judged.scale,
+            accel_scale,
             header_unit: claim.unit,
             gyro_scale,
             accel,
