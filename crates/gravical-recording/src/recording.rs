@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::text::{Batch, Format, Ledger};
-use crate::units::{AccelScale, AccelUnit, GyroScale, Origin, TimeUnit};
+use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
 
 pub use judging::findings::CALIBRATED;
@@ -114,8 +114,8 @@ pub struct Recording {
     pub zero_offset: f64,
     /// Unit of the accelerometer; a finding says why it is unknown.
     pub accel_scale: AccelScale,
-    /// Unit of the accelerometer according to the header.
-    pub header_unit: Option<AccelUnit>,
+    /// The header claims another unit of the accelerometer than the magnitude at rest or the user.
+    pub contradicts_header: bool,
     /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
     /// Resolution of the axes of accelerometer and gyroscope, each in its own unit; 0 where it is
@@ -246,15 +246,6 @@ impl Recording {
     pub fn is_result(&self) -> bool {
         let has = |name: &&str| self.column_names.iter().any(|n| n == name);
         CALIBRATED.iter().any(|own| own.iter().all(has))
-    }
-
-    /// True if the header claims another unit of the accelerometer than the magnitude at rest or
-    /// the user.
-    #[must_use]
-    pub fn contradicts_header(&self) -> bool {
-        let is_known = matches!(self.accel_scale.origin, Origin::Data | Origin::Given);
-        let claimed = self.header_unit.filter(|_| is_known);
-        claimed.is_some_and(|claimed| claimed != self.accel_scale.unit)
     }
 
     /// Time of a row since the first, s, by its stamp, or without stamps by the rate.

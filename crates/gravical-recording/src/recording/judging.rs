@@ -60,6 +60,7 @@ impl Recording {
             let mut pairs = format.accel.iter().zip(own);
             pairs.all(|(column, own)| format.names.get(*column).is_some_and(|n| n == own))
         };
+        let is_known = matches!(accel_scale.origin, Origin::Data | Origin::Given);
         let mut recording = Recording {
             name: String::new(),
             sha256: None,
@@ -78,7 +79,7 @@ impl Recording {
             breaks: measured.readings.breaks,
             zero_offset: measured.zero_offset,
             accel_scale,
-            header_unit: claim.unit,
+            contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
             gyro_scale,
             accel,
             gyro,

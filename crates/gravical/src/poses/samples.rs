@@ -128,7 +128,7 @@ impl Samples {
     fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
         // A header that is wrong about the accelerometer says nothing about the gyroscope.
-        let header_is_wrong = recording.contradicts_header();
+        let header_is_wrong = recording.contradicts_header;
         let known = recording.gyro_scale.filter(|s| match s.origin {
             Origin::Given | Origin::Data => true,
             Origin::Header => !header_is_wrong,
