@@ -269,13 +269,10 @@ impl Recording {
         between(&self.breaks, self.rows())
     }
 
-    /// The sampling rate to work with, in Hz, and whether it had to be assumed.
+    /// The sampling rate to work with, in Hz; assumed if it is unknown.
     #[must_use]
-    pub fn working_rate_hz(&self) -> (f64, bool) {
-        match self.timing.rate_hz() {
-            Some(rate) => (rate, false),
-            None => (Self::ASSUMED_RATE_HZ, true),
-        }
+    pub fn working_rate_hz(&self) -> f64 {
+        self.timing.rate_hz().unwrap_or(Self::ASSUMED_RATE_HZ)
     }
 
     /// Sampling rate assumed for window lengths if it is unknown, Hz.

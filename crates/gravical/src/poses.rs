@@ -350,12 +350,7 @@ fn pose(
 ) -> Pose {
     let recording = &recordings[interval.recording];
     let is_found = interval.selection == Selection::Found;
-    let mean = pose_mean(
-        &slices(held),
-        noise,
-        recording.working_rate_hz().0,
-        is_found,
-    );
+    let mean = pose_mean(&slices(held), noise, recording.working_rate_hz(), is_found);
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))

@@ -79,7 +79,7 @@ impl Readings {
         holds: &mut Vec<Hold<'a>>,
     ) -> Vec<Range<usize>> {
         // Without a time the noise only weighs static intervals against each other.
-        let period_s = recording.working_rate_hz().0.recip();
+        let period_s = recording.working_rate_hz().recip();
         let of_recording = session.poses.iter().filter(|p| p.recording == index);
         let mut rests: Vec<&Pose> = of_recording.collect();
         rests.sort_by_key(|p| p.rows.start);
