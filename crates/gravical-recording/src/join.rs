@@ -117,7 +117,7 @@ fn join_input(
             by_stamps(recording, &times_s, &gyro, &channels, &stamps_s)?
         }
         _ => {
-            check_rows(recording, &gyro, channels[0].len())?;
+            check_rows(recording, &gyro)?;
             let text = "one of the files has no time stamps: joined row by row";
             let finding = Finding::new(FindingKind::GyroRowByRow, text).in_file(name);
             (channels, Some(finding))
@@ -158,32 +158,29 @@ fn refuse_restart(recording: &Recording) -> Result<()> {
 }
 
 /// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
-fn check_rows(recording: &Recording, gyro: &Recording, others: usize) -> Result<()> {
-    let refused = |text: String, hint: &str| {
-        let error = Error::input("gyro-length", text);
-        Err(error.at(gyro.name.as_ref(), None).with_hint(hint))
-    };
-    let rows = recording.rows();
-    if rows != others {
-        return refused(
-            format!(
-                "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
-            ),
-            "give files with time stamps, or with equal numbers of rows",
-        );
-    }
+fn check_rows(recording: &Recording, gyro: &Recording) -> Result<()> {
+    let (rows, others) = (recording.lines.len(), gyro.lines.len());
     let apart =
         |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
-    match (0..rows).find(apart) {
-        None => Ok(()),
-        Some(row) => refused(
-            format!(
-                "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
-                recording.line(row)
-            ),
-            "give files with time stamps, or without such rows",
-        ),
-    }
+    let (text, hint) = if rows != others {
+        let text = format!(
+            "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
+        );
+        (
+            text,
+            "give files with time stamps, or with equal numbers of rows",
+        )
+    } else if let Some(row) = (0..rows).find(apart) {
+        let text = format!(
+            "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
+            recording.line(row)
+        );
+        (text, "give files with time stamps, or without such rows")
+    } else {
+        return Ok(());
+    };
+    let error = Error::input("gyro-length", text).at(gyro.name.as_ref(), None);
+    Err(error.with_hint(hint))
 }
 
 /// The rates at the times of the accelerometer's rows, and a finding about rows without any.
