@@ -231,13 +231,9 @@ impl Recording {
 
     /// Lowest and highest temperature, °C; `None` without any.
     pub fn temperature_range_c(&self) -> Option<[f64; 2]> {
-        let all = self.temperature_c.iter().flatten();
-        let [low, high] = all
-            .filter(|t| t.is_finite())
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
-                [l.min(*t), h.max(*t)]
-            });
-        (low <= high).then_some([low, high])
+        let values = self.temperature_c.iter().flatten().copied();
+        let values = values.filter(|t| t.is_finite());
+        Some([values.clone().reduce(f64::min)?, values.reduce(f64::max)?])
     }
 
     /// True if there are columns with the names that `gravical apply` writes, whether they are
