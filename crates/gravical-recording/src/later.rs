@@ -139,7 +139,7 @@ impl Later {
         let count = batch.rows();
         if count >= MIN_ROWS_OF_OTHERS && rows.lines.last().is_none_or(|line| *line < first) {
             let text = format!("the sensor that is read has no row in the next {count} rows");
-            return Err(contradiction("sensor-ended", &text, first));
+            return Err(contradiction("sensor-ended", &text, first.into()));
         }
         let axes = self.format.accel.map(|c| rows.columns[c].as_slice());
         let is_alike = match self.known.encoding {
@@ -151,7 +151,7 @@ impl Later {
         if is_alike {
             Ok(())
         } else {
-            Err(contradiction("encoding-changed", text, first))
+            Err(contradiction("encoding-changed", text, first.into()))
         }
     }
 
@@ -160,8 +160,7 @@ impl Later {
         if let Some([line, _]) = slipped.and_then(|aside| aside.lines.ranges().first()) {
             let text =
                 "the values stand in the columns of others from here on: the bus lost a byte";
-            let line = u32::try_from(*line).unwrap_or(u32::MAX);
-            return Err(contradiction("shifted-columns", text, line));
+            return Err(contradiction("shifted-columns", text, *line));
         }
         let gravity = self
             .known
@@ -170,10 +169,10 @@ impl Later {
         let lines = &measured.rows.lines;
         let change =
             gravity.and_then(|g| judge::unit_change(&measured.readings.accel, lines, Some(g)));
-        if let Some((row, finding)) = change {
+        if let Some(finding) = change {
             if self.format.options.accel_unit.is_none() {
-                let text = &finding.message;
-                return Err(contradiction("unit-changed", text, lines[row]));
+                let line = finding.lines.first().map_or(0, |l| l[0]);
+                return Err(contradiction("unit-changed", &finding.message, line));
             }
             self.unit_finding.get_or_insert(finding);
         }
@@ -219,9 +218,9 @@ impl Later {
     }
 }
 
-fn contradiction(code: &'static str, text: &str, line: u32) -> Error {
+fn contradiction(code: &'static str, text: &str, line: u64) -> Error {
     let error = Error::input(code, text).at_line(line as usize);
-    error.with_hint(split_hint(line.into()))
+    error.with_hint(split_hint(line))
 }
 
 /// The last rows up to one with a stamp.

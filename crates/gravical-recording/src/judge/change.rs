@@ -25,11 +25,7 @@ const FULL: f64 = 32_700.0;
 /// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
 /// 1 g. `before`: the magnitude at rest before these rows, if it is known.
 #[must_use]
-pub fn unit_change(
-    accel: &[Vec<f64>; 3],
-    lines: &[u32],
-    before: Option<f64>,
-) -> Option<(usize, Finding)> {
+pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32], before: Option<f64>) -> Option<Finding> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
     let is_full = |block: &[&[f64]; 3]| block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
@@ -68,8 +64,7 @@ pub fn unit_change(
             "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
         );
         let lines = [u64::from(line)].into_iter().collect();
-        let finding = Finding::new(FindingKind::UnitChanged, text).at_lines(&lines);
-        return Some((row, finding));
+        return Some(Finding::new(FindingKind::UnitChanged, text).at_lines(&lines));
     }
     None
 }

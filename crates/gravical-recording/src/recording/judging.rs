@@ -46,8 +46,7 @@ impl Recording {
         let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
         if !options.is_gyroscope {
             findings.append(&mut of_unit);
-            let change = judge::unit_change(&accel, &rows.lines, None);
-            findings.extend(change.map(|c| c.1));
+            findings.extend(judge::unit_change(&accel, &rows.lines, None));
         }
         let read_gyro = if options.is_gyroscope {
             Some((format.accel, &accel))
