@@ -455,11 +455,7 @@ pub fn breaks(
     let parts = |(row, n): &&(usize, usize)| *n > regular && (*n > regular + 1 || !continues(*row));
     let headers = headers.iter().copied().filter(|row| !continues(*row));
     let blanks = blanks.iter().filter(parts).map(|blank| blank.0);
-    let mut out: Vec<usize> = headers.chain(blanks).collect();
-    out.retain(|row| (1..rows).contains(row));
-    out.sort_unstable();
-    out.dedup();
-    out
+    headers.chain(blanks).collect()
 }
 
 /// Blank lines between most rows.
