@@ -50,7 +50,6 @@ pub struct BatchReader {
     pub format: Format,
     /// The only column of time stamps, unless the recording is judged as a whole.
     stamps: Option<usize>,
-    name: String,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
     held: VecDeque<Batch>,
     /// Their channels, once the first rows are taken.
@@ -111,7 +110,6 @@ impl BatchReader {
             recording: recording.with_name(name),
             format,
             stamps,
-            name: name.to_owned(),
             held,
             head: None,
             batches,
@@ -144,7 +142,7 @@ impl BatchReader {
         let Some(batch) = self.batches.next() else {
             return Ok(None);
         };
-        let here = Path::new(&self.name);
+        let here = Path::new(&self.recording.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
         self.ledger.append(std::mem::take(&mut batch.ledger));
         self.findings.append(&mut batch.findings);
