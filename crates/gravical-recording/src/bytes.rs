@@ -92,8 +92,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
 
 /// The first `n` bytes, and a reader that begins with them.
 pub(crate) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
-    let mut head = Vec::with_capacity(n);
-    reader.by_ref().take(n as u64).read_to_end(&mut head)?;
+    let head = read_head(&mut reader, n)?;
     let again = io::Cursor::new(head.clone()).chain(reader);
     Ok((head, Box::new(again)))
 }

@@ -254,22 +254,18 @@ impl TimeUnit {
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let word = text.trim().to_lowercase();
-        let is = |list: &str| is_listed(list, &word);
-        Some(match () {
-            _ if is("s sec secs second seconds") => TimeUnit::Second,
-            _ if is("ms msec msecs millisec millisecs millis millisecond milliseconds") => {
-                TimeUnit::Millisecond
-            }
-            _ if is("us µs μs usec usecs microsec microsecs micros microsecond microseconds") => {
-                TimeUnit::Microsecond
-            }
-            _ if is("ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds") => {
-                TimeUnit::Nanosecond
-            }
-            _ => return None,
-        })
+        let mut units = TimeUnit::ALL.into_iter().zip(TIME_NAMES);
+        units.find(|u| is_listed(u.1, &word)).map(|u| u.0)
     }
 }
+
+/// Names of each unit of time.
+const TIME_NAMES: [&str; 4] = [
+    "s sec secs second seconds",
+    "ms msec msecs millisec millisecs millis millisecond milliseconds",
+    "us µs μs usec usecs microsec microsecs micros microsecond microseconds",
+    "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds",
+];
 
 /// Seconds of one unit of time, which may have a number: `ms`, `[10ms]`.
 pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
