@@ -107,14 +107,11 @@ impl Later {
         if let Some((column, _)) = self.format.sensor {
             keep_sensor(&self.format, &mut rows, column)?;
         }
-        if self.contradicts {
-            self.check_sensor_and_encoding(&rows, batch)?;
-        } else {
-            self.known.gravity = None;
-        }
         let tail_rows = if self.contradicts {
+            self.check_sensor_and_encoding(&rows, batch)?;
             TAIL_ROWS
         } else {
+            self.known.gravity = None;
             SHORT_TAIL_ROWS
         };
         self.tail = last_rows(&self.format, &rows, tail_rows);
@@ -162,14 +159,9 @@ impl Later {
                 "the values stand in the columns of others from here on: the bus lost a byte";
             return Err(contradiction("shifted-columns", text, *line));
         }
-        let gravity = self
-            .known
-            .gravity
-            .filter(|_| !self.format.options.is_gyroscope);
-        let lines = &measured.rows.lines;
-        let change =
-            gravity.and_then(|g| judge::unit_change(&measured.readings.accel, lines, Some(g)));
-        if let Some(finding) = change {
+        let (accel, lines) = (&measured.readings.accel, &measured.rows.lines);
+        let gravity = self.known.gravity;
+        if let Some(finding) = gravity.and_then(|g| judge::unit_change(accel, lines, Some(g))) {
             if self.format.options.accel_unit.is_none() {
                 let line = finding.lines.first().map_or(0, |l| l[0]);
                 return Err(contradiction("unit-changed", &finding.message, line));
