@@ -16,7 +16,7 @@ use crate::write::{write_fixed, write_trimmed};
 
 use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header, u16_at};
 
-pub use means::read;
+pub use means::collect;
 
 /// Bytes by which [`is_one`] decides.
 pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;

@@ -2,14 +2,13 @@
 
 pub(crate) mod judging;
 
-use std::io;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::text::{Batch, Format, Ledger};
+use crate::text::Ledger;
 use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
 
@@ -132,24 +131,6 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Collects the batches of a whole file.
-    ///
-    /// # Errors
-    ///
-    /// Reading fails, the columns take more than a gigabyte, or there are no samples of an
-    /// accelerometer.
-    pub fn collect(
-        format: &Format,
-        batches: impl Iterator<Item = io::Result<Batch>>,
-    ) -> Result<Self> {
-        let mut rows = Batch::default();
-        for batch in batches {
-            rows.append(batch?);
-            rows.check_size()?;
-        }
-        Recording::judge(format, rows)
-    }
-
     /// Sets the name, here and in every finding; before another file is joined.
     #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {

@@ -17,24 +17,27 @@ const USUAL_MEANS: usize = 1 << 22;
 /// Means follow each other at this rate or faster, Hz: four blocks of five are 8 s, and a rest of a wrist is 10 s.
 const MIN_HZ: f64 = 2.5;
 
-/// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 2.5 Hz or faster,
-/// and a note says so ([`FindingKind::SamplesAveraged`]). Samples before a break that are too few for
-/// a mean are left out.
+/// Collects the batches of a whole file. With `averages` more than 2²⁰ samples are held as means of
+/// neighbours at 2.5 Hz or faster, and a note says so ([`FindingKind::SamplesAveraged`]). Samples
+/// before a break that are too few for a mean are left out.
 ///
 /// # Errors
 ///
 /// Those of reading and of [`Recording::judge`]; the columns take more than a gigabyte.
-pub fn read(
+pub fn collect(
     format: &Format,
     mut batches: impl Iterator<Item = io::Result<Batch>>,
+    averages: bool,
 ) -> Result<Recording, Error> {
+    let max_rows = if averages { MAX_SAMPLES } else { usize::MAX };
     let mut rows = Batch::default();
-    while rows.rows() < MAX_SAMPLES
+    while rows.rows() < max_rows
         && let Some(batch) = batches.next()
     {
         rows.append(batch?);
+        rows.check_size()?;
     }
-    if rows.rows() < MAX_SAMPLES {
+    if rows.rows() < max_rows {
         return Recording::judge(format, rows);
     }
     let steps = rows.columns[0].windows(2).map(|w| w[1] - w[0]);
