@@ -7,9 +7,10 @@ use crate::bytes::Input;
 use crate::error::Result;
 use crate::finding::Finding;
 use crate::foreign::in_file;
-use crate::later::{Later, Measurements, Readings};
+use crate::later::Later;
 use crate::options::ReadOptions;
 use crate::read::{Batches, note_input, open_batches};
+use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
@@ -43,22 +44,20 @@ impl Readings {
 
 /// A recording that is read batch by batch.
 pub struct BatchReader {
-    /// What the first rows are judged to be; their channels are dropped once they are read
+    /// What the first rows are judged to be; its channels go with the first rows
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
     /// The only column of time stamps, unless the recording is judged as a whole.
     stamps: Option<usize>,
-    name: String,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
     held: VecDeque<Batch>,
+    /// Their channels, once the first rows are taken.
+    head: Option<Readings>,
     batches: Batches,
     later: Later,
-    /// Lines without a row; and these with the rows that are no measurements, as far as they were
-    /// judged with the first ones.
+    /// Lines without a row, and the first rows that are no measurements.
     ledger: Ledger,
-    judged_ledger: Ledger,
-    rows: usize,
     input: Input,
     /// Findings about later rows.
     findings: Vec<Finding>,
@@ -105,20 +104,16 @@ impl BatchReader {
             head.append(batch);
             head.check_size().map_err(|e| in_file(e, here))?;
         }
-        let (ledger, rows) = (head.ledger.clone(), head.rows());
         let (recording, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
-        let judged_ledger = recording.ledger.clone();
         Ok(BatchReader {
+            ledger: recording.ledger.clone(),
             recording: recording.with_name(name),
             format,
             stamps,
-            name: name.to_owned(),
             held,
+            head: None,
             batches,
             later,
-            ledger,
-            judged_ledger,
-            rows,
             input,
             findings: Vec::new(),
         })
@@ -131,19 +126,24 @@ impl BatchReader {
     /// Errors of reading; rows that contradict those before them, with their line.
     pub fn next_rows(&mut self) -> Result<Option<Rows>> {
         if let Some(batch) = self.held.pop_front() {
-            let rows = self.judged_rows(batch);
+            let recording = &mut self.recording;
+            let head = self.head.get_or_insert_with(|| Readings::take(recording));
+            let readings = head.in_lines(&recording.lines, &batch.lines);
             if self.held.is_empty() {
-                Readings::take(&mut self.recording);
+                self.head = None;
             }
-            return Ok(Some(rows));
+            return Ok(Some(Rows {
+                readings,
+                stamps: batch.columns.into_iter().next(),
+                text: batch.text,
+                lines: batch.lines,
+            }));
         }
         let Some(batch) = self.batches.next() else {
             return Ok(None);
         };
-        let here = Path::new(&self.name);
+        let here = Path::new(&self.recording.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
-        self.rows += batch.rows();
-        self.judged_ledger.append(batch.ledger.clone());
         self.ledger.append(std::mem::take(&mut batch.ledger));
         self.findings.append(&mut batch.findings);
         let readings = self.later.read(&batch);
@@ -156,36 +156,18 @@ impl BatchReader {
         }))
     }
 
-    /// Rows among those by which the recording was judged.
-    fn judged_rows(&self, batch: Batch) -> Rows {
-        let recording = &self.recording;
-        let measurements = Measurements {
-            lines: &recording.lines,
-            accel: &recording.accel,
-            gyro: recording.gyro.as_ref(),
-            temperature_c: recording.temperature_c.as_ref(),
-            time_s: recording.time_s.as_ref(),
-            breaks: &recording.breaks,
-        };
-        Rows {
-            readings: measurements.in_lines(&batch.lines),
-            stamps: batch.columns.into_iter().next(),
-            text: batch.text,
-            lines: batch.lines,
-        }
-    }
-
     /// The recording, the account of all lines, and what was found beside the first rows; to be
     /// called after the last row. `only_measured`: rows that are no measurements are set aside.
     pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
-        let mut findings = self.findings;
-        findings.extend(note_input(&mut self.recording, &self.input, self.rows));
         let (later_ledger, later_findings) = self.later.finish();
-        findings.extend(later_findings);
-        if only_measured {
-            self.ledger = self.judged_ledger;
-            self.ledger.append(later_ledger);
+        let mut ledger = self.ledger;
+        ledger.append(later_ledger);
+        if !only_measured {
+            ledger.reasons.retain(|reason, _| !reason.is_of_row());
         }
-        (self.recording, self.ledger, findings)
+        let mut findings = self.findings;
+        let cut_off = note_input(&mut self.recording, &self.input, ledger.rows());
+        findings.extend(cut_off.into_iter().chain(later_findings));
+        (self.recording, ledger, findings)
     }
 }

@@ -92,8 +92,7 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
 
 /// The first `n` bytes, and a reader that begins with them.
 pub(crate) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
-    let mut head = Vec::with_capacity(n);
-    reader.by_ref().take(n as u64).read_to_end(&mut head)?;
+    let head = read_head(&mut reader, n)?;
     let again = io::Cursor::new(head.clone()).chain(reader);
     Ok((head, Box::new(again)))
 }
@@ -179,10 +178,10 @@ pub fn read_head(reader: &mut impl Read, bytes: usize) -> io::Result<Vec<u8>> {
 }
 
 fn encoding(head: &[u8]) -> &'static Encoding {
-    if zero_share(head.iter().skip(1)) > 0.6 {
+    if has_zeros(head, 1) {
         return UTF_16LE;
     }
-    if zero_share(head.iter()) > 0.6 {
+    if has_zeros(head, 0) {
         return UTF_16BE;
     }
     // The head may end within a character.
@@ -197,13 +196,9 @@ fn encoding(head: &[u8]) -> &'static Encoding {
     }
 }
 
-/// Share of zeros among every second byte of the first 64.
-fn zero_share<'a>(bytes: impl Iterator<Item = &'a u8>) -> f64 {
-    let every_second: Vec<u8> = bytes.step_by(2).take(32).copied().collect();
-    let zeros = every_second.iter().filter(|b| **b == 0).count();
-    if every_second.len() < 8 {
-        0.0
-    } else {
-        zeros as f64 / every_second.len() as f64
-    }
+/// Whether most of every second byte of the first 64, from `first` on, are zero.
+fn has_zeros(head: &[u8], first: usize) -> bool {
+    let every_second = head.iter().skip(first).step_by(2).take(32);
+    let zeros = every_second.clone().filter(|b| **b == 0).count();
+    every_second.len() >= 8 && 10 * zeros > 6 * every_second.len()
 }

@@ -14,9 +14,9 @@ use crate::options::ReadOptions;
 use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
 
-use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header};
+use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header, u16_at};
 
-pub use means::read;
+pub use means::collect;
 
 /// Bytes by which [`is_one`] decides.
 pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;
@@ -42,7 +42,11 @@ const DECIMALS: u32 = 12;
 /// Whether a file that begins with `head`, of [`MAGIC_BYTES`] or more, is a `.cwa` file.
 #[must_use]
 pub fn is_one(head: &[u8]) -> bool {
-    Header::parse(head).is_some()
+    // By the length of the header or by the first block: one of them may be damaged.
+    let is_long = || usize::from(u16_at(head, 2)) == HEADER_BYTES - 4;
+    head.len() >= MAGIC_BYTES
+        && head.starts_with(b"MD")
+        && (is_long() || head[HEADER_BYTES..].starts_with(b"AX"))
 }
 
 /// Length of the whole blocks of `head`, the beginning of a file.
@@ -51,21 +55,18 @@ pub fn whole_blocks(head: &[u8]) -> usize {
     head.len() - head.len().saturating_sub(HEADER_BYTES) % BLOCK_BYTES
 }
 
-/// Opens a file from its first byte on: its format as that of a table, and its samples.
+/// Opens a `.cwa` file from its first byte on: its format as that of a table, and its samples.
 ///
 /// # Errors
 ///
-/// Reading fails, it is no `.cwa` file, or the options ask for columns that it does not have.
+/// Reading fails, or the options ask for columns that it does not have.
 pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
     let mut reader = BufReader::with_capacity(READ_BYTES, reader);
-    let head = read_head(&mut reader, MAGIC_BYTES)?;
-    let header = Header::parse(&head).ok_or_else(|| {
-        let what = "the header of a .cwa file is missing";
-        io::Error::new(io::ErrorKind::InvalidData, what)
-    })?;
+    let mut head = [0; HEADER_BYTES];
+    reader.read_exact(&mut head)?;
+    let header = Header::parse(&head);
     let mut samples = Samples {
         reader,
-        begun: head[HEADER_BYTES..].to_vec(),
         blocks: 0,
         last: None,
         stamp_before: None,
@@ -140,8 +141,6 @@ impl Placed {
 /// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
 pub struct Samples<R> {
     reader: BufReader<R>,
-    /// Bytes of the first block that were read with the header.
-    begun: Vec<u8>,
     /// Blocks read.
     blocks: usize,
     /// The last block that is used: its times wait for the stamp of the next one.
@@ -180,9 +179,7 @@ impl<R: Read> Samples<R> {
 
     /// Reads the next block, and adds the samples of the one before; false at the end.
     fn read_block(&mut self) -> io::Result<bool> {
-        let mut bytes = std::mem::take(&mut self.begun);
-        let missing = BLOCK_BYTES - bytes.len();
-        bytes.append(&mut read_head(&mut self.reader, missing)?);
+        let bytes = read_head(&mut self.reader, BLOCK_BYTES)?;
         if bytes.is_empty() {
             self.is_at_end = true;
             if let Some(last) = self.last.take() {

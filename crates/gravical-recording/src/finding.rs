@@ -72,15 +72,6 @@ impl Finding {
         }
     }
 
-    /// A finding of a kind that may spoil the result here.
-    #[must_use]
-    pub fn warning(kind: FindingKind, message: impl Into<String>) -> Self {
-        Finding {
-            severity: Severity::Warning,
-            ..Self::new(kind, message)
-        }
-    }
-
     /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
     #[must_use]
     pub fn advise(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {

@@ -7,8 +7,9 @@ use memchr::{memchr2, memrchr, memrchr2};
 
 use crate::error::{Error, Result};
 use crate::judge;
-use crate::later::{Later, Readings};
+use crate::later::Later;
 use crate::options::ReadOptions;
+use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
 use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, no_table, sniff};

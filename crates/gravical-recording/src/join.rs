@@ -125,34 +125,25 @@ fn join_input(
         ..options.clone()
     };
     let mut gyro = read_gyroscope(input, name, &options)?;
-    if gyro.restarted {
-        let restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
-        let line = gyro.findings.iter().find(restart);
-        return Err(restarted(
-            name,
-            line.and_then(|f| Some(f.lines.first()?[0])),
-        ));
-    }
+    refuse_restart(&gyro)?;
     let channels = gyro.gyro.take().unwrap_or_default();
     let times_s = absolute(recording.time_s.clone(), recording.time_origin_s);
     let stamps_s = absolute(gyro.time_s.take(), gyro.time_origin_s);
     let (channels, finding) = match (times_s, stamps_s) {
         (Some(times_s), Some(stamps_s)) if times_s == stamps_s => (channels, None),
         (Some(times_s), Some(stamps_s)) => {
-            if recording.restarted {
-                return Err(restarted(&recording.name, None));
-            }
+            refuse_restart(recording)?;
             by_stamps(recording, &times_s, &gyro, &channels, &stamps_s)?
         }
         _ => {
-            check_rows(recording, &gyro, channels[0].len())?;
+            check_rows(recording, &gyro)?;
             let text = "one of the files has no time stamps: joined row by row";
             let finding = Finding::new(FindingKind::GyroRowByRow, text).in_file(name);
             (channels, Some(finding))
         }
     };
     // Of the measured values, before interpolation.
-    recording.resolution[3..].copy_from_slice(&gyro.gyro_resolution());
+    recording.resolution[1] = gyro.resolution[1];
     recording.gyro_scale = gyro.gyro_scale;
     recording.gyro = Some(channels);
     recording.gyro_file = Some(JoinedFile {
@@ -172,42 +163,43 @@ fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>>
     Some(time)
 }
 
-fn restarted(file: &str, line: Option<u64>) -> Error {
-    Error::input(
-        "gyro-restart",
-        "the time stamps restart in the middle: the files cannot be joined by them",
-    )
-    .at(file.as_ref(), line)
-    .with_hint("split both files where the board was reset, and read the parts separately")
+fn refuse_restart(recording: &Recording) -> Result<()> {
+    if !recording.restarted {
+        return Ok(());
+    }
+    let is_restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
+    let restart = recording.findings.iter().find(is_restart);
+    let line = restart.and_then(|f| Some(f.lines.first()?[0]));
+    let text = "the time stamps restart in the middle: the files cannot be joined by them";
+    let error = Error::input("gyro-restart", text).at(recording.name.as_ref(), line);
+    Err(error
+        .with_hint("split both files where the board was reset, and read the parts separately"))
 }
 
 /// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
-fn check_rows(recording: &Recording, gyro: &Recording, others: usize) -> Result<()> {
-    let refused = |text: String, hint: &str| {
-        let error = Error::input("gyro-length", text);
-        Err(error.at(gyro.name.as_ref(), None).with_hint(hint))
-    };
-    let rows = recording.rows();
-    if rows != others {
-        return refused(
-            format!(
-                "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
-            ),
-            "give files with time stamps, or with equal numbers of rows",
-        );
-    }
+fn check_rows(recording: &Recording, gyro: &Recording) -> Result<()> {
+    let (rows, others) = (recording.lines.len(), gyro.lines.len());
     let apart =
         |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
-    match (0..rows).find(apart) {
-        None => Ok(()),
-        Some(row) => refused(
-            format!(
-                "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
-                recording.line(row)
-            ),
-            "give files with time stamps, or without such rows",
-        ),
-    }
+    let (text, hint) = if rows != others {
+        let text = format!(
+            "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
+        );
+        (
+            text,
+            "give files with time stamps, or with equal numbers of rows",
+        )
+    } else if let Some(row) = (0..rows).find(apart) {
+        let text = format!(
+            "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
+            recording.line(row)
+        );
+        (text, "give files with time stamps, or without such rows")
+    } else {
+        return Ok(());
+    };
+    let error = Error::input("gyro-length", text).at(gyro.name.as_ref(), None);
+    Err(error.with_hint(hint))
 }
 
 /// The rates at the times of the accelerometer's rows, and a finding about rows without any.
@@ -255,9 +247,7 @@ fn by_stamps(
     let uncovered: LineSpans = uncovered.map(|row| recording.line(row)).collect();
     let rows = times_s.len() as u64;
     if uncovered.count() == rows {
-        let edge = |row: Option<&usize>| row.map_or(f64::NAN, |row| stamps_s[*row]);
-        let edges_s = [edge(rising.first()), edge(rising.last())];
-        return Err(no_overlap(recording, times_s, edges_s, &gyro.name));
+        return Err(no_overlap(recording, gyro));
     }
     let finding = (!uncovered.is_empty()).then(|| {
         let text = format!(
@@ -272,17 +262,22 @@ fn by_stamps(
     Ok((joined, finding))
 }
 
-fn no_overlap(recording: &Recording, times_s: &[f64], other_s: [f64; 2], name: &str) -> Error {
-    let low = times_s.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = times_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    Error::input(
-        "gyro-overlap",
-        format!(
-            "the two files have no time in common: {} runs from {low:.3} to {high:.3} s, this one from {:.3} to {:.3} s",
-            recording.name, other_s[0], other_s[1]
-        ),
-    )
-    .at(name.as_ref(), None)
-    .with_hint("give the two files of one recording, stamped by one clock, or the time unit of both")
-    .advise("time_unit", "")
+fn no_overlap(recording: &Recording, gyro: &Recording) -> Error {
+    let span = |r: &Recording| {
+        let start_s = r.time_origin_s.unwrap_or(f64::NAN);
+        let end_s = start_s + r.timing.duration_s.unwrap_or(f64::NAN);
+        format!("from {start_s:.3} to {end_s:.3} s")
+    };
+    let text = format!(
+        "the two files have no time in common: {} runs {}, this one {}",
+        recording.name,
+        span(recording),
+        span(gyro)
+    );
+    Error::input("gyro-overlap", text)
+        .at(gyro.name.as_ref(), None)
+        .with_hint(
+            "give the two files of one recording, stamped by one clock, or the time unit of both",
+        )
+        .advise("time_unit", "")
 }

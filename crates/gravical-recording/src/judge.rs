@@ -22,4 +22,4 @@ pub use encoding::Encoding;
 pub(crate) use encoding::are_unsigned;
 pub use frozen::{frozen_axes, repeated_rows};
 pub use resolution::resolution;
-pub use unit::{AccelClaim, JudgedUnit, UnitDoubt, accel_unit, quiet_norm, shows_gravity};
+pub use unit::{AccelClaim, accel_unit, quiet_norm, shows_gravity};

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::full_scale::Clipping;
 use crate::judge::{self, Encoding};
+use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::recording::judging::gap_text;
 use crate::recording::judging::measured::{Known, Measured, cell_label, keep_sensor, stamped_rows};
@@ -19,66 +20,6 @@ const MIN_ROWS_OF_OTHERS: usize = 100;
 /// Rows before a batch with which it is read, and of a recording that grows, whose batches are short.
 const TAIL_ROWS: usize = 16_384;
 const SHORT_TAIL_ROWS: usize = 1024;
-
-/// Channels of the rows of a batch, as the recording was judged.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub struct Readings {
-    /// Specific force in the unit of the file, less the zero offset; NaN in a row that is no
-    /// measurement
-    pub accel: [Vec<f64>; 3],
-    /// Angular rate in the unit of the file; NaN in a row that is no measurement
-    pub gyro: Option<[Vec<f64>; 3]>,
-    /// Temperature, °C; NaN in a row that is no measurement
-    pub temperature_c: Option<Vec<f64>>,
-    /// Whether each row is a measurement of the sensor that is read
-    pub is_measured: Vec<bool>,
-    /// Time since the first row of the recording, s, NaN in a row that is no measurement; `None`
-    /// without a clock
-    pub time_s: Option<Vec<f64>>,
-    /// Measurements before which the recording breaks
-    pub breaks: Vec<usize>,
-}
-
-/// Measurements and the lines in which they begin.
-pub(crate) struct Measurements<'a> {
-    pub lines: &'a [u32],
-    pub accel: &'a [Vec<f64>; 3],
-    pub gyro: Option<&'a [Vec<f64>; 3]>,
-    pub temperature_c: Option<&'a Vec<f64>>,
-    pub time_s: Option<&'a Vec<f64>>,
-    pub breaks: &'a [usize],
-}
-
-impl Measurements<'_> {
-    /// Those in these lines of rows.
-    pub fn in_lines(&self, lines: &[u32]) -> Readings {
-        let first = lines.first().copied().unwrap_or_default();
-        let mut next = self.lines.partition_point(|line| *line < first);
-        let (mut rows, mut breaks) = (Vec::with_capacity(lines.len()), Vec::new());
-        for (row, line) in lines.iter().enumerate() {
-            let is_row = self.lines.get(next) == Some(line);
-            rows.push(is_row.then_some(next));
-            if is_row && self.breaks.binary_search(&next).is_ok() {
-                breaks.push(row);
-            }
-            next += usize::from(is_row);
-        }
-        let channel = |values: &Vec<f64>| -> Vec<f64> {
-            let cells = rows.iter();
-            cells
-                .map(|row| row.map_or(f64::NAN, |row| values[row]))
-                .collect()
-        };
-        Readings {
-            accel: self.accel.each_ref().map(channel),
-            gyro: self.gyro.map(|g| g.each_ref().map(channel)),
-            temperature_c: self.temperature_c.map(channel),
-            is_measured: rows.iter().map(Option::is_some).collect(),
-            time_s: self.time_s.map(channel),
-            breaks,
-        }
-    }
-}
 
 /// How rows are read after those by which a recording was judged.
 #[derive(Clone, Debug)]
@@ -124,8 +65,7 @@ impl Later {
         let mut axes = format.accel.iter().map(|c| &head.columns[*c]);
         let is_signed = !axes.all(|axis| judge::are_unsigned(axis));
         let measured = Measured::new(format, head, None, false)?;
-        let channels = measured.accel.iter().chain(measured.gyro.iter().flatten());
-        let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
+        let channels = measured.readings.channels();
         let known = Known {
             marks_hung: judge::repeats_are_proof(&channels),
             gravity: judge::quiet_norm([channels[0], channels[1], channels[2]]),
@@ -167,14 +107,11 @@ impl Later {
         if let Some((column, _)) = self.format.sensor {
             keep_sensor(&self.format, &mut rows, column)?;
         }
-        if self.contradicts {
-            self.check_sensor_and_encoding(&rows, batch)?;
-        } else {
-            self.known.gravity = None;
-        }
         let tail_rows = if self.contradicts {
+            self.check_sensor_and_encoding(&rows, batch)?;
             TAIL_ROWS
         } else {
+            self.known.gravity = None;
             SHORT_TAIL_ROWS
         };
         self.tail = last_rows(&self.format, &rows, tail_rows);
@@ -185,18 +122,10 @@ impl Later {
             self.gaps.push(u64::from(*line));
             self.longest_gap_s = self.longest_gap_s.max(*step_s);
         }
-        let readings = Measurements {
-            lines: &measured.rows.lines,
-            accel: &measured.accel,
-            gyro: measured.gyro.as_ref(),
-            temperature_c: measured.temperature_c.as_ref(),
-            time_s: self.known.anchor.map(|_| &measured.time_s),
-            breaks: &measured.breaks,
-        };
-        let readings = readings.in_lines(&batch.lines);
+        let read = &measured.readings;
+        let readings = read.in_lines(&measured.rows.lines, &batch.lines);
         self.count_set_aside(batch, &readings);
-        let axes = readings.accel.iter().chain(readings.gyro.iter().flatten());
-        for ((_, clipping), axis) in self.clipping.iter_mut().zip(axes) {
+        for ((_, clipping), axis) in self.clipping.iter_mut().zip(readings.channels()) {
             clipping.observe_all(axis, &batch.lines);
         }
         Ok(readings)
@@ -207,7 +136,7 @@ impl Later {
         let count = batch.rows();
         if count >= MIN_ROWS_OF_OTHERS && rows.lines.last().is_none_or(|line| *line < first) {
             let text = format!("the sensor that is read has no row in the next {count} rows");
-            return Err(contradiction("sensor-ended", &text, first));
+            return Err(contradiction("sensor-ended", &text, first.into()));
         }
         let axes = self.format.accel.map(|c| rows.columns[c].as_slice());
         let is_alike = match self.known.encoding {
@@ -219,7 +148,7 @@ impl Later {
         if is_alike {
             Ok(())
         } else {
-            Err(contradiction("encoding-changed", text, first))
+            Err(contradiction("encoding-changed", text, first.into()))
         }
     }
 
@@ -228,19 +157,14 @@ impl Later {
         if let Some([line, _]) = slipped.and_then(|aside| aside.lines.ranges().first()) {
             let text =
                 "the values stand in the columns of others from here on: the bus lost a byte";
-            let line = u32::try_from(*line).unwrap_or(u32::MAX);
-            return Err(contradiction("shifted-columns", text, line));
+            return Err(contradiction("shifted-columns", text, *line));
         }
-        let gravity = self
-            .known
-            .gravity
-            .filter(|_| !self.format.options.is_gyroscope);
-        let lines = &measured.rows.lines;
-        let change = gravity.and_then(|g| judge::unit_change(&measured.accel, lines, Some(g)));
-        if let Some((row, finding)) = change {
+        let (accel, lines) = (&measured.readings.accel, &measured.rows.lines);
+        let gravity = self.known.gravity;
+        if let Some(finding) = gravity.and_then(|g| judge::unit_change(accel, lines, Some(g))) {
             if self.format.options.accel_unit.is_none() {
-                let text = &finding.message;
-                return Err(contradiction("unit-changed", text, lines[row]));
+                let line = finding.lines.first().map_or(0, |l| l[0]);
+                return Err(contradiction("unit-changed", &finding.message, line));
             }
             self.unit_finding.get_or_insert(finding);
         }
@@ -286,9 +210,9 @@ impl Later {
     }
 }
 
-fn contradiction(code: &'static str, text: &str, line: u32) -> Error {
-    let error = Error::contradiction(code, text).at_line(line as usize);
-    error.with_hint(split_hint(line.into()))
+fn contradiction(code: &'static str, text: &str, line: u64) -> Error {
+    let error = Error::input(code, text).at_line(line as usize);
+    error.with_hint(split_hint(line))
 }
 
 /// The last rows up to one with a stamp.

@@ -50,6 +50,7 @@ mod meter;
 pub mod option_text;
 mod options;
 mod read;
+mod readings;
 mod recording;
 mod role;
 pub mod source;
@@ -70,12 +71,14 @@ pub use full_scale::range_end;
 pub use join::{
     holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes, read_joined,
 };
-pub use judge::UnitDoubt;
-pub use later::{Later, Readings};
+pub use later::Later;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions, parse_columns};
 pub use read::{read, read_bytes, read_head, read_samples};
-pub use recording::{CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, whole_lines};
+pub use readings::Readings;
+pub use recording::{
+    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
+};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::TableColumn;

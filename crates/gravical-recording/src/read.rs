@@ -82,7 +82,7 @@ pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) ->
     };
     let mut read = read_input(input, name, &options, false)?;
     read.gyro = Some(std::mem::take(&mut read.accel));
-    read.resolution.rotate_right(3);
+    read.resolution.reverse();
     Ok(read)
 }
 
@@ -94,11 +94,7 @@ fn read_input(
     averages: bool,
 ) -> Result<Recording> {
     let (format, batches) = open_batches(&mut input, name, options, |_| Vec::new())?;
-    let judged = if averages && format.device.is_some() {
-        cwa::read(&format, batches)
-    } else {
-        Recording::collect(&format, batches)
-    };
+    let judged = cwa::collect(&format, batches, averages && format.device.is_some());
     let recording = judged.map_err(|e| in_file(e, Path::new(name)))?;
     let mut recording = recording.with_name(name);
     let rows = recording.rows();

@@ -2,16 +2,14 @@
 
 pub(crate) mod judging;
 
-use std::io;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::judge::UnitDoubt;
-use crate::text::{Batch, Format, Ledger};
-use crate::units::{AccelScale, AccelUnit, GyroScale, Origin, TimeUnit};
+use crate::text::Ledger;
+use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
 
 pub use judging::findings::CALIBRATED;
@@ -31,7 +29,7 @@ pub struct Labels {
 /// Timing of a recording.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timing {
-    /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 10 ms
+    /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 100 µs
     pub unit: Option<TimeUnit>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
     pub nominal_rate_hz: Option<f64>,
@@ -113,17 +111,15 @@ pub struct Recording {
     pub breaks: Vec<usize>,
     /// Value subtracted from the accelerometer's counts.
     pub zero_offset: f64,
-    /// Unit of the accelerometer.
+    /// Unit of the accelerometer; a finding says why it is unknown.
     pub accel_scale: AccelScale,
-    /// Why the unit of the accelerometer is unknown; `None` if it is known.
-    pub unit_doubt: Option<UnitDoubt>,
-    /// Unit of the accelerometer according to the header.
-    pub header_unit: Option<AccelUnit>,
+    /// The header claims another unit of the accelerometer than the magnitude at rest or the user.
+    pub contradicts_header: bool,
     /// Unit of the gyroscope; `None` without a gyroscope.
     pub gyro_scale: Option<GyroScale>,
-    /// Resolution of ax, ay, az, gx, gy, gz, each in its own unit; 0 where it is
+    /// Resolution of the axes of accelerometer and gyroscope, each in its own unit; 0 where it is
     /// unknown.
-    pub resolution: [f64; 6],
+    pub resolution: [[f64; 3]; 2],
     /// Rates, gaps, jitter.
     pub timing: Timing,
     /// The lines that were set aside.
@@ -135,24 +131,6 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Collects the batches of a whole file.
-    ///
-    /// # Errors
-    ///
-    /// Reading fails, the columns take more than a gigabyte, or there are no samples of an
-    /// accelerometer.
-    pub fn collect(
-        format: &Format,
-        batches: impl Iterator<Item = io::Result<Batch>>,
-    ) -> Result<Self> {
-        let mut rows = Batch::default();
-        for batch in batches {
-            rows.append(batch?);
-            rows.check_size()?;
-        }
-        Recording::judge(format, rows)
-    }
-
     /// Sets the name, here and in every finding; before another file is joined.
     #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
@@ -234,13 +212,9 @@ impl Recording {
 
     /// Lowest and highest temperature, °C; `None` without any.
     pub fn temperature_range_c(&self) -> Option<[f64; 2]> {
-        let all = self.temperature_c.iter().flatten();
-        let [low, high] = all
-            .filter(|t| t.is_finite())
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], t| {
-                [l.min(*t), h.max(*t)]
-            });
-        (low <= high).then_some([low, high])
+        let values = self.temperature_c.iter().flatten().copied();
+        let values = values.filter(|t| t.is_finite());
+        Some([values.clone().reduce(f64::min)?, values.reduce(f64::max)?])
     }
 
     /// True if there are columns with the names that `gravical apply` writes, whether they are
@@ -249,15 +223,6 @@ impl Recording {
     pub fn is_result(&self) -> bool {
         let has = |name: &&str| self.column_names.iter().any(|n| n == name);
         CALIBRATED.iter().any(|own| own.iter().all(has))
-    }
-
-    /// True if the header claims another unit of the accelerometer than the magnitude at rest or
-    /// the user.
-    #[must_use]
-    pub fn contradicts_header(&self) -> bool {
-        let is_known = matches!(self.accel_scale.origin, Origin::Data | Origin::Given);
-        let claimed = self.header_unit.filter(|_| is_known);
-        claimed.is_some_and(|claimed| claimed != self.accel_scale.unit)
     }
 
     /// Time of a row since the first, s, by its stamp, or without stamps by the rate.
@@ -283,27 +248,10 @@ impl Recording {
         ranges.filter(|range| !range.is_empty()).collect()
     }
 
-    /// [`resolution`](Self::resolution) of the accelerometer.
+    /// The sampling rate to work with, in Hz; assumed if it is unknown.
     #[must_use]
-    pub fn accel_resolution(&self) -> [f64; 3] {
-        let [x, y, z, ..] = self.resolution;
-        [x, y, z]
-    }
-
-    /// [`resolution`](Self::resolution) of the gyroscope.
-    #[must_use]
-    pub fn gyro_resolution(&self) -> [f64; 3] {
-        let [.., x, y, z] = self.resolution;
-        [x, y, z]
-    }
-
-    /// The sampling rate to work with, in Hz, and whether it had to be assumed.
-    #[must_use]
-    pub fn working_rate_hz(&self) -> (f64, bool) {
-        match self.timing.rate_hz() {
-            Some(rate) => (rate, false),
-            None => (Self::ASSUMED_RATE_HZ, true),
-        }
+    pub fn working_rate_hz(&self) -> f64 {
+        self.timing.rate_hz().unwrap_or(Self::ASSUMED_RATE_HZ)
     }
 
     /// Sampling rate assumed for window lengths if it is unknown, Hz.

@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LineSpans {
     spans: Vec<[u64; 2]>,
-    last: u64,
     count: u64,
 }
 
@@ -24,11 +23,9 @@ impl LineSpans {
     /// all lines so far.
     pub fn push_range(&mut self, from: u64, to: u64, count: u64) {
         self.count += count;
-        let follows = from == self.last + 1 && self.last != 0;
-        self.last = to;
         let kept = self.spans.len();
         match self.spans.last_mut() {
-            Some(span) if follows && span[1] + 1 == from => span[1] = to,
+            Some(span) if span[1] + 1 == from => span[1] = to,
             _ if kept < Self::KEPT => self.spans.push([from, to]),
             _ => {}
         }
@@ -39,7 +36,6 @@ impl LineSpans {
         for [from, to] in &later.spans {
             self.push_range(*from, *to, 0);
         }
-        self.last = self.last.max(later.last);
         self.count += later.count;
     }
 

@@ -84,8 +84,6 @@ units! {
         Second "s";
         /// Milliseconds.
         Millisecond "ms";
-        /// Hundreds of microseconds, the ticks of some motion trackers.
-        HundredMicroseconds "100us";
         /// Microseconds.
         Microsecond "us";
         /// Nanoseconds.
@@ -226,8 +224,8 @@ pub fn is_unit(text: &str) -> bool {
 }
 
 impl TimeUnit {
-    /// Units that are guessed.
-    pub(crate) const GUESSED: [TimeUnit; 4] = [
+    /// All units.
+    pub(crate) const ALL: [TimeUnit; 4] = [
         TimeUnit::Second,
         TimeUnit::Millisecond,
         TimeUnit::Microsecond,
@@ -240,7 +238,6 @@ impl TimeUnit {
         match self {
             TimeUnit::Second => 1.0,
             TimeUnit::Millisecond => 1e-3,
-            TimeUnit::HundredMicroseconds => 1e-4,
             TimeUnit::Microsecond => 1e-6,
             TimeUnit::Nanosecond => 1e-9,
         }
@@ -249,8 +246,7 @@ impl TimeUnit {
     /// The unit of so many seconds.
     #[must_use]
     pub fn of_seconds(seconds: f64) -> Option<Self> {
-        let units = [TimeUnit::HundredMicroseconds];
-        let mut units = TimeUnit::GUESSED.into_iter().chain(units);
+        let mut units = TimeUnit::ALL.into_iter();
         units.find(|u| (u.seconds() / seconds - 1.0).abs() < 1e-9)
     }
 
@@ -258,22 +254,18 @@ impl TimeUnit {
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let word = text.trim().to_lowercase();
-        let is = |list: &str| is_listed(list, &word);
-        Some(match () {
-            _ if is("s sec secs second seconds") => TimeUnit::Second,
-            _ if is("ms msec msecs millisec millisecs millis millisecond milliseconds") => {
-                TimeUnit::Millisecond
-            }
-            _ if is("us µs μs usec usecs microsec microsecs micros microsecond microseconds") => {
-                TimeUnit::Microsecond
-            }
-            _ if is("ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds") => {
-                TimeUnit::Nanosecond
-            }
-            _ => return None,
-        })
+        let mut units = TimeUnit::ALL.into_iter().zip(TIME_NAMES);
+        units.find(|u| is_listed(u.1, &word)).map(|u| u.0)
     }
 }
+
+/// Names of each unit of time.
+const TIME_NAMES: [&str; 4] = [
+    "s sec secs second seconds",
+    "ms msec msecs millisec millisecs millis millisecond milliseconds",
+    "us µs μs usec usecs microsec microsecs micros microsecond microseconds",
+    "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds",
+];
 
 /// Seconds of one unit of time, which may have a number: `ms`, `[10ms]`.
 pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
@@ -310,6 +302,14 @@ pub struct AccelScale {
 }
 
 impl AccelScale {
+    pub(crate) fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
+        AccelScale {
+            unit,
+            lsb_per_g,
+            origin,
+        }
+    }
+
     /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
     #[must_use]
     pub fn nominal(&self) -> Option<f64> {

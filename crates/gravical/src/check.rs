@@ -371,11 +371,9 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, int
 
 fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
     // Without a rate, or where a row is a mean itself, the duration is not known.
-    let (rate_hz, is_assumed) = recording.working_rate_hz();
-    let speed = if is_assumed || interval.count < 2 {
-        0.0
-    } else {
-        REST_SPEED_MPS * rate_hz / interval.count as f64
+    let speed = match recording.timing.rate_hz() {
+        Some(rate_hz) if interval.count > 1 => REST_SPEED_MPS * rate_hz / interval.count as f64,
+        _ => 0.0,
     };
     StaticMean {
         mean: interval.mean.into(),

@@ -29,7 +29,7 @@ use serde::Deserialize;
 use crate::finding::{after, finding};
 use crate::numfmt::count;
 use crate::recording::units::GyroScale;
-use crate::recording::{AccelUnit, Finding, FindingKind, Recording, UnitDoubt};
+use crate::recording::{AccelUnit, Finding, FindingKind, Recording};
 use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
@@ -255,32 +255,23 @@ pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let (why, hint, units): (_, _, &[&str]) = match recording.unit_doubt {
-        Some(UnitDoubt::WithoutGravity) => (
-            FindingKind::WithoutGravity,
-            "calibrate with recordings of the raw acceleration",
-            &[],
-        ),
-        Some(UnitDoubt::WrongFullScale) => (
-            FindingKind::UnitUnknown,
-            "record again with the range that the sketch converts with; or give the unit, to use the numbers as they are",
-            &["m/s^2"],
-        ),
-        _ => (
-            FindingKind::UnitUnknown,
-            "give the unit; counts stands for counts of any scale",
-            &["mg", "counts"],
-        ),
+    let is_why = |f: &&Finding| {
+        matches!(
+            f.kind,
+            FindingKind::WithoutGravity | FindingKind::UnitUnknown
+        )
     };
-    let why = recording.findings.iter().find(|f| f.kind == why);
-    let error = Error::input(
-        "unit-unknown",
-        why.map_or("the unit is not known", |f| f.message.as_str()),
-    )
-    .at(recording.name.as_ref(), None)
-    .with_hint(hint);
-    let units = units.iter();
-    units.fold(error, |error, unit| error.advise("accel_unit", *unit))
+    let why = recording.findings.iter().find(is_why);
+    let hint = match why.map(|f| f.kind) {
+        Some(FindingKind::WithoutGravity) => "calibrate with recordings of the raw acceleration",
+        _ => "give the unit; counts stands for counts of any scale",
+    };
+    let text = why.map_or("the unit is not known", |f| f.message.as_str());
+    let error = Error::input("unit-unknown", text).at(recording.name.as_ref(), None);
+    let options = why.into_iter().flat_map(|f| &f.options);
+    options.fold(error.with_hint(hint), |error, advice| {
+        error.advise(&advice.name, &advice.value)
+    })
 }
 
 fn describe(recording: &Recording) -> String {
@@ -298,7 +289,7 @@ pub(crate) fn measure_intervals(
     findings: &mut Vec<Finding>,
 ) -> Measured {
     let held = without_spikes(recordings, &intervals, findings);
-    let steps = recordings.iter().map(Recording::accel_resolution);
+    let steps = recordings.iter().map(|r| r.resolution[0]);
     let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
         std::array::from_fn(|i| step[i].max(most[i]))
     });
@@ -328,7 +319,7 @@ fn without_spikes(
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        let spikes = spikes::take_out(&mut values, recording.accel_resolution());
+        let spikes = spikes::take_out(&mut values, recording.resolution[0]);
         if spikes > 0 {
             let count = &mut counts[interval.recording];
             let rows = interval.rows.len();
@@ -359,12 +350,7 @@ fn pose(
 ) -> Pose {
     let recording = &recordings[interval.recording];
     let is_found = interval.selection == Selection::Found;
-    let mean = pose_mean(
-        &slices(held),
-        noise,
-        recording.working_rate_hz().0,
-        is_found,
-    );
+    let mean = pose_mean(&slices(held), noise, recording.working_rate_hz(), is_found);
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))

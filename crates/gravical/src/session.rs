@@ -16,8 +16,8 @@ use crate::numfmt::count;
 use crate::poses::Segmentation;
 use crate::poses::sections::read_sections;
 use crate::recording::{
-    Finding, FindingKind, ReadOptions, Recording, UnitDoubt, holds_gyroscope_alone,
-    is_named_gyroscope, join_gyroscope, read, read_head, source,
+    Finding, FindingKind, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope,
+    join_gyroscope, read, read_head, source,
 };
 use crate::{Error, Result};
 
@@ -409,7 +409,8 @@ pub fn read_session(
 /// Apps write acceleration without gravity beside that with it: in a folder only the
 /// latter is meant.
 fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>) {
-    let linear = |r: &Recording| r.unit_doubt == Some(UnitDoubt::WithoutGravity);
+    let is_linear = |f: &Finding| f.kind == FindingKind::WithoutGravity;
+    let linear = |r: &Recording| r.findings.iter().any(is_linear);
     if recordings.iter().all(linear) {
         return;
     }

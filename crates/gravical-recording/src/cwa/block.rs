@@ -23,7 +23,7 @@ const NUMBER: usize = 2;
 /// Sampling rates that the code of a rate can name, Hz.
 const RATES_HZ: RangeInclusive<f64> = 6.25..=3200.0;
 
-fn u16_at(bytes: &[u8], at: usize) -> u16 {
+pub(super) fn u16_at(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
@@ -55,20 +55,13 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// `bytes` is the beginning of a file; `None` if it is not that of a `.cwa` file.
-    pub fn parse(bytes: &[u8]) -> Option<Self> {
-        // By the length of the header or by the first block: one of them may be damaged.
-        let begins = bytes.len() >= HEADER_BYTES + 2 && &bytes[..2] == b"MD";
-        let is_long = || u16_at(bytes, 2) as usize == HEADER_BYTES - 4;
-        if !begins || !(is_long() || &bytes[HEADER_BYTES..HEADER_BYTES + 2] == b"AX") {
-            return None;
-        }
+    pub fn parse(bytes: &[u8; HEADER_BYTES]) -> Self {
         let high = match u16_at(bytes, 11) {
             u16::MAX => 0,
             high => u32::from(high) << 16,
         };
         let (rate_hz, range_g) = rate_and_range(bytes[36]);
-        Some(Header {
+        Header {
             model: match bytes[4] {
                 0x64 => "AX6",
                 _ => "AX3",
@@ -81,7 +74,7 @@ impl Header {
                 0 | 15 => None,
                 n => Some(8000 >> n),
             },
-        })
+        }
     }
 
     /// Device and settings in words.

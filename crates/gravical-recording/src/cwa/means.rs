@@ -17,29 +17,33 @@ const USUAL_MEANS: usize = 1 << 22;
 /// Means follow each other at this rate or faster, Hz: four blocks of five are 8 s, and a rest of a wrist is 10 s.
 const MIN_HZ: f64 = 2.5;
 
-/// Reads a `.cwa` file. More than 2²⁰ samples are held as means of neighbours at 2.5 Hz or faster,
-/// and a note says so ([`FindingKind::SamplesAveraged`]). Samples before a break that are too few for
-/// a mean are left out.
+/// Collects the batches of a whole file. With `averages` more than 2²⁰ samples are held as means of
+/// neighbours at 2.5 Hz or faster, and a note says so ([`FindingKind::SamplesAveraged`]). Samples
+/// before a break that are too few for a mean are left out.
 ///
 /// # Errors
 ///
 /// Those of reading and of [`Recording::judge`]; the columns take more than a gigabyte.
-pub fn read(
+pub fn collect(
     format: &Format,
     mut batches: impl Iterator<Item = io::Result<Batch>>,
+    averages: bool,
 ) -> Result<Recording, Error> {
-    let mut rows = read_rows(&mut batches, MAX_SAMPLES)?;
-    if rows.rows() < MAX_SAMPLES {
+    let max_rows = if averages { MAX_SAMPLES } else { usize::MAX };
+    let mut rows = Batch::default();
+    while rows.rows() < max_rows
+        && let Some(batch) = batches.next()
+    {
+        rows.append(batch?);
+        rows.check_size()?;
+    }
+    if rows.rows() < max_rows {
         return Recording::judge(format, rows);
     }
     let steps = rows.columns[0].windows(2).map(|w| w[1] - w[0]);
     let period_s = judge::median(steps).unwrap_or(1.0);
-    let count = (1.0 / (MIN_HZ * period_s)).max(1.0) as usize;
-    if count == 1 {
-        let rest = read_rows(&mut batches, usize::MAX)?;
-        rows.append(rest);
-        return Recording::judge(format, rows);
-    }
+    // The slowest samples follow each other at 6.25 Hz.
+    let count = (1.0 / (MIN_HZ * period_s)).max(2.0) as usize;
     let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
     let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
     let mut means = Means::new(count, rows.columns.len());
@@ -49,20 +53,6 @@ pub fn read(
         means.rows.check_size()?;
     }
     means.judge(format, resolution)
-}
-
-fn read_rows(
-    batches: &mut impl Iterator<Item = io::Result<Batch>>,
-    max_rows: usize,
-) -> Result<Batch, Error> {
-    let mut rows = Batch::default();
-    while rows.rows() < max_rows
-        && let Some(batch) = batches.next()
-    {
-        rows.append(batch?);
-        rows.check_size()?;
-    }
-    Ok(rows)
 }
 
 /// Means of neighbouring samples.
@@ -133,7 +123,7 @@ impl Means {
         self.held = 0;
     }
 
-    fn judge(mut self, format: &Format, resolution: [f64; 6]) -> Result<Recording, Error> {
+    fn judge(mut self, format: &Format, resolution: [[f64; 3]; 2]) -> Result<Recording, Error> {
         let count = self.count as f64;
         self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
         let mut format = format.clone();

@@ -1,6 +1,7 @@
 //! Empty cells, and simple statistics of a column.
 
 use crate::finding::{Finding, FindingKind};
+use crate::readings::Readings;
 
 /// Median of the finite values.
 #[must_use]
@@ -39,9 +40,7 @@ pub(crate) type HeldRows = [Option<[f64; 3]>; 2];
 /// rows before these. Returns what was found, and for how many rows the values of accelerometer and
 /// gyroscope hold.
 pub(crate) fn fill_cells(
-    accel: &mut [Vec<f64>; 3],
-    gyro: Option<&mut [Vec<f64>; 3]>,
-    temperature_c: Option<&mut Vec<f64>>,
+    readings: &mut Readings,
     lines: &[u32],
     names: [&str; 7],
     known: Option<HeldRows>,
@@ -49,9 +48,12 @@ pub(crate) fn fill_cells(
     let rows = lines.len();
     let mut marked = vec![false; rows];
     let (mut counts, mut holds) = ([0; 7], [None; 2]);
-    let sensors = [Some((accel, f64::INFINITY)), gyro.map(|g| (g, GYRO_HELD))];
-    for (k, sensor) in sensors.into_iter().enumerate() {
-        let Some((axes, max_distances)) = sensor else {
+    let sensors = [
+        (Some(&mut readings.accel), f64::INFINITY),
+        (readings.gyro.as_mut(), GYRO_HELD),
+    ];
+    for (k, (sensor, max_distances)) in sensors.into_iter().enumerate() {
+        let Some(axes) = sensor else {
             continue;
         };
         for (axis, channel) in axes.iter().enumerate() {
@@ -69,7 +71,7 @@ pub(crate) fn fill_cells(
         }
     }
     let mut impossible = 0;
-    for (row, t) in temperature_c.into_iter().flatten().enumerate() {
+    for (row, t) in readings.temperature_c.iter_mut().flatten().enumerate() {
         if t.is_finite() && !POSSIBLE_C.contains(t) {
             *t = f64::NAN;
             impossible += 1;

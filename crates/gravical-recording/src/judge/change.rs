@@ -11,10 +11,13 @@ const SETTLED: usize = 5;
 const ONE_UNIT: f64 = 0.25;
 /// … and the ratio of two units, or ranges, is matched within this share.
 const RATIO: f64 = 0.08;
-/// One g in the units other than counts: g, m/s², mg.
-const GRAVITIES: [f64; 3] = [1.0, 9.80665, 1000.0];
-/// Counts per g of 16-bit converters at ±16 g to ±2 g.
-const COUNTS: [f64; 4] = [2048.0, 4096.0, 8192.0, 16384.0];
+/// Ratios of 1 g in g, m/s² and mg, and of 1 g in counts at ±16 g to ±2 g to these, from 8.5 on.
+const UNIT_RATIOS: [f64; 12] = [
+    9.80665, 16.384, 101.972, 208.838, 417.676, 835.351, 1000.0, 1670.70, 2048.0, 4096.0, 8192.0,
+    16384.0,
+];
+/// Ratios of two ranges.
+const RANGE_RATIOS: [f64; 3] = [2.0, 4.0, 8.0];
 /// Counts at or near the end of the range of a 16-bit converter.
 const FULL: f64 = 32_700.0;
 
@@ -22,11 +25,7 @@ const FULL: f64 = 32_700.0;
 /// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
 /// 1 g. `before`: the magnitude at rest before these rows, if it is known.
 #[must_use]
-pub fn unit_change(
-    accel: &[Vec<f64>; 3],
-    lines: &[u32],
-    before: Option<f64>,
-) -> Option<(usize, Finding)> {
+pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32], before: Option<f64>) -> Option<Finding> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
     let is_full = |block: &[&[f64]; 3]| block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
@@ -65,8 +64,7 @@ pub fn unit_change(
             "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
         );
         let lines = [u64::from(line)].into_iter().collect();
-        let finding = Finding::new(FindingKind::UnitChanged, text).at_lines(&lines);
-        return Some((row, finding));
+        return Some(Finding::new(FindingKind::UnitChanged, text).at_lines(&lines));
     }
     None
 }
@@ -76,11 +74,7 @@ pub fn unit_change(
 fn is_other_unit(before: f64, after: f64, block: [&[f64]; 3]) -> bool {
     let ratio = after / before;
     let is = |expected: f64| (ratio / expected - 1.0).abs() <= RATIO;
+    let is_one_of = |ratios: &[f64]| ratios.iter().any(|r| is(*r) || is(1.0 / r));
     let integers = block.iter().all(|c| c.iter().all(|v| v.fract() == 0.0));
-    let to_counts = COUNTS.iter().flat_map(|c| GRAVITIES.map(|g| c / g));
-    let mut units = [9.80665, 1000.0, 1000.0 / 9.80665]
-        .into_iter()
-        .chain(to_counts.filter(|r| *r > 8.5));
-    let ranges = [2.0, 4.0, 8.0];
-    units.any(|r| is(r) || is(1.0 / r)) || integers && ranges.iter().any(|r| is(*r) || is(1.0 / r))
+    is_one_of(&UNIT_RATIOS) || integers && is_one_of(&RANGE_RATIOS)
 }

@@ -10,6 +10,8 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
+/// Unit of the stamps of some motion trackers, s.
+const TICK_S: f64 = 1e-4;
 /// A sensor cannot warm faster, °C/s.
 const FASTEST_WARMING: f64 = 2.0;
 /// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
@@ -194,7 +196,7 @@ fn guess_unit_s(
     options: &ClockOptions<'_>,
 ) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let units = TimeUnit::GUESSED.map(TimeUnit::seconds).into_iter();
+    let units = TimeUnit::ALL.map(TimeUnit::seconds).into_iter();
     let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let is_nominal = |u: &f64| {
         let share = options.rate_hz.map(|nominal| rate_hz(*u) / nominal);
@@ -203,8 +205,7 @@ fn guess_unit_s(
     let is_dated = |u: &f64| UtcTime::of_stamp(start * *u).is_some();
     let is_likely = |u: &f64| options.likely_unit_s == Some(*u);
     let find = |is: &dyn Fn(&f64) -> bool| units.iter().copied().find(is);
-    let ticks = TimeUnit::HundredMicroseconds.seconds();
-    let told = find(&is_nominal).or_else(|| Some(ticks).filter(is_nominal));
+    let told = find(&is_nominal).or_else(|| Some(TICK_S).filter(is_nominal));
     let told = told.or_else(|| find(&is_dated));
     if let Some(unit) = told.or_else(|| find(&is_likely)) {
         return Some((unit, false));
@@ -454,11 +455,7 @@ pub fn breaks(
     let parts = |(row, n): &&(usize, usize)| *n > regular && (*n > regular + 1 || !continues(*row));
     let headers = headers.iter().copied().filter(|row| !continues(*row));
     let blanks = blanks.iter().filter(parts).map(|blank| blank.0);
-    let mut out: Vec<usize> = headers.chain(blanks).collect();
-    out.retain(|row| (1..rows).contains(row));
-    out.sort_unstable();
-    out.dedup();
-    out
+    headers.chain(blanks).collect()
 }
 
 /// Blank lines between most rows.

@@ -22,12 +22,12 @@ const MAX_PLACES: i32 = 9;
 /// interpolated) the result is far below their noise.
 #[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
-    let mut axes = sensor.each_ref().map(|channel| Axis::new(channel));
-    let steps = axes.each_mut().map(smallest_difference);
+    let samples = sensor.each_ref().map(|channel| sample(channel));
+    let steps = [0, 1, 2].map(|i| smallest_difference(&sensor[i], &samples[i]));
     // The certain ones first.
     let known = steps.iter().flatten();
     let finest = known.min_by(|a, b| b.0.cmp(&a.0).then(a.1.total_cmp(&b.1)));
-    let fallback = finest.map_or_else(|| decimal_step(&axes), |step| step.1);
+    let fallback = finest.map_or_else(|| decimal_step(&samples), |step| step.1);
     steps.map(|step| match step {
         Some((true, step)) => step,
         Some((false, step)) => step.min(fallback),
@@ -35,57 +35,45 @@ pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
     })
 }
 
-/// What the resolution of an axis is found from.
-struct Axis {
-    /// Number of rows
-    rows: usize,
-    /// Values of rows at equal distances, without empty ones
-    some: Vec<f64>,
-    /// The smallest distance of another value from the first
-    least: f64,
-}
-
-impl Axis {
-    fn new(channel: &[f64]) -> Self {
-        let mut stride = 1;
-        while channel.len().div_ceil(stride) > MAX_VALUES {
-            stride *= 2;
-        }
-        let first = channel.iter().copied().find(|v| v.is_finite());
-        let first = first.unwrap_or(f64::NAN);
-        let some = channel.iter().copied().step_by(stride);
-        let others = channel.iter().map(|v| (v - first).abs());
-        Axis {
-            rows: channel.len(),
-            some: some.filter(|v| v.is_finite()).collect(),
-            least: others
-                .filter(|off| *off > SAME * first.abs())
-                .fold(f64::INFINITY, f64::min),
-        }
+/// Values of rows at equal distances, without empty ones, sorted.
+fn sample(channel: &[f64]) -> Vec<f64> {
+    let mut stride = 1;
+    while channel.len().div_ceil(stride) > MAX_VALUES {
+        stride *= 2;
     }
+    let values = channel.iter().copied().step_by(stride);
+    let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    values
 }
 
 /// The smallest difference between occurring values, and whether it is certain: both occur
 /// repeatedly. Otherwise it is an upper limit. `None` for too few rows, or a single value.
-fn smallest_difference(axis: &mut Axis) -> Option<(bool, f64)> {
-    if axis.rows < MIN_ROWS {
+fn smallest_difference(channel: &[f64], sample: &[f64]) -> Option<(bool, f64)> {
+    if channel.len() < MIN_ROWS {
         return None;
     }
-    let some = &mut axis.some;
-    some.sort_unstable_by(f64::total_cmp);
     // If most values occur repeatedly, a single different row is ignored; if they do not, two
     // repeated rows are.
-    let again: usize = groups(some).filter(|g| g.len() > 1).map(<[f64]>::len).sum();
-    if 2 * again > some.len()
-        && let Some(step) = smallest_gap(some, 2)
+    let again: usize = groups(sample)
+        .filter(|g| g.len() > 1)
+        .map(<[f64]>::len)
+        .sum();
+    if 2 * again > sample.len()
+        && let Some(step) = smallest_gap(sample, 2)
     {
         return Some((true, step));
     }
     // An axis that changes rarely: the smallest distance from the first value, over all rows.
-    let rare = || axis.least.is_finite().then_some(axis.least);
-    smallest_gap(some, 1)
-        .or_else(rare)
-        .map(|step| (false, step))
+    let rare = || {
+        let first = channel.iter().copied().find(|v| v.is_finite())?;
+        let offsets = channel.iter().map(|v| (v - first).abs());
+        offsets
+            .filter(|off| *off > SAME * first.abs())
+            .reduce(f64::min)
+    };
+    let step = smallest_gap(sample, 1).or_else(rare)?;
+    Some((false, step))
 }
 
 /// The smallest gap between sorted values that occur at least `least` times.
@@ -106,12 +94,12 @@ fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
 }
 
 /// The last decimal place in use; 0 if there are more than nine, and if all values are zero.
-fn decimal_step(axes: &[Axis; 3]) -> f64 {
-    let some = || axes.iter().flat_map(|axis| &axis.some);
-    if some().all(|v| *v == 0.0) {
+fn decimal_step(samples: &[Vec<f64>; 3]) -> f64 {
+    let values = || samples.iter().flatten();
+    if values().all(|v| *v == 0.0) {
         return 0.0;
     }
-    let written_with = |p: &f64| some().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
+    let written_with = |p: &f64| values().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
     (0..=MAX_PLACES)
         .map(|places| 10_f64.powi(places))
         .find(written_with)

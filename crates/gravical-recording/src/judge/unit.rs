@@ -2,7 +2,6 @@
 //! order.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use serde::{Deserialize, Serialize};
 
 use super::cells::median;
 use crate::finding::{Finding, FindingKind};
@@ -28,28 +27,6 @@ pub struct AccelClaim {
     pub lsb_per_g: Option<f64>,
     /// The column names say that gravity was removed
     pub without_gravity: bool,
-}
-
-/// Why a unit is unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum UnitDoubt {
-    /// Gravity was removed from the acceleration
-    WithoutGravity,
-    /// The magnitude at rest differs from gravity by a power of two
-    WrongFullScale,
-    /// The magnitude at rest is gravity in no unit, or in several
-    NoUnit,
-}
-
-/// The unit of an accelerometer, and what was found on the way.
-#[derive(Debug, Clone, PartialEq)]
-pub struct JudgedUnit {
-    /// The unit
-    pub scale: AccelScale,
-    /// Why it is unknown
-    pub doubt: Option<UnitDoubt>,
-    /// Contradictions
-    pub findings: Vec<Finding>,
 }
 
 /// Median magnitude in the quietest third of the blocks of 20 rows: gravity, in the unit of the
@@ -84,7 +61,8 @@ pub fn accel_unit(
     is_unsigned: bool,
     claim: AccelClaim,
     options: &ReadOptions,
-) -> JudgedUnit {
+    findings: &mut Vec<Finding>,
+) -> AccelScale {
     let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
     let integers = accel.iter().all(is_whole);
     let norm = quiet_norm(accel);
@@ -98,25 +76,25 @@ pub fn accel_unit(
         };
         let lsb = given_lsb.or(from_data).or(range_lsb);
         let lsb = lsb.filter(|_| unit == AccelUnit::Counts);
-        let mut judged = JudgedUnit::new(unit, lsb, Origin::Given);
-        judged.warn_if_gravity_disagrees(norm);
-        return judged;
+        let scale = AccelScale::new(unit, lsb, Origin::Given);
+        findings.extend(norm.and_then(|norm| given_disagrees(&scale, norm)));
+        return scale;
     }
     if is_unsigned {
-        return JudgedUnit::new(AccelUnit::Counts, range_lsb, Origin::Data);
+        return AccelScale::new(AccelUnit::Counts, range_lsb, Origin::Data);
     }
     let Some(norm) = norm else {
         return match claim.unit {
-            Some(unit) => JudgedUnit::new(unit, range_lsb, Origin::Header),
-            None => JudgedUnit::new(AccelUnit::Unknown, range_lsb, Origin::Assumed),
+            Some(unit) => AccelScale::new(unit, range_lsb, Origin::Header),
+            None => AccelScale::new(AccelUnit::Unknown, range_lsb, Origin::Assumed),
         };
     };
-    let data = |unit, lsb| by_gravity(norm, (unit, lsb), claim, given_lsb);
+    let mut data = |unit, lsb| by_gravity(norm, (unit, lsb), claim, given_lsb, findings);
     match find_evidence(norm, integers, claim) {
         Evidence::Unit(unit, lsb) => data(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
-            JudgedUnit::unknown(UnitDoubt::WithoutGravity, norm, text, &[])
+            unknown(findings, FindingKind::WithoutGravity, norm, text, &[])
         }
         // A given range, or a claim for one of the matching units decides.
         Evidence::Ambiguous if given_lsb.is_some() => data(AccelUnit::Counts, given_lsb),
@@ -129,27 +107,31 @@ pub fn accel_unit(
                     "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
                     short(norm)
                 );
-                let mut judged = data(AccelUnit::MilliGravity, None);
+                let scale = data(AccelUnit::MilliGravity, None);
                 let assumed = Finding::new(FindingKind::UnitAssumed, text);
-                judged.findings.push(assumed.advise("accel_unit", ""));
-                judged
+                findings.push(assumed.advise("accel_unit", ""));
+                scale
             }
             _ => {
                 let text = "mg, cm/s² or counts at 1024 per g; give the unit";
-                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["mg", "counts"])
+                unknown(
+                    findings,
+                    FindingKind::UnitUnknown,
+                    norm,
+                    text,
+                    &["mg", "counts"],
+                )
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
             let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
-            JudgedUnit::new(AccelUnit::Counts, range_lsb, origin)
+            AccelScale::new(AccelUnit::Counts, range_lsb, origin)
         }
-        Evidence::None => match wrong_full_scale(norm) {
-            Some(text) => JudgedUnit::unknown(UnitDoubt::WrongFullScale, norm, &text, &["counts"]),
-            None => {
-                let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
-                JudgedUnit::unknown(UnitDoubt::NoUnit, norm, text, &["counts"])
-            }
-        },
+        Evidence::None => {
+            let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
+            let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
+            unknown(findings, FindingKind::UnitUnknown, norm, &text, &["counts"])
+        }
     }
 }
 
@@ -158,7 +140,7 @@ fn find_evidence(norm: f64, integers: bool, claim: AccelClaim) -> Evidence {
     let is_near = |gravity: f64, tolerance: f64| (norm / gravity - 1.0).abs() <= tolerance;
     let claimed_lsb = claim.lsb_per_g.filter(|lsb| is_near(*lsb, MAX_OFF));
     let holds = |unit: &AccelUnit| {
-        let nominal = JudgedUnit::new(*unit, None, Origin::Header).scale.nominal();
+        let nominal = AccelScale::new(*unit, None, Origin::Header).nominal();
         nominal.is_some_and(|n| is_near(n * STANDARD_GRAVITY_MPS2, CLAIM_TOLERANCE))
     };
     match claim.unit.filter(holds) {
@@ -175,16 +157,16 @@ fn by_gravity(
     (unit, measured_lsb): (AccelUnit, Option<f64>),
     claim: AccelClaim,
     given_lsb: Option<f64>,
-) -> JudgedUnit {
+    findings: &mut Vec<Finding>,
+) -> AccelScale {
     let is_counts = unit == AccelUnit::Counts;
     let lsb = given_lsb.or(measured_lsb).filter(|_| is_counts);
-    let mut judged = JudgedUnit::new(unit, lsb, Origin::Data);
     if let Some(claim) = claim.unit.filter(|claim| *claim != unit) {
         let text = format!(
             "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
             short(norm)
         );
-        judged.push(FindingKind::UnitMismatch, text);
+        findings.push(Finding::new(FindingKind::UnitMismatch, text));
     }
     let stated = given_lsb.or(claim.lsb_per_g).filter(|_| is_counts);
     if let (Some(stated), Some(measured)) = (stated, measured_lsb)
@@ -203,58 +185,35 @@ fn by_gravity(
                 short(measured)
             )
         };
-        judged.push(FindingKind::RangeMismatch, text);
+        findings.push(Finding::new(FindingKind::RangeMismatch, text));
     }
-    judged
+    AccelScale::new(unit, lsb, Origin::Data)
 }
 
-impl JudgedUnit {
-    fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
-        JudgedUnit {
-            scale: AccelScale {
-                unit,
-                lsb_per_g,
-                origin,
-            },
-            doubt: None,
-            findings: Vec::new(),
-        }
-    }
+/// An unknown unit; `units`: those that the user may give.
+fn unknown(
+    findings: &mut Vec<Finding>,
+    kind: FindingKind,
+    norm: f64,
+    what: &str,
+    units: &[&str],
+) -> AccelScale {
+    let text = format!("the magnitude at rest is {}: {what}", short(norm));
+    let finding = Finding::new(kind, text);
+    let units = units.iter();
+    findings.push(units.fold(finding, |f, unit| f.advise("accel_unit", *unit)));
+    AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+}
 
-    /// `units`: those that the user may give.
-    fn unknown(doubt: UnitDoubt, norm: f64, what: &str, units: &[&str]) -> Self {
-        let kind = match doubt {
-            UnitDoubt::WithoutGravity => FindingKind::WithoutGravity,
-            _ => FindingKind::UnitUnknown,
-        };
-        let text = format!("the magnitude at rest is {}: {what}", short(norm));
-        let finding = Finding::new(kind, text);
-        let units = units.iter();
-        let finding = units.fold(finding, |finding, unit| finding.advise("accel_unit", *unit));
-        JudgedUnit {
-            doubt: Some(doubt),
-            findings: vec![finding],
-            ..Self::new(AccelUnit::Unknown, None, Origin::Assumed)
-        }
-    }
-
-    fn push(&mut self, kind: FindingKind, text: String) {
-        self.findings.push(Finding::new(kind, text));
-    }
-
-    fn warn_if_gravity_disagrees(&mut self, norm: Option<f64>) {
-        let Some((nominal, norm)) = self.scale.nominal().zip(norm) else {
-            return;
-        };
-        let g = norm / nominal / STANDARD_GRAVITY_MPS2;
-        if !(0.75..=1.25).contains(&g) {
-            let text = format!(
-                "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
-                self.scale.unit
-            );
-            self.push(FindingKind::UnitMismatch, text);
-        }
-    }
+fn given_disagrees(scale: &AccelScale, norm: f64) -> Option<Finding> {
+    let g = norm / scale.nominal()? / STANDARD_GRAVITY_MPS2;
+    (!(0.75..=1.25).contains(&g)).then(|| {
+        let text = format!(
+            "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
+            scale.unit
+        );
+        Finding::new(FindingKind::UnitMismatch, text)
+    })
 }
 
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at

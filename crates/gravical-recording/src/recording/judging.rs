@@ -6,8 +6,6 @@ mod time;
 
 pub(crate) use time::gap_text;
 
-use std::collections::HashMap;
-
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
 use crate::full_scale::Clipping;
@@ -17,7 +15,7 @@ use crate::role::Role;
 use crate::text::{Batch, Format};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
-use measured::{Measured, cell_label, names};
+use measured::{Measured, column_labels, names};
 
 impl Recording {
     /// Judges the rows of a whole file.
@@ -35,20 +33,20 @@ impl Recording {
     pub(crate) fn judge_measured(
         format: &Format,
         measured: Measured,
-        of_samples: Option<[f64; 6]>,
+        of_samples: Option<[[f64; 3]; 2]>,
     ) -> Result<Self, Error> {
         let options = &format.options;
         let (rows, time) = (measured.rows, measured.time);
-        let (accel, gyro) = (measured.accel, measured.gyro);
+        let (accel, gyro) = (measured.readings.accel, measured.readings.gyro);
         let mut findings = measured.findings;
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
-        let judged = judge::accel_unit(axes, is_unsigned, claim, options);
+        let mut of_unit = Vec::new();
+        let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
         if !options.is_gyroscope {
-            findings.extend(judged.findings);
-            let change = judge::unit_change(&accel, &rows.lines, None);
-            findings.extend(change.map(|c| c.1));
+            findings.append(&mut of_unit);
+            findings.extend(judge::unit_change(&accel, &rows.lines, None));
         }
         let read_gyro = if options.is_gyroscope {
             Some((format.accel, &accel))
@@ -61,6 +59,7 @@ impl Recording {
             let mut pairs = format.accel.iter().zip(own);
             pairs.all(|(column, own)| format.names.get(*column).is_some_and(|n| n == own))
         };
+        let is_known = matches!(accel_scale.origin, Origin::Data | Origin::Given);
         let mut recording = Recording {
             name: String::new(),
             sha256: None,
@@ -70,17 +69,16 @@ impl Recording {
             is_calibrated: is_calibrated_by_board || CALIBRATED.iter().any(reads),
             is_calibrated_by_board,
             gyro_file: None,
-            temperature_c: measured.temperature_c,
-            time_s: (!measured.time_s.is_empty()).then_some(measured.time_s),
+            temperature_c: measured.readings.temperature_c,
+            time_s: measured.readings.time_s,
             time_origin_s: time.start_s,
             stated_start_s: metadata::start_s(&format.metadata),
             restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
-            breaks: measured.breaks,
+            breaks: measured.readings.breaks,
             zero_offset: measured.zero_offset,
-            accel_scale: judged.scale,
-            unit_doubt: judged.doubt,
-            header_unit: claim.unit,
+            accel_scale,
+            contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
             gyro_scale,
             accel,
             gyro,
@@ -98,7 +96,7 @@ impl Recording {
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
         let [ax, ay, az, gx, gy, gz, _] = names(format);
-        let (accel_step, gyro_step) = self.resolution.split_at(3);
+        let [accel_step, gyro_step] = &self.resolution;
         let mut findings = judge::frozen_axes(&self.accel, [ax, ay, az], accel_step, &self.lines);
         if let Some(gyro) = &self.gyro {
             let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
@@ -113,7 +111,7 @@ impl Recording {
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
             findings.extend(judge::repeated_rows(
                 &channels,
-                &self.resolution,
+                self.resolution.as_flattened(),
                 &self.lines,
             ));
         }
@@ -186,10 +184,9 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
     }
 }
 
-pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [f64; 6] {
-    let [ax, ay, az] = judge::resolution(accel);
-    let [gx, gy, gz] = gyro.map_or([0.0; 3], judge::resolution);
-    [ax, ay, az, gx, gy, gz]
+pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [[f64; 3]; 2] {
+    let of_gyro = gyro.map_or([0.0; 3], judge::resolution);
+    [judge::resolution(accel), of_gyro]
 }
 
 fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
@@ -204,16 +201,5 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
         .with_hint("leave the column out, or cut the file")
         .advise("columns", "label=-"));
     }
-    let mut labels = Labels::default();
-    let mut known: HashMap<String, u32> = HashMap::new();
-    for row in 0..rows.rows() {
-        let name = cell_label(rows, column, row);
-        let next = labels.names.len() as u32;
-        let at = *known.entry(name).or_insert_with_key(|name| {
-            labels.names.push(name.clone());
-            next
-        });
-        labels.of_row.push(at);
-    }
-    Ok(Some(labels))
+    Ok(Some(column_labels(rows, column)))
 }

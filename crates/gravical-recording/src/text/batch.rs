@@ -61,6 +61,12 @@ reasons! {
 }
 
 impl Reason {
+    /// Whether it concerns a row that is no measurement.
+    pub(crate) fn is_of_row(self) -> bool {
+        use Reason::{Hung, OtherSensor, Slipped, Zeros};
+        matches!(self, OtherSensor | Zeros | Hung | Slipped)
+    }
+
     /// Whether it concerns a block of a binary file.
     pub(crate) fn is_block(self) -> bool {
         self >= Reason::CorruptBlock

@@ -136,7 +136,7 @@ fn captures(
         starts.push(start);
         breaks.push(start);
         breaks.extend(recording.breaks.iter().map(|b| start + b));
-        let period_s = 1.0 / recording.working_rate_hz().0;
+        let period_s = 1.0 / recording.working_rate_hz();
         match &recording.time_s {
             Some(time_s) => t_s.extend(time_s.iter().map(|t| from_s + t)),
             None => t_s.extend((0..recording.rows()).map(|i| from_s + period_s * i as f64)),

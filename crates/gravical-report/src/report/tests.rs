@@ -68,7 +68,7 @@ fn names_are_no_markup() {
     let evil = "</script><img src=x onerror=alert(1)>\"'&|`\u{0}\n# a";
     let recording = push();
     let mut motion = moved(&recording);
-    let finding = Finding::warning(FindingKind::Other, evil).in_file(evil);
+    let finding = Finding::new(FindingKind::Other, evil).in_file(evil);
     motion.result.findings.push(finding);
     motion.result.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());

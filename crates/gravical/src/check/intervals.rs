@@ -93,7 +93,7 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
 /// Raises standard errors of means to what averages of the samples, `held`, say of them.
 fn include_slow_noise(recordings: &[Recording], held: &[[Vec<f64>; 3]], intervals: &mut [Pose]) {
     let group = |interval: &Pose| {
-        let (rate_hz, _) = recordings[interval.recording].working_rate_hz();
+        let rate_hz = recordings[interval.recording].working_rate_hz();
         ((rate_hz / SLOW_RATE_HZ) as usize).max(1)
     };
     let average = |(interval, held): (&Pose, &[Vec<f64>; 3])| {

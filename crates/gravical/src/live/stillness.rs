@@ -47,7 +47,7 @@ pub(super) struct StillnessDetector {
     /// Blocks that are looked back upon for a run.
     max_run: usize,
     /// Steps that the values come in.
-    resolution: [f64; 6],
+    resolution: [[f64; 3]; 2],
     /// Rows of the next block.
     samples: Vec<Sample>,
     /// First rows and means of the blocks since the last interruption.
@@ -58,7 +58,7 @@ pub(super) struct StillnessDetector {
 
 impl StillnessDetector {
     /// For runs of at least `run_s`.
-    pub fn new(rate_hz: f64, resolution: [f64; 6], run_s: f64) -> Self {
+    pub fn new(rate_hz: f64, resolution: [[f64; 3]; 2], run_s: f64) -> Self {
         let size = block_len(rate_hz.recip(), BLOCK_S);
         StillnessDetector {
             size,
@@ -90,7 +90,7 @@ impl StillnessDetector {
         self.samples.clear();
         let mut level = [f64::INFINITY; 2];
         let mut max_scatter = level;
-        for (sensor, step) in self.resolution.chunks(3).enumerate() {
+        for (sensor, step) in self.resolution.iter().enumerate() {
             let sorted = &mut self.variances[sensor];
             let variance = means.scatter[sensor].powi(2);
             // A sensor that is not read has no noise.
@@ -126,7 +126,8 @@ impl StillnessDetector {
         end: usize,
     ) -> Option<Range<usize>> {
         let white = MAX_MEAN * (level / self.size as f64).sqrt();
-        let agree = white.max(TREMOR * norm(&last.accel)) + step_of_means(level, &self.resolution);
+        let agree =
+            white.max(TREMOR * norm(&last.accel)) + step_of_means(level, &self.resolution[0]);
         let (mut low, mut high) = (last.accel, last.accel);
         let agrees = |block: &&(usize, Means)| {
             for axis in 0..3 {
@@ -146,7 +147,7 @@ impl StillnessDetector {
 /// Largest difference of two means of one reading by rounding: noise below a step leaves means that
 /// change by a whole step.
 fn step_of_means(level: f64, step: &[f64]) -> f64 {
-    let left = step[..3]
+    let left = step
         .iter()
         .map(|q| rounding::mean_variance(level / 3.0 - rounding::floor(*q), *q));
     (12.0 * left.sum::<f64>()).sqrt()

@@ -51,7 +51,6 @@ pub(super) fn samples(
         FULL_SCALES_G.iter().map(|g| g * 9.80665).collect(),
         FULL_SCALES_DEG_S.iter().map(|r| r.to_radians()).collect(),
     ];
-    let resolutions = [recording.accel_resolution(), recording.gyro_resolution()];
     let sensors = [
         (Sensor::Accelerometer, &mut force),
         (Sensor::Gyroscope, &mut rate),
@@ -70,7 +69,7 @@ pub(super) fn samples(
             ..b
         }));
         for axis in 0..3 {
-            steps[3 * k + axes.case_axis(axis)] = resolutions[k][axis] * units[k];
+            steps[3 * k + axes.case_axis(axis)] = recording.resolution[k][axis] * units[k];
         }
     }
     // Calibrations take the numbers of the file.

@@ -167,7 +167,7 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
 
 /// The recording's own time of each line; NaN for a line that is no row of it.
 fn times_of_lines(recording: &Recording, lines: &[u32]) -> Vec<f64> {
-    let (rate_hz, _) = recording.working_rate_hz();
+    let rate_hz = recording.working_rate_hz();
     let mut row = 0;
     let time_of = |line: &u32| {
         let line = u64::from(*line);

@@ -215,7 +215,7 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
         100.0 * off
     );
     Some(if off.abs() > 0.02 {
-        Finding::warning(FindingKind::GravityOff, text)
+        Finding::new(FindingKind::GravityOff, text)
     } else {
         Finding::note(FindingKind::GravityOff, text)
     })

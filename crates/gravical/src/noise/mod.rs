@@ -112,7 +112,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     settle(&mut recording, &rests);
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
-    pieces.leave_out_disturbances(&recording.accel, &recording.accel_resolution(), width);
+    pieces.leave_out_disturbances(&recording.accel, &recording.resolution[0], width);
     let period_s = pieces.period_s;
     let mut findings = recording.findings.clone();
     let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
@@ -143,7 +143,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
             ));
             continue;
         }
-        let step = recording.resolution[i] / per_si;
+        let step = recording.resolution[i / 3][i % 3] / per_si;
         let hidden = hide_below_resolution(&mut channel, &segments, step, period_s);
         findings.extend(hidden);
         findings.extend(channel_findings(&channel));

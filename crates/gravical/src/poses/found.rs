@@ -55,7 +55,7 @@ pub(super) fn in_recording(
     if is_alone {
         let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
         // Without a rate a rest may be a pause of a motion.
-        let is_assumed = recording.working_rate_hz().1;
+        let is_assumed = recording.timing.rate_hz().is_none();
         return match &rests[..] {
             [] if few => Err(too_few(recording)),
             [] => Err(never_still(recordings)),
@@ -133,7 +133,7 @@ fn without_rest(
             1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
         );
         (Some((rows.clone(), Selection::Found)), unsteady)
-    } else if is_too_short(segment.len(), recording.working_rate_hz().0) {
+    } else if is_too_short(segment.len(), recording.working_rate_hz()) {
         let count = segment.len();
         let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
         (Some((segment.clone(), Selection::Given)), short)
@@ -289,7 +289,7 @@ fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
 fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
     const TWITCH_S: f64 = 1.0;
     const SAME_DEG: f64 = 3.0;
-    let near = (TWITCH_S * recording.working_rate_hz().0) as usize;
+    let near = (TWITCH_S * recording.working_rate_hz()) as usize;
     let mean = |span: &Range<usize>| moments(&recording.accel, span.clone()).0;
     let mut out: Vec<Range<usize>> = Vec::new();
     let mut end = 0;

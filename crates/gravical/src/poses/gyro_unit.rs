@@ -194,7 +194,7 @@ impl Evidence {
             }
         });
         let noise = format!("{:.2e}", self.noise.unwrap_or(f64::NAN));
-        let header_is_wrong = recording.contradicts_header();
+        let header_is_wrong = recording.contradicts_header;
         if let Some(section) = section {
             let wanted = section.input_unit;
             let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());

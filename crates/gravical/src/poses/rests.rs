@@ -101,7 +101,7 @@ pub(crate) fn with_slow_ends(
     before: &Range<usize>,
     after: &Range<usize>,
 ) -> Range<usize> {
-    let most = (SLOW_END_S * recording.working_rate_hz().0) as usize;
+    let most = (SLOW_END_S * recording.working_rate_hz()) as usize;
     // The greater part of a static interval is rest.
     let hidden = |rest: &Range<usize>| most.min(rest.len() / 3);
     before.end - hidden(before)..after.start + hidden(after)

@@ -59,7 +59,7 @@ impl Samples {
             .clone()
             .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
-        let step = recording.accel_resolution().map(|step| step / per_mps2);
+        let step = recording.resolution[0].map(|step| step / per_mps2);
         take_out_spikes(&mut force, step, period_s);
         let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
         let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();
@@ -116,7 +116,7 @@ impl Samples {
     fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
         // A header that is wrong about the accelerometer says nothing about the gyroscope.
-        let header_is_wrong = recording.contradicts_header();
+        let header_is_wrong = recording.contradicts_header;
         let known = recording.gyro_scale.filter(|s| match s.origin {
             Origin::Given | Origin::Data => true,
             Origin::Header => !header_is_wrong,

@@ -20,7 +20,8 @@ fn options_out_of_range_are_reported() {
     let mut options = SimulateOptions::new(still_for(10.0));
     options.rate_hz = f64::NAN;
     let error = simulate(&options).unwrap_err();
-    assert!(error.is_usage() && error.message().contains("rate"));
+    assert_eq!(error.category(), crate::Category::Usage);
+    assert!(error.message().contains("rate"));
     options.rate_hz = 100.0;
     options.sensor.accel_range_g = 3;
     assert!(simulate(&options).unwrap_err().message().contains("3 g"));

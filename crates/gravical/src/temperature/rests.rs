@@ -44,7 +44,7 @@ pub(super) fn detect_rests(recording: &Recording) -> Vec<Vec<RestBlock>> {
     let Some(temperature_c) = &recording.temperature_c else {
         return Vec::new();
     };
-    let size = (BLOCK_S * recording.working_rate_hz().0).round() as usize;
+    let size = (BLOCK_S * recording.working_rate_hz()).round() as usize;
     let size = size.max(MIN_ROWS);
     let block = |row: usize| {
         let rows = row..row + size;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use gravical::Category;
 use gravical::calibration_file::CalibrationFile;
 use gravical::noise::NoiseResult;
 use serde_json::json;
@@ -100,7 +101,7 @@ fn what_cannot_be_applied_is_refused_with_its_field() {
         let mut changed = plain.clone();
         *changed.pointer_mut(field).unwrap() = serde_json::from_str(value).unwrap();
         let error = CalibrationFile::parse(changed.to_string().as_bytes()).unwrap_err();
-        assert!(error.is_input(), "{field}: {error}");
+        assert_eq!(error.category(), Category::Input, "{field}: {error}");
         let named = error.message().split(':').next().unwrap();
         let code = error.code().strip_prefix("calibration-").unwrap();
         assert_eq!(if code == "values" { named } else { code }, said, "{field}");

@@ -1,10 +1,14 @@
 //! From the rows of a file to measurements of one sensor: timed, decoded, without rows that are none.
 
+use std::collections::HashMap;
+
 use super::findings;
 use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Encoding, HeldRows};
+use crate::readings::Readings;
+use crate::recording::Labels;
 use crate::role::Role;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 
@@ -38,13 +42,9 @@ pub(crate) struct Known {
 pub(crate) struct Measured {
     /// The rows without these channels.
     pub rows: Batch,
-    pub accel: [Vec<f64>; 3],
-    pub gyro: Option<[Vec<f64>; 3]>,
-    pub temperature_c: Option<Vec<f64>>,
-    /// Empty without usable stamps.
-    pub time_s: Vec<f64>,
+    pub readings: Readings,
+    /// Without the times.
     pub time: JudgedTime,
-    pub breaks: Vec<usize>,
     pub zero_offset: f64,
     pub findings: Vec<Finding>,
     pub known: Known,
@@ -105,41 +105,39 @@ impl Measured {
         findings.append(&mut of_time);
 
         let temperature_c = rows.columns.pop().unwrap_or_default();
-        let mut temperature_c = thermometer.map(|_| temperature_c);
         let time_s = rows.columns.pop().unwrap_or_default();
-        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
-        let mut accel = format.accel.map(&mut take);
-        let mut gyro = format.gyro.map(|g| g.map(&mut take));
-        if let Some(offset) = options.zero_offset {
-            accel.iter_mut().flatten().for_each(|v| *v -= offset);
-        }
-        let of_encoding = match encoding {
-            Some(Encoding::OffsetBinary) => 32_768.0,
-            _ => 0.0,
-        };
-        let (empty, holds) = judge::fill_cells(
-            &mut accel,
-            gyro.as_mut(),
-            temperature_c.as_mut(),
-            &rows.lines,
-            names(format),
-            known.map(|known| known.holds),
-        );
-        findings.extend(empty);
-        findings.extend(emptied);
+        let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
         let mut breaks = std::mem::take(&mut rows.breaks);
         breaks.extend(time.breaks(&rows, &time_s));
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..rows.rows()).contains(row));
-        Ok(Measured {
-            rows,
-            accel,
-            gyro,
-            temperature_c,
-            time_s,
-            time,
+        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
+        let mut readings = Readings {
+            accel: format.accel.map(&mut take),
+            gyro: format.gyro.map(|g| g.map(&mut take)),
+            temperature_c: thermometer.map(|_| temperature_c),
+            is_measured: vec![true; rows.rows()],
+            time_s: has_clock.then_some(time_s),
             breaks,
+        };
+        if let Some(offset) = options.zero_offset {
+            let values = readings.accel.iter_mut().flatten();
+            values.for_each(|v| *v -= offset);
+        }
+        let of_encoding = match encoding {
+            Some(Encoding::OffsetBinary) => 32_768.0,
+            _ => 0.0,
+        };
+        let known_holds = known.map(|known| known.holds);
+        let (empty, holds) =
+            judge::fill_cells(&mut readings, &rows.lines, names(format), known_holds);
+        findings.extend(empty);
+        findings.extend(emptied);
+        Ok(Measured {
+            readings,
+            rows,
+            time,
             zero_offset: options.zero_offset.unwrap_or(of_encoding),
             findings,
             known: Known {
@@ -176,36 +174,28 @@ pub(crate) fn keep_sensor(
     rows: &mut Batch,
     column: usize,
 ) -> Result<Option<Finding>, Error> {
-    let labels: Vec<String> = (0..rows.rows())
-        .map(|row| cell_label(rows, column, row))
-        .collect();
-    let mut all: Vec<&String> = Vec::new();
-    for label in &labels {
-        if !label.is_empty() && all.len() < MAX_SENSORS && !all.contains(&label) {
-            all.push(label);
-        }
-    }
+    let labels = column_labels(rows, column);
+    let sensors = labels.names.iter().filter(|name| !name.is_empty());
+    let mut sensors: Vec<String> = sensors.take(MAX_SENSORS).cloned().collect();
     // Words stay in order.
-    all.sort_by_key(|label| label.parse::<u64>().unwrap_or(u64::MAX));
-    let names = || all.iter().map(|label| (*label).clone()).collect::<Vec<_>>();
-    let wanted = match &format.options.sensor {
-        Some(wanted) if all.contains(&wanted) => wanted,
-        Some(wanted) => return Err(sensor_unknown(wanted, &names())),
-        None => match all.first() {
-            Some(first) => *first,
-            None => return Ok(None),
-        },
+    sensors.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
+    let wanted = match (&format.options.sensor, sensors.first()) {
+        (Some(wanted), _) if sensors.contains(wanted) => wanted,
+        (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
+        (None, Some(first)) => first,
+        (None, None) => return Ok(None),
     };
-    let finding = (format.options.sensor.is_none() && all.len() > 1).then(|| {
+    let finding = (format.options.sensor.is_none() && sensors.len() > 1).then(|| {
         let name = format.names.get(column).map_or("", String::as_str);
         let text = format!(
             "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
-            all.len(),
-            names().join(", ")
+            sensors.len(),
+            sensors.join(", ")
         );
-        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", all[1])
+        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", &sensors[1])
     });
-    let keep: Vec<bool> = labels.iter().map(|label| label == wanted).collect();
+    let is_kept = |label: &u32| labels.names[*label as usize] == *wanted;
+    let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
     rows.keep(&keep, Reason::OtherSensor);
     Ok(finding)
 }
@@ -221,6 +211,22 @@ pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
         (None, Some(value)) if value.is_finite() => value.to_string(),
         _ => String::new(),
     }
+}
+
+/// The cells of a column as labels.
+pub(super) fn column_labels(rows: &Batch, column: usize) -> Labels {
+    let mut labels = Labels::default();
+    let mut known: HashMap<String, u32> = HashMap::new();
+    for row in 0..rows.rows() {
+        let name = cell_label(rows, column, row);
+        let next = labels.names.len() as u32;
+        let at = *known.entry(name).or_insert_with_key(|name| {
+            labels.names.push(name.clone());
+            next
+        });
+        labels.of_row.push(at);
+    }
+    labels
 }
 
 /// Whether the sensor answered at all.

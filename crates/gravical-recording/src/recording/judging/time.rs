@@ -199,24 +199,22 @@ fn find_clock(
         if values.iter().all(|v| v.is_nan()) {
             continue;
         }
-        let stamps = if is_step {
-            judge::sum_steps(values)
+        let (stamps, penalty) = if is_step {
+            (judge::sum_steps(values), 1.0)
         } else {
-            values.clone()
+            (values.clone(), 0.0)
         };
         let unit_s = match column.unit.as_str() {
             _ if column.is_dated => Some(1.0),
             "fine" => fine_ticks_s(&stamps),
             unit => time_scale_s(unit),
         };
-        candidates.push((is_step, stamps, unit_s));
+        let score = judge::steadiness(&stamps).unwrap_or(f64::MIN) - penalty;
+        candidates.push((score, stamps, unit_s));
     }
-    let score = |(is_step, stamps, _): &(bool, Vec<f64>, _)| {
-        judge::steadiness(stamps).map_or(f64::MIN, |s| if *is_step { s - 1.0 } else { s })
-    };
     // The last of equals: files begin with the coarser clock.
     let candidates = candidates.into_iter();
-    let (_, stamps, unit_s) = candidates.max_by(|a, b| score(a).total_cmp(&score(b)))?;
+    let (_, stamps, unit_s) = candidates.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let given = format.options.time_unit.map(TimeUnit::seconds);
     let unit_s = given.or(unit_s);
     Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
@@ -227,12 +225,7 @@ fn find_clock(
 fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
     let steps = stamps.windows(2).map(|w| w[1] - w[0]);
     let step = judge::median(steps.filter(|s| *s > 0.0))?;
-    let unit = if step < 8000.0 {
-        TimeUnit::HundredMicroseconds
-    } else {
-        TimeUnit::Microsecond
-    };
-    Some(unit.seconds())
+    Some(if step < 8000.0 { 1e-4 } else { 1e-6 })
 }
 
 /// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and

@@ -53,7 +53,7 @@ impl Readings {
             let Some(gyro) = &recording.gyro else {
                 continue;
             };
-            let finest = recording.gyro_resolution();
+            let [_, finest] = recording.resolution;
             step = std::array::from_fn(|i| step[i].max(finest[i]));
             let first = readings.intervals.len();
             let rows = readings.add_intervals(recording, gyro, session, index, &mut holds);
@@ -79,7 +79,7 @@ impl Readings {
         holds: &mut Vec<Hold<'a>>,
     ) -> Vec<Range<usize>> {
         // Without a time the noise only weighs static intervals against each other.
-        let period_s = recording.working_rate_hz().0.recip();
+        let period_s = recording.working_rate_hz().recip();
         let of_recording = session.poses.iter().filter(|p| p.recording == index);
         let mut rests: Vec<&Pose> = of_recording.collect();
         rests.sort_by_key(|p| p.rows.start);
