@@ -60,6 +60,7 @@ impl RenderedError {
         let exit = match own.category() {
             Category::Usage => 2,
             Category::Input => 3,
+            Category::Contradiction => 4,
             Category::System => 1,
             Category::Device => DEVICE,
         };

@@ -30,7 +30,7 @@ fn raised(py: Python<'_>, error: &Error) -> PyErr {
         (_, Category::Usage) => "UsageError",
         (_, Category::Input) => "InputError",
         (_, Category::System) => "MachineError",
-        (_, Category::Device) => "Error",
+        (_, Category::Contradiction | Category::Device) => "Error",
     };
     let place = error.location();
     let arguments = (

@@ -20,6 +20,8 @@ pub enum Category {
     Usage,
     /// The recording or file does not contain what is needed (exit 3).
     Input,
+    /// Later rows contradict what the first rows showed (exit 4).
+    Contradiction,
     /// The machine: disk, permissions (exit 1).
     System,
     /// The board, its port or the cable to it (exit 5).
@@ -70,6 +72,12 @@ impl Error {
     #[must_use]
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
+    }
+
+    /// The recording contradicts what its first rows showed.
+    #[must_use]
+    pub fn contradiction(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Category::Contradiction, code, message)
     }
 
     /// An invalid option or combination of options.

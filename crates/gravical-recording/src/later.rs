@@ -211,7 +211,7 @@ impl Later {
 }
 
 fn contradiction(code: &'static str, text: &str, line: u64) -> Error {
-    let error = Error::input(code, text).at_line(line as usize);
+    let error = Error::contradiction(code, text).at_line(line as usize);
     error.with_hint(split_hint(line))
 }
 

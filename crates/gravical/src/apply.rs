@@ -224,10 +224,10 @@ pub enum GyroscopeOutcome {
 /// # Errors
 ///
 /// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
-/// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses. Of later rows,
-/// with the line: `unit-changed` unless `accel_unit` is given, `encoding-changed`,
-/// `shifted-columns`, `sensor-ended`, and `header-differs` (input); rows before it may have been
-/// written. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
+/// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses. What later
+/// rows contradict (exit code 4), with the line: `unit-changed` unless `accel_unit` is given,
+/// `encoding-changed`, `shifted-columns`, `sensor-ended`, and `header-differs` (input); rows before
+/// it may have been written. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
 /// if the calibration has no gyroscope. Errors of reading and writing.
 pub fn apply(
     calibration: &CalibrationFile,
@@ -476,7 +476,7 @@ fn refuse_contradictions(
         return Ok(());
     };
     let line = finding.lines.first().map_or(0, |l| l[0]);
-    let error = Error::input(finding.kind.name(), finding.message.clone())
+    let error = Error::contradiction(finding.kind.name(), finding.message.clone())
         .at(Path::new(&recording.name), Some(line));
     let hint = split_hint(line);
     Err(match finding.kind {

@@ -17,10 +17,9 @@ use crate::poses::face::Face;
 /// warm up.
 const BETWEEN_FILES_S: f64 = 10.0;
 
-/// A turn on the table: its angle, right-handed, and its duration; and the rest before and after.
+/// A turn on the table: its angle, right-handed, and its duration.
 const TURN_DEG: f64 = -360.0;
 const TURN_S: f64 = 4.0;
-const TURN_REST_S: f64 = 3.0;
 
 /// One planned recording.
 pub(super) struct Plan {
@@ -67,10 +66,10 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
     for axis in 0..3 {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
         build.move_to(up);
-        build.rest(nominal, TURN_REST_S);
+        build.rest(nominal, o.turn_rest_s);
         // About the vertical, which is `up` in the sensor, its tilt included.
         build.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
-        build.rest(nominal, TURN_REST_S);
+        build.rest(nominal, o.turn_rest_s);
     }
     build.finish("session.csv")
 }
