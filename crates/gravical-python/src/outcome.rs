@@ -4,12 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use gravical::apply::Applied;
-use gravical::calibration_file::{
-    CalibrationFile, InputFile, InputRole, NoiseSection, creation_time,
-};
+use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::motion::{Motion, table_columns, write_table};
-use gravical::noise::{self, NoiseResult};
+use gravical::noise::NoiseResult;
 use gravical::output::{self, write_atomic};
 use gravical::recording;
 use gravical::session::SessionCalibration;
@@ -104,16 +102,6 @@ impl Outcome {
         }
     }
 
-    /// The noise that this is, with its file if it was read.
-    pub fn noise(&self) -> Result<(NoiseSection, Vec<InputFile>)> {
-        let Kind::Noise(result) = &self.kind else {
-            return Err(Error::usage("usage", "noise=: this is no result of noise"));
-        };
-        let mut inputs = self.inputs.clone();
-        inputs.retain(|input| input.role == InputRole::Noise);
-        Ok((result.section(), inputs))
-    }
-
     fn draw_figures(&self) -> Vec<Figure> {
         match &self.kind {
             Kind::Calibration(file, session) => {
@@ -165,9 +153,7 @@ impl Outcome {
         let target = Target::find(to).ok_or_else(unknown)?;
         target.check(options)?;
         let written = match &self.kind {
-            Kind::Noise(result) if target.name == "kalibr" => {
-                kalibr(&result.section(), options.upper_limit)?
-            }
+            Kind::Noise(result) if target.name == "kalibr" => kalibr(result, options.upper_limit)?,
             _ => export(&*self.file()?, target, options)?,
         };
         Ok((written.text, written.notes))
@@ -268,13 +254,6 @@ impl Table {
         let values = samples.flat_map(|sample| sample.numbers().take(width));
         Table::new(columns, rows, values)
     }
-}
-
-/// Noise from its file.
-#[pyfunction]
-pub fn read_noise(py: Python<'_>, path: PathBuf) -> PyResult<Outcome> {
-    let (result, input) = noise::read_noise(&path).or_raise(py)?;
-    Outcome::of_noise(result, vec![input]).or_raise(py)
 }
 
 /// A calibration from its file, or from the text of it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use gravical::apply::{ApplyOptions, ApplySummary, apply_recording};
 use gravical::calibrate::CalibrateOptions;
-use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::CheckOptions;
 use gravical::denoise::DenoiseOptions;
 use gravical::inspect::InspectOptions;
@@ -36,8 +36,6 @@ struct Call {
     reading: Reading,
     /// With their names.
     calibrations: Vec<(Arc<CalibrationFile>, String)>,
-    /// With its file, if it was read.
-    noise: Option<(NoiseSection, Vec<InputFile>)>,
     /// A file to write, and whether it may be there.
     output: Option<(PathBuf, bool)>,
     meter: Meter,
@@ -58,7 +56,6 @@ pub fn run(
     verb: &str,
     inputs: Inputs,
     calibrations: Vec<(Py<Outcome>, String)>,
-    noise: Option<Py<Outcome>>,
     output: Option<(PathBuf, bool)>,
     mut keywords: Keywords,
 ) -> PyResult<Outcome> {
@@ -75,7 +72,6 @@ pub fn run(
     };
     let named = |(outcome, name): (Py<Outcome>, String)| Ok((outcome.get().file()?, name));
     let calibrations: Result<Vec<_>> = calibrations.into_iter().map(named).collect();
-    let noise = noise.map(|outcome| outcome.get().noise()).transpose();
     let meter = Meter::default();
     task::run(py, &meter.clone(), move || {
         let reading = Reading::new(inputs, &mut keywords, &meter)?;
@@ -83,7 +79,6 @@ pub fn run(
             keywords,
             reading,
             calibrations: calibrations?,
-            noise: noise?,
             output,
             meter,
         })
@@ -111,7 +106,7 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let files: SessionFiles = k.last()?;
     files.read_into(&mut options, &reading.options)?;
-    let mut done = match reading.paths() {
+    let done = match reading.paths() {
         Some(paths) => Session {
             inputs: paths,
             gyro: reading.gyro.as_deref(),
@@ -122,10 +117,6 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
         .calibrate()?,
         None => calibrate_recordings(reading.owned()?, &options)?,
     };
-    if let Some((noise, inputs)) = call.noise {
-        done.file.noise = Some(noise);
-        done.file.inputs.extend(inputs);
-    }
     let file = done.file.clone();
     Outcome::calibration(file, Some(Box::new(done)))
 }

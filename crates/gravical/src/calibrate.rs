@@ -215,7 +215,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         verdict,
         command: options.command.clone(),
         temperature_model,
-        noise: None,
     };
     Ok(Calibrated { file, segmentation })
 }

@@ -5,9 +5,8 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Deviations, Grade, InputFile};
+use gravical::calibration_file::{CalibrationFile, Deviations, Grade};
 use gravical::escape::path_word;
-use gravical::noise::{NoiseResult, read_noise};
 use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
 use gravical::session::{self, SessionCalibration, SessionFiles};
@@ -56,9 +55,6 @@ struct MethodArgs {
     segment: SegmentOptions,
     #[command(flatten)]
     files: SessionFiles,
-    /// Result of `gravical noise`, stored
-    #[arg(long, value_name = "FILE")]
-    noise: Option<PathBuf>,
     #[command(flatten)]
     record: RecordOptions,
 }
@@ -73,9 +69,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result
         .check(output, args.inputs.iter().chain(&others))?;
     let options = args.options()?;
-    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read = reading(&args.recording, true);
-    let done = compute(args, &args.inputs, &read, &options, noise.as_ref())?;
+    let done = compute(args, &args.inputs, &read, &options)?;
     let ResultArgs {
         report: asked,
         force,
@@ -111,7 +106,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 ///
 /// # Errors
 ///
-/// What concerns all of them: options, `--noise`, `--sections`, targets.
+/// What concerns all of them: options, `--sections`, targets.
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
@@ -127,7 +122,6 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         ..args.recording.clone()
     };
     read.validate()?;
-    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let numbers = COLUMNS.map(|(name, _)| name);
     let plan = Plan {
         each: &args.each,
@@ -142,7 +136,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
-        let file = compute(args, &input, &read, &options, noise.as_ref())?.file;
+        let file = compute(args, &input, &read, &options)?.file;
         if let Some(result) = result {
             file.write(result, true)?;
         }
@@ -221,7 +215,6 @@ fn compute(
     inputs: &[PathBuf],
     read_options: &ReadOptions,
     options: &CalibrateOptions,
-    noise: Option<&(NoiseResult, InputFile)>,
 ) -> Result<SessionCalibration> {
     let session = session::Session {
         inputs,
@@ -230,19 +223,13 @@ fn compute(
         options,
         gravity: args.gravity.given()?,
     };
-    let mut done = session.calibrate()?;
-    if let Some((noise, input)) = noise {
-        done.file.noise = Some(noise.section());
-        done.file.inputs.push(input.clone());
-    }
-    Ok(done)
+    session.calibrate()
 }
 
 impl Args {
     /// Files that are read beside the session.
     fn other_files(&self) -> Vec<PathBuf> {
-        let files = self.method.files.paths().chain(&self.method.noise);
-        files.cloned().collect()
+        self.method.files.paths().cloned().collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {

@@ -3,7 +3,7 @@
 use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::{InputFile, NoiseSection, TemperatureModel};
+use super::{InputFile, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
@@ -44,9 +44,6 @@ pub struct CalibrationFile {
     pub command: Option<String>,
     /// Temperature drift of the readings; null if it was not measured.
     pub temperature_model: Option<TemperatureModel>,
-    /// Noise of the sensor (`calibrate --noise`); absent if it was not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise: Option<NoiseSection>,
 }
 
 /// When a session was recorded.

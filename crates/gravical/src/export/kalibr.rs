@@ -2,7 +2,7 @@
 
 use super::Export;
 use super::template::{Values, fill_template, nine_digits};
-use crate::calibration_file::{NoiseParameters, NoiseSection};
+use crate::noise::{ChannelNoise, NoiseResult, Term};
 use crate::{Error, Result};
 
 /// The `imu.yaml` of Kalibr: noise density N and random walk K of accelerometer and gyroscope, each
@@ -12,14 +12,14 @@ use crate::{Error, Result};
 ///
 /// `noise-unknown` (input) where N or K of a channel is not determined; with `upper_limit` its upper
 /// limit is taken, and only a channel without one is refused.
-pub fn kalibr(noise: &NoiseSection, upper_limit: bool) -> Result<Export> {
+pub fn kalibr(noise: &NoiseResult, upper_limit: bool) -> Result<Export> {
     let mut notes = Vec::new();
     let mut values = Values::new(nine_digits);
     values.text("rate_hz", format!("{:.4}", noise.rate_hz));
     for sensor in ["accelerometer", "gyroscope"] {
-        for (quantity, symbol) in [("noise_density", 'N'), ("random_walk", 'K')] {
+        for (quantity, term) in [("noise_density", Term::N), ("random_walk", Term::K)] {
             let key = format!("{sensor}_{quantity}");
-            let (value, is_limit) = find_largest(noise, sensor, symbol, upper_limit)?;
+            let (value, is_limit) = find_largest(noise, sensor, term, upper_limit)?;
             values.text(&key, format!("{value:.4e}"));
             if is_limit {
                 values.text(&format!("{key}_limit"), ", upper limit (95 %)");
@@ -33,21 +33,18 @@ pub fn kalibr(noise: &NoiseSection, upper_limit: bool) -> Result<Export> {
 
 /// The largest of the axes, and whether it is an upper limit.
 fn find_largest(
-    noise: &NoiseSection,
+    noise: &NoiseResult,
     sensor: &str,
-    symbol: char,
+    term: Term,
     upper_limit: bool,
 ) -> Result<(f64, bool)> {
     let own = noise.channels.iter();
     let own = own.filter(|c| c.channel.starts_with(&sensor[..1]));
-    let value = |channel: &NoiseParameters| {
-        let (known, limit) = match symbol {
-            'N' => (channel.n, channel.n_at_most),
-            _ => (channel.k, channel.k_at_most),
-        };
-        let limit = limit.filter(|_| upper_limit).map(|limit| (limit, true));
-        let what = || format!("{symbol} of {} is not determined", channel.channel);
-        let value = known.map(|value| (value, false)).or(limit);
+    let value = |channel: &ChannelNoise| {
+        let known = channel.estimate(term).map(|e| (e.value, false));
+        let limit = || Some((channel.missing(term)?.at_most?, true));
+        let what = || format!("{} of {} is not determined", term.symbol(), channel.channel);
+        let value = known.or_else(|| limit().filter(|_| upper_limit));
         value.ok_or_else(|| unknown(&what(), upper_limit))
     };
     let values = own.map(value).collect::<Result<Vec<(f64, bool)>>>()?;
