@@ -29,7 +29,7 @@
 //! let soak = read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default())?;
 //! let model = study(&[soak])?;
 //! let ax = model.channel("ax").unwrap();
-//! assert!(ax.is_corrected() && (ax.coefficients[0] - 0.002).abs() < 1e-5);
+//! assert!(ax.is_corrected() && (ax.per_c.unwrap() - 0.002).abs() < 1e-5);
 //! assert!(!model.channel("ay").unwrap().is_corrected());
 //! # Ok::<(), gravical::Error>(())
 //! ```
@@ -217,7 +217,7 @@ fn refuse(reason: &str) -> ChannelDrift {
     }
 }
 
-/// Coefficients and verdict of a channel, without its name and unit.
+/// Slope and verdict of a channel, without its name and unit.
 fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     let Some(fit) = fit_drift(blocks, channel) else {
         return refuse("its means determine no slope, or do not vary");
@@ -232,13 +232,9 @@ fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     };
     ChannelDrift {
         verdict,
-        order: 1,
         r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
         r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
-        coefficients: match verdict {
-            DriftVerdict::Corrected => vec![fit.per_c],
-            DriftVerdict::NotCorrected => Vec::new(),
-        },
+        per_c: (verdict == DriftVerdict::Corrected).then_some(fit.per_c),
         ..refuse(reason)
     }
 }
@@ -292,7 +288,10 @@ pub fn for_calibration(
             "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
         ));
     }
-    let model = model.about(reference_c);
+    let model = TemperatureModel {
+        reference_c,
+        ..model
+    };
     bring_to_reference(&mut segmentation.poses, &model);
     Ok(Some(model))
 }
@@ -348,8 +347,7 @@ pub(crate) fn from_poses(
         input_unit: unit.unwrap_or("unknown").to_owned(),
         verdict,
         reason: reason.clone(),
-        order: 1,
-        coefficients: fitted.map_or_else(Vec::new, |d| vec![d.per_c[axis]]),
+        per_c: fitted.map(|d| d.per_c[axis]),
         ..ChannelDrift::default()
     };
     let mut model = TemperatureModel {
@@ -359,7 +357,6 @@ pub(crate) fn from_poses(
         inputs: InputFile::of(recordings),
     };
     if let Ok(study) = study(recordings) {
-        let study = study.about(reference_c);
         let gyro = study.channels.into_iter().skip(3);
         if gyro.clone().any(|c| c.is_corrected()) {
             model.range_c = study.range_c;

@@ -145,7 +145,7 @@ fn a_temperature_model_is_taken_off() {
         "reference_c": 15.0, "range_c": [10.0, 30.0], "inputs": [],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
-            "order": 1, "coefficients": [0.02]
+            "per_c": 0.02
         }]
     });
     file.temperature_c = at(25.0);

@@ -18,19 +18,18 @@ fn calibration() -> CalibrationFile {
         "scale": [1, 1, 1], "orientation": identity, "g_sensitivity": zero,
     });
     file.gyroscope = Some(serde_json::from_value(gyroscope).unwrap());
-    let channel = |name: &str, verdict: &str, drift: &[f64]| {
+    let channel = |name: &str, verdict: &str, drift: Option<f64>| {
         serde_json::json!({
             "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
-            "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
-            "coefficients": drift})
+            "r2_cooling_to_warming": null, "r2_warming_to_cooling": null, "per_c": drift})
     };
     let model = serde_json::json!({
     "reference_c": 25.0, "range_c": [0.0, 50.0],
     "inputs": [], "channels": [
-        channel("ax", "corrected", &[0.01]),
-        channel("ay", "not-corrected", &[]),
-        channel("az", "corrected", &[-0.002]),
-        channel("gy", "corrected", &[0.001, 0.0001]),
+        channel("ax", "corrected", Some(0.01)),
+        channel("ay", "not-corrected", None),
+        channel("az", "corrected", Some(-0.002)),
+        channel("gy", "corrected", Some(0.001)),
     ]});
     file.temperature_model = Some(serde_json::from_value(model).unwrap());
     file
@@ -79,9 +78,8 @@ fn every_row_is_corrected_for_its_temperature() {
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
     assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
     assert_eq!(rows[2][1..4], ["0.500000", "0.200000", "9.780000"]);
-    // gy: 0.001 x + 0.0001 x²
-    assert_eq!(rows[1][5..], ["0.010000", "0.000000", "0.030000"]);
-    assert_eq!(rows[2][5..], ["0.010000", "0.020000", "0.030000"]);
+    assert_eq!(rows[1][5..], ["0.010000", "0.010000", "0.030000"]);
+    assert_eq!(rows[2][5..], ["0.010000", "0.030000", "0.030000"]);
     assert_eq!(rows[2][4], "15.0", "the temperature is kept as it is");
     let done = summary.temperature.unwrap();
     assert_eq!(done.channels, ["ax", "az", "gy"]);
