@@ -9,8 +9,8 @@ use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::motion::{Motion, table_columns, write_table};
 use gravical::noise::NoiseResult;
 use gravical::output::{self, write_atomic};
+use gravical::poses::Segmentation;
 use gravical::recording;
-use gravical::session::SessionCalibration;
 use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
@@ -24,10 +24,13 @@ use crate::error::OrRaise;
 use crate::keywords::Keywords;
 use crate::recording::{Recording, view};
 
+/// The recordings of a calibration, and their poses.
+type Session = Box<(Vec<recording::Recording>, Segmentation)>;
+
 /// What was found, and what its figures need.
 pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
-    Calibration(Arc<CalibrationFile>, Option<Box<SessionCalibration>>),
+    Calibration(Arc<CalibrationFile>, Option<Session>),
     /// Of `noise`.
     Noise(Arc<NoiseResult>),
     /// Of `motion`, with its recording.
@@ -64,10 +67,7 @@ impl Outcome {
     }
 
     /// A calibration.
-    pub fn calibration(
-        file: CalibrationFile,
-        session: Option<Box<SessionCalibration>>,
-    ) -> Result<Self> {
+    pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
         let (inputs, file) = (file.inputs.clone(), Arc::new(file));
         Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
     }
@@ -106,8 +106,8 @@ impl Outcome {
         match &self.kind {
             Kind::Calibration(file, session) => {
                 let session = session.as_ref().map(|s| figure::calibration::Session {
-                    recordings: &s.recordings,
-                    segmentation: &s.segmentation,
+                    recordings: &s.0,
+                    segmentation: &s.1,
                 });
                 figure::calibration::figures(file, session)
             }

@@ -5,7 +5,7 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::apply::{ApplyOptions, ApplySummary, apply_recording};
-use gravical::calibrate::CalibrateOptions;
+use gravical::calibrate::{self, CalibrateOptions};
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::CheckOptions;
 use gravical::denoise::DenoiseOptions;
@@ -15,7 +15,7 @@ use gravical::motion::{Calibrated, MotionOptions};
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
 use gravical::recording::{Meter, ReadOptions, source};
-use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
+use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
@@ -106,19 +106,19 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let files: SessionFiles = k.last()?;
     files.read_into(&mut options, &reading.options)?;
-    let done = match reading.paths() {
-        Some(paths) => Session {
-            inputs: paths,
-            gyro: reading.gyro.as_deref(),
-            read: &reading.options,
-            options: &options,
-            gravity,
+    let (recordings, done) = match reading.paths() {
+        Some(paths) => {
+            let gyro = reading.gyro.as_deref();
+            calibrate_files(paths, gyro, &reading.options, &options, gravity)?
         }
-        .calibrate()?,
-        None => calibrate_recordings(reading.owned()?, &options)?,
+        None => {
+            let recordings = reading.owned()?;
+            let done = calibrate::calibrate(&recordings, &options)?;
+            (recordings, done)
+        }
     };
-    let file = done.file.clone();
-    Outcome::calibration(file, Some(Box::new(done)))
+    let session = Box::new((recordings, done.segmentation));
+    Outcome::calibration(done.file, Some(session))
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::Result;
-use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
+use gravical::calibrate::{CalibrateOptions, Calibrated, EstimateOptions, RecordOptions};
 use gravical::calibration_file::{CalibrationFile, Deviations, Grade};
 use gravical::escape::path_word;
 use gravical::poses::SegmentOptions;
-use gravical::recording::ReadOptions;
-use gravical::session::{self, SessionCalibration, SessionFiles};
+use gravical::recording::{ReadOptions, Recording};
+use gravical::session::{SessionFiles, calibrate_files};
 use gravical_report::figure;
 use gravical_report::figure::calibration::Session;
 use gravical_report::report;
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .check(output, args.inputs.iter().chain(&others))?;
     let options = args.options()?;
     let read = reading(&args.recording, true);
-    let done = compute(args, &args.inputs, &read, &options)?;
+    let (recordings, done) = compute(args, &args.inputs, &read, &options)?;
     let ResultArgs {
         report: asked,
         force,
@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let figures = if asked.is_wanted() {
         let session = Session {
-            recordings: &done.recordings,
+            recordings: &recordings,
             segmentation: &done.segmentation,
         };
         figure::calibration::figures(&done.file, Some(session))
@@ -136,7 +136,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
-        let file = compute(args, &input, &read, &options)?.file;
+        let (_, Calibrated { file, .. }) = compute(args, &input, &read, &options)?;
         if let Some(result) = result {
             file.write(result, true)?;
         }
@@ -215,15 +215,9 @@ fn compute(
     inputs: &[PathBuf],
     read_options: &ReadOptions,
     options: &CalibrateOptions,
-) -> Result<SessionCalibration> {
-    let session = session::Session {
-        inputs,
-        gyro: args.method.files.gyro.as_deref(),
-        read: read_options,
-        options,
-        gravity: args.gravity.given()?,
-    };
-    session.calibrate()
+) -> Result<(Vec<Recording>, Calibrated)> {
+    let gyro = args.method.files.gyro.as_deref();
+    calibrate_files(inputs, gyro, read_options, options, args.gravity.given()?)
 }
 
 impl Args {
