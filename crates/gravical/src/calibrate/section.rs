@@ -11,7 +11,7 @@ use crate::calibration_file::{
 use crate::gravity::Gravity;
 use crate::poses::Pose;
 use crate::recording::AccelUnit;
-use crate::stats::standard_deviation;
+use crate::stats::pooled_deviation;
 
 use super::estimate::{Basis, Estimate, Use};
 use super::session::Session;
@@ -29,9 +29,6 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
     // the bias.
     let offset = session.zero_offset();
     let scale = matrix3::row_norms(&estimate.model);
-    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
-    // The parameters of a magnitude are nine by a fit, six by the closed form.
-    let parameters = if estimate.fit().is_some() { 9 } else { 6 };
     let mut section = AccelerometerSection {
         method: session.options.estimate.method,
         input_unit: first.map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
@@ -40,7 +37,6 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        degrees_of_freedom: fitted.saturating_sub(parameters),
         poses: poses(session, estimate),
         scale_deviation_percent: session
             .nominal()
@@ -112,7 +108,7 @@ fn budget(
     let drift = match &temperatures[..] {
         [] => None,
         [_] => Some(0.0),
-        several => Some(standard_deviation(several) * drift_sd(estimate)),
+        several => Some(pooled_deviation([several].into_iter()) * drift_sd(estimate)),
     };
     let mut contributions = if let Some((_, trust)) = estimate.fit() {
         let (budget, rounding) = (trust.budget?, estimate.rounding);

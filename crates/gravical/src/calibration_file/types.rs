@@ -156,8 +156,6 @@ pub struct AccelerometerSection {
     pub errors: Option<FitErrors>,
     /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
     pub scale_deviation_percent: Option<[f64; 3]>,
-    /// Number of measured magnitudes minus number of fitted parameters of the magnitude.
-    pub degrees_of_freedom: u32,
     /// Error of ‖a‖ at poses left out of the fit, m/s²; null if the remaining poses do not
     /// determine the parameters.
     pub leave_one_out_rms_mps2: Option<f64>,
