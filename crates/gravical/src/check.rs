@@ -26,7 +26,7 @@ use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, se
 use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Selection};
-use crate::recording::{Finding, Recording, why_calibrated};
+use crate::recording::{Finding, Recording, already_calibrated};
 
 use intervals::static_intervals;
 
@@ -452,11 +452,10 @@ fn circumstances(
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        if recording.is_calibrated {
-            let why = why_calibrated(recording.is_calibrated_by_board);
-            let calibrated = finding!(AlreadyCalibrated, "{why}: a check needs the raw recording");
-            findings.push(calibrated.in_file(&recording.name));
-        }
+        findings.extend(already_calibrated(
+            recording,
+            "a check needs the raw recording",
+        ));
         if inputs_of(calibration, recording).next().is_some() {
             let same = finding!(
                 SameRecordings,

@@ -22,6 +22,7 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+use crate::finding::finding;
 use crate::{Error, Result};
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
@@ -66,6 +67,15 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
         )
         .advise("sensor_id", "")),
     }
+}
+
+/// That a recording is calibrated already, where what is `wanted` is another one.
+pub(crate) fn already_calibrated(recording: &Recording, wanted: &str) -> Option<Finding> {
+    let why = why_calibrated(recording.is_calibrated_by_board);
+    let finding = finding!(AlreadyCalibrated, "{why}: {wanted}");
+    recording
+        .is_calibrated
+        .then(|| finding.in_file(&recording.name))
 }
 
 /// Why a recording is taken for a calibrated one, for findings.

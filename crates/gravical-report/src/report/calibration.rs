@@ -382,17 +382,13 @@ fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
 fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     let fit = a.fit.as_ref();
-    let open = fit.filter(|fit| !fit.oriented).map(|_| {
-        " Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned()
-    });
     let agrees = fit.and_then(|fit| {
         let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
         Some(format!(
             " χ² per degree of freedom ({freedom} of them): {chi2}."
         ))
     });
-    let notes = [open, agrees].into_iter().flatten();
-    let text = notes.fold(how(a.method).to_owned(), |text, note| text + &note);
+    let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
     let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
     match budget(file) {
         Some(table) => section.with(table),
