@@ -241,10 +241,10 @@ fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
     let gravity = session.gravity_mps2();
     let faces = ferraris::sort_into_faces(placements, session.recordings)?;
-    let fit = ferraris::accelerometer(&faces, gravity)?;
+    let (parameters, calibration) = ferraris::accelerometer(&faces, gravity)?;
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
-    let seen = fit.face_angle_rms_deg(&faces) / std::f64::consts::SQRT_2;
+    let seen = faces.angle_rms_deg(&parameters) / std::f64::consts::SQRT_2;
     let (value, source) = match session.options.estimate.pose_tilt_deg {
         Some(value) => (value, TiltSource::Given),
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
@@ -259,10 +259,11 @@ fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
             bad: None,
         }
     };
-    let covariance = fit.covariance(&faces, gravity, value.to_radians());
+    let model = parameters.model();
+    let covariance = faces.covariance(&model, gravity, value.to_radians());
     Ok(Estimate {
-        model: fit.parameters.model(),
-        calibration: fit.calibration,
+        model,
+        calibration,
         uses: placements.iter().enumerate().map(on_face).collect(),
         tilt: Some(PoseTilt { value, source }),
         basis: Basis::ClosedForm(covariance.map(Box::new)),
