@@ -27,6 +27,7 @@ use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Selection};
 use crate::recording::{Finding, Recording, already_calibrated};
+use crate::stats::median;
 
 use intervals::static_intervals;
 
@@ -348,8 +349,9 @@ fn judge_units(
     for (index, recording) in recordings.iter().enumerate() {
         let own = intervals.iter().filter(|r| r.recording == index);
         let mut norms: Vec<f64> = own.map(|r| norm(&apply.apply(r.mean))).collect();
-        if !norms.is_empty() {
-            judge_unit(calibration, recording, &mut norms, gravity, findings)?;
+        if let usual @ Some(_) = median(&mut norms) {
+            let at_rest = ("its static intervals", usual);
+            judge_unit(calibration, recording, at_rest, gravity, findings)?;
         }
     }
     Ok(())

@@ -266,7 +266,7 @@ pub fn for_calibration(
                 )
                 .advise("thermal", ""));
         }
-        findings.extend(check_soak_units(recordings, thermal)?);
+        check_soak_units(recordings, thermal)?;
         Some(TemperatureModel {
             inputs: InputFile::of_soak(thermal),
             ..study(thermal)?
@@ -396,29 +396,19 @@ pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     format!("between {low:.1} and {high:.1} °C the drift changes {parts}")
 }
 
-/// Checks that session and soak are in one unit. A finding where that of a gyroscope is not known.
-fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<Option<Finding>> {
+/// Checks that session and soak are in one unit; one of a gyroscope that is not known is taken as the same.
+fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<()> {
     check_units(recordings.iter().take(1).chain(thermal))?;
     let (Some(session), Some(soak)) = (recordings.first(), thermal.first()) else {
-        return Ok(None);
+        return Ok(());
     };
-    let (Some(a), Some(b)) = (session.gyro_scale, soak.gyro_scale) else {
-        return Ok(None);
-    };
-    let units = format!(
-        "the gyroscope's unit is {} in the session and {} in the soak",
-        a.unit, b.unit
-    );
-    if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
-        return Ok(Some(finding!(
-            UnitUnverified,
-            "{units}: assumed to be equal"
-        )));
+    let unit = |r: &Recording| r.gyro_scale.map_or(GyroUnit::Unknown, |scale| scale.unit);
+    let (a, b) = (unit(session), unit(soak));
+    if a == b || a == GyroUnit::Unknown || b == GyroUnit::Unknown {
+        return Ok(());
     }
-    if a.unit != b.unit {
-        return Err(Error::input("units-differ", units)
-            .at(soak.name.as_ref(), None)
-            .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"));
-    }
-    Ok(None)
+    let what = format!("the gyroscope's unit is {a} in the session and {b} in the soak");
+    Err(Error::input("units-differ", what)
+        .at(soak.name.as_ref(), None)
+        .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
 }

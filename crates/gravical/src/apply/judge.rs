@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravical_recording::judge::quiet_norm;
 
-use crate::calibration_file::{Applied, CalibrationFile};
+use crate::calibration_file::{CalibrationFile, judge_unit};
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, GyroUnit, Recording};
@@ -40,14 +40,15 @@ pub(super) fn judge_accelerometer(
         }
     }
     let norm_mps2 = quiet_norm(axes.each_ref().map(Vec::as_slice));
-    let applied = Applied {
+    let at_rest = format!("the quietest parts of its first {} rows", recording.rows());
+    let gravity_mps2 = calibration.gravity_mps2;
+    judge_unit(
         calibration,
         recording,
-        norm_mps2,
-        gravity_mps2: calibration.gravity_mps2,
-        at_rest: &format!("the quietest parts of its first {} rows", recording.rows()),
-    };
-    applied.judge(findings)?;
+        (&at_rest, norm_mps2),
+        gravity_mps2,
+        findings,
+    )?;
     Ok(norm_mps2)
 }
 

@@ -32,7 +32,7 @@ pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
 pub use temperature::*;
 pub use types::*;
-pub(crate) use unit::{Applied, judge_unit};
+pub(crate) use unit::judge_unit;
 
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/2";

@@ -314,9 +314,10 @@ fn judge_unit(
         })
         .filter(|n| n.is_finite())
         .collect();
-    if norms.is_empty() {
+    let norm @ Some(_) = crate::stats::median(&mut norms) else {
         return Ok(());
-    }
+    };
     let gravity = options.gravity.map_or(file.gravity_mps2, |g| g.value_mps2);
-    crate::calibration_file::judge_unit(file, recording, &mut norms, gravity, findings)
+    let at_rest = ("its static intervals", norm);
+    crate::calibration_file::judge_unit(file, recording, at_rest, gravity, findings)
 }
