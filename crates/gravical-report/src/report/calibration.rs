@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use gravical::calibration_file::{
-    CalibrationFile, FitErrors, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile,
-    Method, PoseKind, PoseResult,
+    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
+    PoseKind, PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -333,7 +333,7 @@ fn before_and_after(file: &CalibrationFile) -> Table {
         let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
         let faces = values.iter().filter(|(p, _)| p.kind == PoseKind::Face);
         let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
-        let faces = FitErrors::of(&errors).map(|e| [e.rms, e.max, e.mean_norm]);
+        let faces = (!errors.is_empty()).then(|| vector_errors(&errors));
         let faces = Cell::axes(faces, |_, v| fixed(v, 5));
         Some(
             [Cell::number(fixed(milli_g(rms), 2))]
@@ -355,6 +355,17 @@ fn before_and_after(file: &CalibrationFile) -> Table {
         Some(after) => table.row("after", after),
         None => table,
     }
+}
+
+/// The three figures of the student report: root mean square over all components, largest component, mean
+/// norm.
+fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
+    let components = errors.as_flattened();
+    let squares: f64 = components.iter().map(|e| e * e).sum();
+    let largest = components.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let norms: f64 = errors.iter().map(norm).sum();
+    let rms = (squares / components.len() as f64).sqrt();
+    [rms, largest, norms / errors.len() as f64]
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {

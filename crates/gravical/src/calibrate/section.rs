@@ -6,7 +6,7 @@ use gravical_fit::model::{Covariance as ParameterCovariance, DRIFT};
 use gravical_fit::{Fit, Trust, deviations};
 
 use crate::calibration_file::{
-    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult, Source,
+    AccelerometerSection, Budget, Contribution, Covariance, PoseKind, PoseResult, Source,
 };
 use crate::gravity::Gravity;
 use crate::poses::Pose;
@@ -82,8 +82,6 @@ fn by_ferraris(
     covariance: Option<&ParameterCovariance>,
     gravity: &Gravity,
 ) {
-    let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    section.errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
     let sensor = covariance.and_then(|c| section.sensor(gravity.value_mps2, *c, 0.0));
     let Some(sensor) = sensor else {
         return;
