@@ -306,8 +306,8 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
         let Some(t_c) = pose.temperature_c else {
             continue;
         };
-        for (mean, name) in pose.mean.iter_mut().zip(CHANNELS) {
-            *mean -= model.drift_at(name, t_c);
+        for (mean, drift) in pose.mean.iter_mut().zip(model.drift_at(t_c)) {
+            *mean -= drift;
         }
     }
 }
@@ -383,8 +383,10 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
 pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     let [low, high] = model.range_c;
     let part = |c: &ChannelDrift| {
-        let most = [low, high].map(|t_c| model.drift_at(&c.channel, t_c).abs());
-        let most = small(most[0].max(most[1]), 3);
+        let farthest_c = (low - model.reference_c)
+            .abs()
+            .max((high - model.reference_c).abs());
+        let most = small(farthest_c * c.per_c.unwrap_or(0.0).abs(), 3);
         let unit = match c.input_unit.as_str() {
             "unknown" => "of an unknown unit",
             unit => unit,

@@ -73,7 +73,7 @@ impl Drift {
         Some(Drift {
             channels,
             now_c: *first_c,
-            at: CHANNELS.map(|name| model.drift_at(name, *first_c)),
+            at: model.drift_at(*first_c),
             outside: LineSpans::default(),
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             model: model.clone(),
@@ -91,7 +91,7 @@ impl Drift {
             let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
             if t_c.is_finite() && t_c != self.now_c {
                 self.now_c = t_c;
-                self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
+                self.at = self.model.drift_at(t_c);
             }
             if !(low_c - NEAR_C..=high_c + NEAR_C).contains(&self.now_c) {
                 self.outside.push(u64::from(*line));

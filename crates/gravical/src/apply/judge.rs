@@ -31,8 +31,8 @@ pub(super) fn judge_accelerometer(
         let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
         let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
         if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
-            let at_reference = |axis: usize| drift.model.at_reference(axis, t_c, raw[axis]);
-            raw = std::array::from_fn(at_reference);
+            let at = drift.model.drift_at(t_c);
+            raw = std::array::from_fn(|axis| raw[axis] - at[axis]);
         }
         let calibrated = accelerometer.apply(raw);
         for (axis, value) in axes.iter_mut().zip(calibrated) {

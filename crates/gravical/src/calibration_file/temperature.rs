@@ -78,18 +78,14 @@ impl TemperatureModel {
         self.channels.iter().any(ChannelDrift::is_corrected)
     }
 
-    /// Drift of channel `name` at `t_c`, input unit; outside the range that at the nearer edge. Zero
-    /// for a channel that is not corrected.
-    pub fn drift_at(&self, name: &str, t_c: f64) -> f64 {
+    /// Drift of `ax` … `gz` at `t_c`, input unit; outside the range that at the nearer edge. Zero for
+    /// a channel that is not corrected.
+    pub fn drift_at(&self, t_c: f64) -> [f64; 6] {
         let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
-        let channel = self.channel(name).filter(|c| c.is_corrected());
-        channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
-    }
-
-    /// A reading of channel `channel` (0 to 5: ax to gz) at `t_c`, as it would be at the reference
-    /// temperature.
-    pub(crate) fn at_reference(&self, channel: usize, t_c: f64, raw: f64) -> f64 {
-        raw - self.drift_at(CHANNELS[channel], t_c)
+        CHANNELS.map(|name| {
+            let channel = self.channel(name).filter(|c| c.is_corrected());
+            channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
+        })
     }
 
     /// Why it cannot be applied; `None` if it can.

@@ -152,15 +152,11 @@ pub(super) struct Conversion {
 impl Conversion {
     /// Specific force, m/s², and angular rate, rad/s, of a row at `t_c`, NaN where no temperature is known.
     pub fn apply(&self, force: [f64; 3], rate: [f64; 3], t_c: f64) -> ([f64; 3], Option<[f64; 3]>) {
-        let at_reference = |first: usize, raw: [f64; 3]| match &self.drift {
-            Some(model) if t_c.is_finite() => {
-                std::array::from_fn(|c| model.at_reference(first + c, t_c, raw[c]))
-            }
-            _ => raw,
-        };
-        let force = self.accel.apply(at_reference(0, force));
+        let drift = self.drift.as_ref().filter(|_| t_c.is_finite());
+        let [x, y, z, u, v, w] = drift.map_or([0.0; 6], |model| model.drift_at(t_c));
+        let force = self.accel.apply(matrix3::sub(&force, &[x, y, z]));
         let rate = self.gyro.as_ref().map(|gyro| {
-            let rate = gyro.apply(at_reference(3, rate), force);
+            let rate = gyro.apply(matrix3::sub(&rate, &[u, v, w]), force);
             self.axes.of_rates().to_case(rate)
         });
         (self.axes.to_case(force), rate)
