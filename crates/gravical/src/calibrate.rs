@@ -33,7 +33,7 @@ mod verdict;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource, SensorInfo,
+    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, RecordingTimeSource, SensorInfo,
     TemperatureRange, creation_time,
 };
 use crate::finding::{after, after_losses};
@@ -195,7 +195,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     let mut inputs = InputFile::of(recordings);
     inputs.extend(options.other_inputs.iter().cloned());
-    inputs.extend(InputFile::of_soak(&options.thermal));
+    let soak = InputFile::of(&options.thermal).into_iter();
+    let role = InputRole::Soak;
+    inputs.extend(soak.map(|file| InputFile { role, ..file }));
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),

@@ -45,7 +45,7 @@ use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
-    CHANNELS, ChannelDrift, DriftVerdict, InputFile, TemperatureModel, TemperatureRange,
+    CHANNELS, ChannelDrift, DriftVerdict, TemperatureModel, TemperatureRange,
 };
 use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
@@ -206,7 +206,6 @@ fn fit_model(
         reference_c,
         range_c,
         channels: (0..count).map(channel).collect(),
-        inputs: InputFile::of(recordings),
     }
 }
 
@@ -267,10 +266,7 @@ pub fn for_calibration(
                 .advise("thermal", ""));
         }
         check_soak_units(recordings, thermal)?;
-        Some(TemperatureModel {
-            inputs: InputFile::of_soak(thermal),
-            ..study(thermal)?
-        })
+        Some(study(thermal)?)
     };
     let (Some(model), Some(session)) = (model, session) else {
         return Ok(None);
@@ -354,7 +350,6 @@ pub(crate) fn from_poses(
         reference_c,
         range_c: [range.min, range.max],
         channels: (0..3).map(channel).collect(),
-        inputs: InputFile::of(recordings),
     };
     if let Ok(study) = study(recordings) {
         let gyro = study.channels.into_iter().skip(3);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CalibrationFile, InputFile};
+use super::CalibrationFile;
 
 /// Drift of a sensor's readings with its temperature T.
 ///
@@ -20,8 +20,6 @@ pub struct TemperatureModel {
     pub range_c: [f64; 2],
     /// Every channel; refused ones have no slope.
     pub channels: Vec<ChannelDrift>,
-    /// The recordings the model was computed from.
-    pub inputs: Vec<InputFile>,
 }
 
 /// Whether the drift of a channel is subtracted.

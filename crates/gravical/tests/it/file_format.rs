@@ -79,7 +79,7 @@ const REFUSED: &str = "\
 fn what_cannot_be_applied_is_refused_with_its_field() {
     let mut plain = serde_json::to_value(sample()).unwrap();
     plain["temperature_model"] = json!({
-        "reference_c": 15.0, "range_c": [10.0, 30.0], "inputs": [],
+        "reference_c": 15.0, "range_c": [10.0, 30.0],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
             "per_c": 0.02

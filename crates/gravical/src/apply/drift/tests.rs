@@ -25,7 +25,7 @@ fn calibration() -> CalibrationFile {
     };
     let model = serde_json::json!({
     "reference_c": 25.0, "range_c": [0.0, 50.0],
-    "inputs": [], "channels": [
+    "channels": [
         channel("ax", "corrected", Some(0.01)),
         channel("ay", "not-corrected", None),
         channel("az", "corrected", Some(-0.002)),
