@@ -5,7 +5,7 @@ use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
-    Interval, Measured, Pose, SegmentOptions, Selection, check_units, cut_recordings, intervals_of,
+    Interval, Measured, Pose, SegmentOptions, check_units, cut_recordings, intervals_of,
     leave_out_empty, measure_intervals, slices,
 };
 use crate::recording::{Finding, Recording};
@@ -74,7 +74,7 @@ pub(super) fn static_intervals(
 fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
     let found = find_rests(recording);
     if !found.is_empty() {
-        return intervals_of(index, found, None, Selection::Found);
+        return intervals_of(index, found, None);
     }
     // A table of means, or poses that somebody named: the intervals are given.
     let one = std::slice::from_ref(recording);

@@ -62,7 +62,7 @@ pub(super) fn in_recording(
             _ if is_brief || is_assumed && is_hardly_static => {
                 Err(hardly_still(recording, rows_at_rest, &rests))
             }
-            _ => Ok(intervals_of(index, rests, None, Selection::Found)),
+            _ => Ok(intervals_of(index, rests, None)),
         };
     }
     let segments = recording.segments();
@@ -77,7 +77,7 @@ pub(super) fn in_recording(
     let is_axis = matches!(claimed, Some(Claim::Axis(_)));
     let poses_of_name = if is_axis { 2 } else { 1 };
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        return Ok(intervals_of(index, rests, Some(&stem), Selection::Found));
+        return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| find_quiet(recording));
     let mut intervals = Vec::new();
@@ -158,14 +158,13 @@ pub(crate) fn intervals_of(
     index: usize,
     spans: Vec<Range<usize>>,
     stem: Option<&String>,
-    selection: Selection,
 ) -> Vec<Interval> {
     let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
     let interval = |(i, rows)| Interval {
         label: format!("pose {}{file}", i + 1),
         recording: index,
         rows,
-        selection,
+        selection: Selection::Found,
         claim: None,
     };
     spans.into_iter().enumerate().map(interval).collect()
