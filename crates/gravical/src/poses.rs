@@ -27,7 +27,6 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::finding::{after, finding};
-use crate::numfmt::count;
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording, UnitDoubt};
 use crate::stats::mean_of_finite;
@@ -322,27 +321,20 @@ fn without_spikes(
     intervals: &[Interval],
     findings: &mut Vec<Finding>,
 ) -> Vec<[Vec<f64>; 3]> {
-    // Of every recording: spikes, static intervals that have any, and their rows.
-    let mut counts = vec![[0_usize; 3]; recordings.len()];
+    let mut counts = vec![0; recordings.len()];
     let take_out = |interval: &Interval| {
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        let spikes = spikes::take_out(&mut values, recording.accel_resolution());
-        if spikes > 0 {
-            let count = &mut counts[interval.recording];
-            let rows = interval.rows.len();
-            *count = [count[0] + spikes, count[1] + 1, count[2] + rows];
-        }
+        counts[interval.recording] += spikes::take_out(&mut values, recording.accel_resolution());
         values
     };
     let held = intervals.iter().map(take_out).collect();
-    for (recording, [spikes, intervals, rows]) in recordings.iter().zip(counts) {
+    for (recording, spikes) in recordings.iter().zip(counts) {
         if spikes > 0 {
-            let intervals = count(intervals, "static interval");
             let spikes = finding!(
                 SpikesLeftOut,
-                "{spikes} of the {rows} samples of {intervals} stand out from their neighbours by more than 6 standard deviations: left out"
+                "{spikes} samples at rest stand out from their neighbours by more than 6 standard deviations: left out"
             );
             findings.push(spikes.in_file(&recording.name));
         }

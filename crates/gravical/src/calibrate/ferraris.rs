@@ -97,16 +97,11 @@ fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Reco
     let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
     let (found, names) = (6 - missing.len(), names.join(" "));
     let mut what = format!("{found} of six faces found; missing: {names}");
-    let oblique = placements.iter().filter(|p| p.face.is_none());
-    let oblique: Vec<String> = oblique
-        .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
-        .collect();
-    if !oblique.is_empty() {
+    let oblique = placements.iter().filter(|p| p.face.is_none()).count();
+    if oblique > 0 {
+        let all = placements.len();
         what += &format!(
-            "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
-            oblique.len(),
-            placements.len(),
-            oblique[..oblique.len().min(6)].join(", ")
+            "; {oblique} of {all} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis"
         );
     }
     let next: Vec<String> = missing.iter().map(|f| in_words(f.direction())).collect();
