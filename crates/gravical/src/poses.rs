@@ -7,7 +7,6 @@
 //! or refute.
 
 pub mod face;
-pub(crate) mod for_fit;
 mod found;
 pub(crate) mod gyro_unit;
 #[doc(hidden)]

@@ -173,7 +173,7 @@ fn of_fit(
         return Vec::new();
     };
     let mut findings = Vec::new();
-    if estimate.noise_assumed {
+    if placements.iter().any(|p| p.standard_error.is_none()) {
         findings.push(finding!(
             NoiseAssumed,
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"

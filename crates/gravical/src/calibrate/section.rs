@@ -13,7 +13,7 @@ use crate::poses::Pose;
 use crate::recording::AccelUnit;
 use crate::stats::pooled_deviation;
 
-use super::estimate::{Basis, Estimate, Use};
+use super::estimate::{Basis, Estimate, Use, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
@@ -51,7 +51,7 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
     }
     let parameters = section.parameters().zip(section.covariance_of_parameters());
     section.deviations = parameters.map(|(x, covariance)| deviations(&x, &covariance));
-    section.budget = budget(&section, estimate, &session.segmentation.poses);
+    section.budget = budget(&section, estimate, session);
     section
 }
 
@@ -99,17 +99,18 @@ fn by_ferraris(
 fn budget(
     section: &AccelerometerSection,
     estimate: &Estimate,
-    placements: &[Pose],
+    session: &Session<'_>,
 ) -> Option<Budget> {
     let gravity = section.gravity_sd_mps2;
-    let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
+    let placements = session.segmentation.poses.iter();
+    let temperatures: Vec<f64> = placements.filter_map(|p| p.temperature_c).collect();
     let drift = match &temperatures[..] {
         [] => None,
         [_] => Some(0.0),
         several => Some(pooled_deviation([several].into_iter()) * drift_sd(estimate)),
     };
     let mut contributions = if let Some((_, trust)) = estimate.fit() {
-        let (budget, rounding) = (trust.budget?, estimate.rounding);
+        let (budget, rounding) = (trust.budget?, rounding_share(session));
         let noise = budget.noise * (1.0 - rounding * rounding).sqrt();
         vec![
             (Source::Noise, Some(noise)),
@@ -135,6 +136,16 @@ fn budget(
         coverage_factor: COVERAGE,
         expanded_mps2: COVERAGE * combined_mps2,
     })
+}
+
+/// Share of the standard errors of all means that rounding makes, root mean square.
+fn rounding_share(session: &Session<'_>) -> f64 {
+    let (poses, scale) = (&session.segmentation.poses, session.scale());
+    let errors = poses.iter().flat_map(|p| standard_error(p, session, scale));
+    let all: f64 = errors.map(|e| e * e).sum();
+    let rounding = session.segmentation.noise.rounding.map(|q| q * q);
+    let rounding = rounding.iter().sum::<f64>() * poses.len() as f64;
+    (rounding / all).sqrt().min(1.0)
 }
 
 /// What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
