@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::Result;
-use gravical::calibrate::{CalibrateOptions, Calibrated, EstimateOptions, RecordOptions};
+use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
 use gravical::calibration_file::{CalibrationFile, Deviations, Grade};
 use gravical::escape::path_word;
 use gravical::poses::SegmentOptions;
-use gravical::recording::{ReadOptions, Recording};
+use gravical::recording::ReadOptions;
 use gravical::session::{SessionFiles, calibrate_files};
 use gravical_report::figure;
 use gravical_report::figure::calibration::Session;
@@ -70,7 +70,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .check(output, args.inputs.iter().chain(&others))?;
     let options = args.options()?;
     let read = reading(&args.recording, true);
-    let (recordings, done) = compute(args, &args.inputs, &read, &options)?;
+    let (gyro, gravity) = (args.method.files.gyro.as_deref(), args.gravity.given()?);
+    let (recordings, done) = calibrate_files(&args.inputs, gyro, &read, &options, gravity)?;
     let ResultArgs {
         report: asked,
         force,
@@ -122,6 +123,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         ..args.recording.clone()
     };
     read.validate()?;
+    let gravity = args.gravity.given()?;
     let numbers = COLUMNS.map(|(name, _)| name);
     let plan = Plan {
         each: &args.each,
@@ -136,7 +138,8 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
-        let (_, Calibrated { file, .. }) = compute(args, &input, &read, &options)?;
+        let (_, done) = calibrate_files(&input, None, &read, &options, gravity)?;
+        let file = done.file;
         if let Some(result) = result {
             file.write(result, true)?;
         }
@@ -203,21 +206,6 @@ fn outcome(file: &CalibrationFile) -> Outcome {
             .to_vec(),
         ..Outcome::default()
     }
-}
-
-/// The calibration of one session.
-///
-/// # Errors
-///
-/// Those of reading and of the library.
-fn compute(
-    args: &Args,
-    inputs: &[PathBuf],
-    read_options: &ReadOptions,
-    options: &CalibrateOptions,
-) -> Result<(Vec<Recording>, Calibrated)> {
-    let gyro = args.method.files.gyro.as_deref();
-    calibrate_files(inputs, gyro, read_options, options, args.gravity.given()?)
 }
 
 impl Args {
