@@ -374,8 +374,8 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
     })
 }
 
-/// Text: error of a reading without the model at the ends of its range.
-pub(crate) fn cost_text(model: &TemperatureModel) -> String {
+/// That a drift is not taken off because of `why`: what it makes of a reading at the ends of its range.
+pub(crate) fn not_applied(model: &TemperatureModel, why: &str) -> Finding {
     let [low, high] = model.range_c;
     let part = |c: &ChannelDrift| {
         let farthest_c = (low - model.reference_c)
@@ -390,7 +390,10 @@ pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     };
     let parts = model.channels.iter().filter(|c| c.is_corrected()).map(part);
     let parts = parts.collect::<Vec<_>>().join(", ");
-    format!("between {low:.1} and {high:.1} °C the drift changes {parts}")
+    finding!(
+        TemperatureNotApplied,
+        "{why}, so the calibration's drift with temperature is not taken off there: between {low:.1} and {high:.1} °C it changes {parts}"
+    )
 }
 
 /// Checks that session and soak are in one unit; one of a gyroscope that is not known is taken as the same.

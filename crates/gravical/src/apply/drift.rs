@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
 use crate::finding::finding;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
-use crate::temperature::cost_text;
+use crate::temperature::not_applied;
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
 /// noisy.
@@ -63,11 +63,7 @@ impl Drift {
             } else {
                 "the recording has no temperatures"
             };
-            findings.push(finding!(
-                TemperatureNotApplied,
-                "{why}, so the calibration's temperature drift is not subtracted: {}",
-                cost_text(model)
-            ));
+            findings.push(not_applied(model, why));
             return None;
         };
         Some(Drift {

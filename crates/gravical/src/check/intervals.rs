@@ -10,7 +10,7 @@ use crate::poses::{
 };
 use crate::recording::{Finding, Recording};
 use crate::stats::mean_of_finite;
-use crate::temperature::{bring_to_reference, cost_text};
+use crate::temperature::{bring_to_reference, not_applied};
 use crate::{Error, Result};
 
 use super::CheckOptions;
@@ -127,11 +127,9 @@ pub(super) fn at_reference(
     let temperatures = intervals.iter().map(|p| p.temperature_c);
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
-        let (all, cost) = (intervals.len(), cost_text(model));
-        findings.push(finding!(
-            TemperatureNotApplied,
-            "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
-        ));
+        let all = intervals.len();
+        let why = format!("{without} of {all} static intervals have no temperature");
+        findings.push(not_applied(model, &why));
     }
     bring_to_reference(intervals, model);
 }

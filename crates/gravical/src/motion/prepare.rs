@@ -14,6 +14,7 @@ use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, FindingKind, Recording};
+use crate::temperature::not_applied;
 use crate::{Error, Result};
 use gravical_recording::full_scale::FULL_SCALES_DEG_S;
 
@@ -122,11 +123,7 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
 fn held(recording: &Recording, model: &TemperatureModel, findings: &mut Vec<Finding>) -> Vec<f64> {
     let mut held_c = recording.temperature_c.clone().unwrap_or_default();
     let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-        let text = format!(
-            "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
-            crate::temperature::cost_text(model)
-        );
-        findings.push(Finding::new(FindingKind::TemperatureNotApplied, text));
+        findings.push(not_applied(model, "the recording has no temperatures"));
         return Vec::new();
     };
     for t in &mut held_c {
