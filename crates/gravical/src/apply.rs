@@ -58,12 +58,10 @@ use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::CalibrationFile;
-use crate::finding::finding;
 use crate::poses::face::AxisMap;
-use crate::recording::why_calibrated;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
-    join_gyroscope,
+    already_calibrated, join_gyroscope,
 };
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
@@ -397,13 +395,8 @@ impl<'a> Application<'a> {
         };
         let is_calibrated = matches!(gyroscope, GyroscopeOutcome::Calibrated(_));
         findings.extend(calibration.poor_finding());
-        if recording.is_calibrated {
-            let why = why_calibrated(recording.is_calibrated_by_board);
-            findings.push(finding!(
-                AlreadyCalibrated,
-                "{why}: calibrating again would apply the correction twice"
-            ));
-        }
+        let twice = "calibrating again would apply the correction twice";
+        findings.extend(already_calibrated(recording, twice));
         let gyro = calibration.gyroscope_calibration();
         Ok(Application {
             calibration,
