@@ -24,8 +24,8 @@ use crate::finding::{after_losses, finding};
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{mg, milli_g};
+use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
-use crate::poses::{Pose, Selection};
 use crate::recording::{Finding, Recording, already_calibrated};
 use crate::stats::median;
 
@@ -424,7 +424,7 @@ fn describe(
     axes: &AxisMap,
     counts: bool,
 ) -> StillCheck {
-    let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
+    let is_named = recording.labels.is_some() && !interval.is_found;
     let calibrated = axes.to_case(length.force.into());
     let (nearest, face_angle_deg) = Face::nearest(calibrated);
     StillCheck {

@@ -58,15 +58,6 @@ pub struct SegmentOptions {
     pub axes: AxisMap,
 }
 
-/// Which rows of a pose its mean is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Selection {
-    /// Given by section or label: plain mean of all rows.
-    Given,
-    /// A rest that was found: robust mean.
-    Found,
-}
-
 /// One pose of the sensor.
 #[derive(Debug, Clone)]
 pub struct Pose {
@@ -80,8 +71,8 @@ pub struct Pose {
     pub rows: Range<usize>,
     /// First and last line of the file that they stand in.
     pub lines: Option<[u64; 2]>,
-    /// Given or found.
-    pub selection: Selection,
+    /// Found, with a robust mean; not given by a section or label, with that of all its rows.
+    pub is_found: bool,
     /// Mean reading in the unit of the file, less the zero offset.
     pub mean: [f64; 3],
     /// Standard error of each component; none where a row is a mean itself.
@@ -120,7 +111,7 @@ pub(crate) struct Interval {
     pub label: String,
     pub recording: usize,
     pub rows: Range<usize>,
-    pub selection: Selection,
+    pub is_found: bool,
     pub claim: Option<Claim>,
 }
 
@@ -349,12 +340,11 @@ fn pose(
     axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
-    let is_found = interval.selection == Selection::Found;
     let mean = pose_mean(
         &slices(held),
         noise,
         recording.working_rate_hz().0,
-        is_found,
+        interval.is_found,
     );
     let clipped = held
         .iter()
@@ -370,7 +360,7 @@ fn pose(
         recording: interval.recording,
         lines: (!rows.is_empty())
             .then(|| [recording.line(rows.start), recording.line(rows.end - 1)]),
-        selection: interval.selection,
+        is_found: interval.is_found,
         mean: mean.mean,
         standard_error: mean.standard_error,
         count: mean.rows,

@@ -12,9 +12,9 @@ use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
+use super::Interval;
 use super::face::{Claim, angle_deg, claim};
 use super::rests::{find_quiet, find_rests, why_never_static};
-use super::{Interval, Selection};
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
@@ -90,20 +90,20 @@ pub(super) fn in_recording(
         let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
         let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
         let mut spans = directions(recording, &inside, claimed);
-        let mut selection = Selection::Found;
+        let mut is_found = true;
         if spans.is_empty() {
             let (found, finding) = without_rest(recording, &quiet, segment, &label);
             findings.push(finding.in_file(&recording.name));
-            if let Some((rows, selected)) = found {
+            if let Some((rows, steady)) = found {
                 spans.push(rows);
-                selection = selected;
+                is_found = steady;
             }
         }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
             recording: index,
             rows,
-            selection,
+            is_found,
             claim: claimed,
         }));
     }
@@ -111,13 +111,13 @@ pub(super) fn in_recording(
 }
 
 /// What is used of a stretch between blank rows that has no rest, with a warning: its longest part of those
-/// that are `quiet`, or all of its rows where they are too few to judge.
+/// that are `quiet`, which is found, or all of its rows where they are too few to judge.
 fn without_rest(
     recording: &Recording,
     quiet: &[Range<usize>],
     segment: &Range<usize>,
     label: &str,
-) -> (Option<(Range<usize>, Selection)>, Finding) {
+) -> (Option<(Range<usize>, bool)>, Finding) {
     let lines = |rows: &Range<usize>| {
         let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
         format!("lines {first} to {last}")
@@ -132,11 +132,11 @@ fn without_rest(
             lines(rows),
             1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
         );
-        (Some((rows.clone(), Selection::Found)), unsteady)
+        (Some((rows.clone(), true)), unsteady)
     } else if is_too_short(segment.len(), recording.working_rate_hz().0) {
         let count = segment.len();
         let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
-        (Some((segment.clone(), Selection::Given)), short)
+        (Some((segment.clone(), false)), short)
     } else {
         let never = finding!(
             NoStaticInterval,
@@ -164,7 +164,7 @@ pub(crate) fn intervals_of(
         label: format!("pose {}{file}", i + 1),
         recording: index,
         rows,
-        selection: Selection::Found,
+        is_found: true,
         claim: None,
     };
     spans.into_iter().enumerate().map(interval).collect()
@@ -212,7 +212,7 @@ fn rows_as_poses(
         label: format!("line {}", recording.line(row)),
         recording: index,
         rows: row..row + 1,
-        selection: Selection::Given,
+        is_found: false,
         claim: None,
     };
     (0..rows).map(interval).collect()
