@@ -44,7 +44,7 @@ enum Form {
     Nominal(&'static str, Option<&'static str>),
     /// A text of its own.
     Text(fn(&CalibrationFile) -> Result<String>),
-    /// Noise, which no calibration holds: [`kalibr`].
+    /// Noise, which no calibration holds.
     Noise,
 }
 
