@@ -36,10 +36,10 @@ use crate::calibration_file::{
     CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, RecordingTimeSource, SensorInfo,
     TemperatureRange, creation_time,
 };
-use crate::finding::{after, after_losses};
+use crate::finding::after;
 use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
-use crate::recording::{Finding, FindingKind, Recording, Severity, common_serial};
+use crate::recording::{Finding, FindingKind, Recording, Severity, after_losses, common_serial};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -138,7 +138,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // Where did the sensor lie still, and which face was up?
-    let lost = |error| after_losses(error, recordings.iter().map(|r| (&*r.name, &*r.findings)));
+    let lost = |error| after_losses(error, recordings);
     let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
     // Does the joint fit tell the drift with temperature, or what lay still while it changed?
     let drift = options.thermal.is_empty()

@@ -20,13 +20,13 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
-use crate::finding::{after_losses, finding};
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
-use crate::recording::{Finding, Recording, already_calibrated};
+use crate::recording::{Finding, Recording, after_losses, already_calibrated};
 use crate::stats::median;
 
 use intervals::static_intervals;
@@ -175,7 +175,7 @@ pub fn check(
 ) -> Result<CheckReport> {
     let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
-        .map_err(|e| after_losses(e, recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
+        .map_err(|error| after_losses(error, recordings))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
     keep_longest(&mut intervals);
     let gravity = options.gravity.unwrap_or(Gravity {
