@@ -226,13 +226,10 @@ pub(crate) fn recorded(
     recordings: &[Recording],
     options: &CalibrateOptions,
 ) -> Option<RecordingTime> {
-    if let Some(time) = options.record.recorded {
-        let source = RecordingTimeSource::Given;
-        return Some(RecordingTime { time, source });
-    }
-    let first = recordings.iter().filter_map(Recording::recorded_at).min();
-    first.map(|time| RecordingTime {
-        time,
-        source: RecordingTimeSource::TimeStamps,
-    })
+    let first = || recordings.iter().filter_map(Recording::recorded_at).min();
+    let (time, source) = match options.record.recorded {
+        Some(time) => (time, RecordingTimeSource::Given),
+        None => (first()?, RecordingTimeSource::TimeStamps),
+    };
+    Some(RecordingTime { time, source })
 }
