@@ -222,10 +222,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 }
 
 /// When a session was recorded, as far as that is known.
-pub(crate) fn recorded(
-    recordings: &[Recording],
-    options: &CalibrateOptions,
-) -> Option<RecordingTime> {
+fn recorded(recordings: &[Recording], options: &CalibrateOptions) -> Option<RecordingTime> {
     let first = || recordings.iter().filter_map(Recording::recorded_at).min();
     let (time, source) = match options.record.recorded {
         Some(time) => (time, RecordingTimeSource::Given),
