@@ -20,7 +20,6 @@ mod fit;
 mod gyro;
 pub mod later;
 pub mod model;
-pub mod polynomial;
 mod pose;
 mod rows;
 mod search;

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _gravical {
     #[pymodule_export]
-    use crate::outcome::{Outcome, export_targets, read_calibration, read_noise, write_text};
+    use crate::outcome::{Outcome, export_targets, read_calibration, write_text};
     #[pymodule_export]
     use crate::recording::{Recording, read};
     #[pymodule_export]

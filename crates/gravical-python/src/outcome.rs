@@ -4,15 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use gravical::apply::Applied;
-use gravical::calibration_file::{
-    CalibrationFile, InputFile, InputRole, NoiseSection, creation_time,
-};
+use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::motion::{Motion, table_columns, write_table};
-use gravical::noise::{self, NoiseResult};
+use gravical::noise::NoiseResult;
 use gravical::output::{self, write_atomic};
+use gravical::poses::Segmentation;
 use gravical::recording;
-use gravical::session::SessionCalibration;
 use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
 use gravical_report::document::{Detail, Document};
@@ -26,10 +24,13 @@ use crate::error::OrRaise;
 use crate::keywords::Keywords;
 use crate::recording::{Recording, view};
 
+/// The recordings of a calibration, and their poses.
+type Session = Box<(Vec<recording::Recording>, Segmentation)>;
+
 /// What was found, and what its figures need.
 pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
-    Calibration(Arc<CalibrationFile>, Option<Box<SessionCalibration>>),
+    Calibration(Arc<CalibrationFile>, Option<Session>),
     /// Of `noise`.
     Noise(Arc<NoiseResult>),
     /// Of `motion`, with its recording.
@@ -66,10 +67,7 @@ impl Outcome {
     }
 
     /// A calibration.
-    pub fn calibration(
-        file: CalibrationFile,
-        session: Option<Box<SessionCalibration>>,
-    ) -> Result<Self> {
+    pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
         let (inputs, file) = (file.inputs.clone(), Arc::new(file));
         Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
     }
@@ -88,21 +86,10 @@ impl Outcome {
         }
     }
 
-    /// The noise that this is, with its file if it was read.
-    pub fn noise(&self) -> Result<(NoiseSection, Vec<InputFile>)> {
-        let Kind::Noise(result) = &self.kind else {
-            return Err(Error::usage("usage", "noise=: this is no result of noise"));
-        };
-        let mut inputs = self.inputs.clone();
-        inputs.retain(|input| input.role == InputRole::Noise);
-        Ok((result.section(), inputs))
-    }
-
     fn draw_figures(&self) -> Vec<Figure> {
         match &self.kind {
             Kind::Calibration(file, session) => {
-                let session = session.as_ref();
-                let session = session.map(|s| (&s.recordings[..], &s.segmentation));
+                let session = session.as_ref().map(|s| (&s.0[..], &s.1));
                 figure::calibration::figures(file, session)
             }
             Kind::Noise(result) => figure::noise::figures(result),
@@ -142,9 +129,7 @@ impl Outcome {
         let target = Target::find(to).ok_or_else(unknown)?;
         target.check(options)?;
         let written = match &self.kind {
-            Kind::Noise(result) if target.name == "kalibr" => {
-                kalibr(&result.section(), options.upper_limit)?
-            }
+            Kind::Noise(result) if target.name == "kalibr" => kalibr(result, options.upper_limit)?,
             _ => export(&*self.file()?, target, options)?,
         };
         Ok((written.text, written.notes))
@@ -245,13 +230,6 @@ impl Table {
         let values = samples.flat_map(|sample| sample.numbers().take(width));
         Table::new(columns, rows, values)
     }
-}
-
-/// Noise from its file.
-#[pyfunction]
-pub fn read_noise(py: Python<'_>, path: PathBuf) -> PyResult<Outcome> {
-    let (result, input) = noise::read_noise(&path).or_raise(py)?;
-    Outcome::of_noise(result, vec![input]).or_raise(py)
 }
 
 /// A calibration from its file, or from the text of it.

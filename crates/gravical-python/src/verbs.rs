@@ -5,8 +5,8 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::apply::{ApplyOptions, ApplySummary, apply_recording};
-use gravical::calibrate::CalibrateOptions;
-use gravical::calibration_file::{CalibrationFile, InputFile, NoiseSection};
+use gravical::calibrate::{self, CalibrateOptions};
+use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::CheckOptions;
 use gravical::denoise::DenoiseOptions;
 use gravical::inspect::InspectOptions;
@@ -15,7 +15,7 @@ use gravical::motion::{Calibrated, MotionOptions};
 use gravical::noise::{noise, noise_of};
 use gravical::output::write_atomic;
 use gravical::recording::{Meter, ReadOptions, read, read_samples, source};
-use gravical::session::{Session, SessionFiles, calibrate_recordings, read_session};
+use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
@@ -36,8 +36,6 @@ struct Call {
     reading: Reading,
     /// With their names.
     calibrations: Vec<(Arc<CalibrationFile>, String)>,
-    /// With its file, if it was read.
-    noise: Option<(NoiseSection, Vec<InputFile>)>,
     /// A file to write, and whether it may be there.
     output: Option<(PathBuf, bool)>,
     meter: Meter,
@@ -58,7 +56,6 @@ pub fn run(
     verb: &str,
     inputs: Inputs,
     calibrations: Vec<(Py<Outcome>, String)>,
-    noise: Option<Py<Outcome>>,
     output: Option<(PathBuf, bool)>,
     mut keywords: Keywords,
 ) -> PyResult<Outcome> {
@@ -75,7 +72,6 @@ pub fn run(
     };
     let named = |(outcome, name): (Py<Outcome>, String)| Ok((outcome.get().file()?, name));
     let calibrations: Result<Vec<_>> = calibrations.into_iter().map(named).collect();
-    let noise = noise.map(|outcome| outcome.get().noise()).transpose();
     let meter = Meter::default();
     task::run(py, &meter.clone(), move || {
         let reading = Reading::new(inputs, &mut keywords, &meter)?;
@@ -83,7 +79,6 @@ pub fn run(
             keywords,
             reading,
             calibrations: calibrations?,
-            noise: noise?,
             output,
             meter,
         })
@@ -111,23 +106,19 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let files: SessionFiles = k.last()?;
     files.read_into(&mut options, &reading.options)?;
-    let mut done = match &reading.inputs {
-        Inputs::Paths(paths) => Session {
-            inputs: paths,
-            gyro: reading.gyro.as_deref(),
-            read: &reading.options,
-            options: &options,
-            gravity,
+    let (recordings, done) = match &reading.inputs {
+        Inputs::Paths(paths) => {
+            let gyro = reading.gyro.as_deref();
+            calibrate_files(paths, gyro, &reading.options, &options, gravity)?
         }
-        .calibrate()?,
-        Inputs::Recordings(all) => calibrate_recordings(owned(all), &options)?,
+        Inputs::Recordings(all) => {
+            let recordings = owned(all);
+            let done = calibrate::calibrate(&recordings, &options)?;
+            (recordings, done)
+        }
     };
-    if let Some((noise, inputs)) = call.noise {
-        done.file.noise = Some(noise);
-        done.file.inputs.extend(inputs);
-    }
-    let file = done.file.clone();
-    Outcome::calibration(file, Some(Box::new(done)))
+    let session = Box::new((recordings, done.segmentation));
+    Outcome::calibration(done.file, Some(session))
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {

@@ -105,7 +105,7 @@ OWN: dict[str, list[str]] = {
     "read": ["gyro"],
     "inspect": ["axes"],
     "calibrate": [*GRAVITY, "method", "sections", "pose_tilt",
-                  "prior", "free_pose", "face_pose", "thermal", "noise", "sensor_id", "recorded"],
+                  "prior", "free_pose", "face_pose", "thermal", "sensor_id", "recorded"],
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": [],
     "noise": [],

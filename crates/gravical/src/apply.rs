@@ -58,12 +58,10 @@ use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::CalibrationFile;
-use crate::finding::finding;
 use crate::poses::face::AxisMap;
-use crate::recording::why_calibrated;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
-    join_gyroscope,
+    already_calibrated, join_gyroscope,
 };
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
@@ -379,13 +377,8 @@ impl Application {
             judge_accelerometer(calibration, recording, drift.as_ref(), &mut findings)?;
         let gyro_unit = judge_gyroscope(calibration, recording, &mut findings)?;
         findings.extend(calibration.poor_finding());
-        if recording.is_calibrated {
-            let why = why_calibrated(recording.is_calibrated_by_board);
-            findings.push(finding!(
-                AlreadyCalibrated,
-                "{why}: calibrating again would apply the correction twice"
-            ));
-        }
+        let twice = "calibrating again would apply the correction twice";
+        findings.extend(already_calibrated(recording, twice));
         let summary = ApplySummary {
             input: recording.name.clone(),
             description: String::new(),

@@ -33,13 +33,13 @@ mod verdict;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, RecordingTime, RecordingTimeSource, SensorInfo,
+    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, RecordingTimeSource, SensorInfo,
     TemperatureRange, creation_time,
 };
-use crate::finding::{after, after_losses};
+use crate::finding::after;
 use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
-use crate::recording::{Finding, FindingKind, Recording, Severity, common_serial};
+use crate::recording::{Finding, FindingKind, Recording, Severity, after_losses, common_serial};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -138,7 +138,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
 
     // Where did the sensor lie still, and which face was up?
-    let lost = |error| after_losses(error, recordings.iter().map(|r| (&*r.name, &*r.findings)));
+    let lost = |error| after_losses(error, recordings);
     let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
     // Does the joint fit tell the drift with temperature, or what lay still while it changed?
     let drift = options.thermal.is_empty()
@@ -195,7 +195,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 
     let mut inputs = InputFile::of(recordings);
     inputs.extend(options.other_inputs.iter().cloned());
-    inputs.extend(InputFile::of_soak(&options.thermal));
+    let soak = InputFile::of(&options.thermal).into_iter();
+    let role = InputRole::Soak;
+    inputs.extend(soak.map(|file| InputFile { role, ..file }));
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
@@ -215,23 +217,16 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         verdict,
         command: options.command.clone(),
         temperature_model,
-        noise: None,
     };
     Ok(Calibrated { file, segmentation })
 }
 
 /// When a session was recorded, as far as that is known.
-pub(crate) fn recorded(
-    recordings: &[Recording],
-    options: &CalibrateOptions,
-) -> Option<RecordingTime> {
-    if let Some(time) = options.record.recorded {
-        let source = RecordingTimeSource::Given;
-        return Some(RecordingTime { time, source });
-    }
-    let first = recordings.iter().filter_map(Recording::recorded_at).min();
-    first.map(|time| RecordingTime {
-        time,
-        source: RecordingTimeSource::TimeStamps,
-    })
+fn recorded(recordings: &[Recording], options: &CalibrateOptions) -> Option<RecordingTime> {
+    let first = || recordings.iter().filter_map(Recording::recorded_at).min();
+    let (time, source) = match options.record.recorded {
+        Some(time) => (time, RecordingTimeSource::Given),
+        None => (first()?, RecordingTimeSource::TimeStamps),
+    };
+    Some(RecordingTime { time, source })
 }

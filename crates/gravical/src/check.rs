@@ -20,13 +20,14 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
-use crate::finding::{after_losses, finding};
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
 use crate::numfmt::{mg, milli_g};
+use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
-use crate::poses::{Pose, Selection};
-use crate::recording::{Finding, Recording, why_calibrated};
+use crate::recording::{Finding, Recording, after_losses, already_calibrated};
+use crate::stats::median;
 
 use intervals::static_intervals;
 
@@ -174,7 +175,7 @@ pub fn check(
 ) -> Result<CheckReport> {
     let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
-        .map_err(|e| after_losses(e, recordings.iter().map(|r| (&*r.name, &*r.findings))))?;
+        .map_err(|error| after_losses(error, recordings))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
     keep_longest(&mut intervals);
     let gravity = options.gravity.unwrap_or(Gravity {
@@ -348,8 +349,9 @@ fn judge_units(
     for (index, recording) in recordings.iter().enumerate() {
         let own = intervals.iter().filter(|r| r.recording == index);
         let mut norms: Vec<f64> = own.map(|r| norm(&apply.apply(r.mean))).collect();
-        if !norms.is_empty() {
-            judge_unit(calibration, recording, &mut norms, gravity, findings)?;
+        if let usual @ Some(_) = median(&mut norms) {
+            let at_rest = ("its static intervals", usual);
+            judge_unit(calibration, recording, at_rest, gravity, findings)?;
         }
     }
     Ok(())
@@ -420,7 +422,7 @@ fn describe(
     axes: &AxisMap,
     counts: bool,
 ) -> StillCheck {
-    let is_named = recording.labels.is_some() && interval.selection == Selection::Given;
+    let is_named = recording.labels.is_some() && !interval.is_found;
     let calibrated = axes.to_case(length.force.into());
     let (nearest, face_angle_deg) = Face::nearest(calibrated);
     StillCheck {
@@ -450,11 +452,10 @@ fn circumstances(
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        if recording.is_calibrated {
-            let why = why_calibrated(recording.is_calibrated_by_board);
-            let calibrated = finding!(AlreadyCalibrated, "{why}: a check needs the raw recording");
-            findings.push(calibrated.in_file(&recording.name));
-        }
+        findings.extend(already_calibrated(
+            recording,
+            "a check needs the raw recording",
+        ));
         if inputs_of(calibration, recording).next().is_some() {
             let same = finding!(
                 SameRecordings,

@@ -259,24 +259,29 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
 /// What a judgement may rest on.
 struct Evidence {
     has_covariances: bool,
-    /// Both hold the same parameters.
-    is_same: bool,
-    /// Recordings of one are recordings of the other, too: agreement proves nothing.
-    is_shared: bool,
+    /// Why agreement would prove nothing.
+    no_proof: Option<&'static str>,
 }
 
 impl Evidence {
     fn new([a, b]: [&CalibrationFile; 2], findings: &mut Vec<Finding>) -> Evidence {
         let [x, y] = [&a.accelerometer, &b.accelerometer];
         let is_same = x.matrix == y.matrix && x.bias == y.bias;
-        let shared = if is_same { None } else { shared(a, b) };
-        let is_shared = shared.is_some();
-        findings.extend(shared);
+        let shared = shared(a, b).filter(|_| !is_same);
         let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
+        let has_covariances = has_covariance(x) && has_covariance(y);
+        let no_proof = if is_same {
+            Some("both files contain the same parameters")
+        } else if !has_covariances {
+            Some("one of the files has no covariance")
+        } else {
+            let same = "both were made from the same recordings";
+            shared.as_ref().map(|_| same)
+        };
+        findings.extend(shared);
         Evidence {
-            has_covariances: has_covariance(x) && has_covariance(y),
-            is_same,
-            is_shared,
+            has_covariances,
+            no_proof,
         }
     }
 
@@ -287,26 +292,18 @@ impl Evidence {
         test: Option<Test>,
     ) -> (Option<Test>, Judgement, String) {
         let test = test.filter(|test| self.has_covariances && test.degrees_of_freedom > 0);
-        let (test_of_part, judgement, verb) = match test.filter(|_| !self.is_same) {
-            Some(test) if test.p_value < PART_SIGNIFICANCE => {
-                (test, Judgement::Differ, format!("{differs} by more than"))
+        let (found, judgement, verb) = match (test, self.no_proof) {
+            (Some(found), _) if found.p_value < PART_SIGNIFICANCE => {
+                (found, Judgement::Differ, format!("{differs} by more than"))
             }
-            Some(test) if !self.is_shared => (test, Judgement::Agree, format!("{agrees} within")),
-            _ => {
-                let why = if self.is_same {
-                    "both files contain the same parameters"
-                } else if !self.has_covariances {
-                    "one of the files has no covariance"
-                } else if self.is_shared {
-                    "both were made from the same recordings"
-                } else {
-                    "one of the sessions has faces on less than two axes"
-                };
+            (Some(found), None) => (found, Judgement::Agree, format!("{agrees} within")),
+            (_, why) => {
+                let why = why.unwrap_or("one of the sessions has faces on less than two axes");
                 let reason = format!("{part}: not tested, {why}");
                 return (test, Judgement::Undecided, reason);
             }
         };
-        let (p, chi_square) = (probability(test_of_part.p_value), chi_square(&test_of_part));
+        let (p, chi_square) = (probability(found.p_value), chi_square(&found));
         let reason = format!(
             "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
         );

@@ -7,7 +7,6 @@
 //! or refute.
 
 pub mod face;
-pub(crate) mod for_fit;
 mod found;
 pub(crate) mod gyro_unit;
 #[doc(hidden)]
@@ -27,7 +26,6 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::finding::{after, finding};
-use crate::numfmt::count;
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, FindingKind, Recording};
 use crate::stats::mean_of_finite;
@@ -60,15 +58,6 @@ pub struct SegmentOptions {
     pub axes: AxisMap,
 }
 
-/// Which rows of a pose its mean is over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Selection {
-    /// Given by section or label: plain mean of all rows.
-    Given,
-    /// A rest that was found: robust mean.
-    Found,
-}
-
 /// One pose of the sensor.
 #[derive(Debug, Clone)]
 pub struct Pose {
@@ -82,8 +71,8 @@ pub struct Pose {
     pub rows: Range<usize>,
     /// First and last line of the file that they stand in.
     pub lines: Option<[u64; 2]>,
-    /// Given or found.
-    pub selection: Selection,
+    /// Found, with a robust mean; not given by a section or label, with that of all its rows.
+    pub is_found: bool,
     /// Mean reading in the unit of the file, less the zero offset.
     pub mean: [f64; 3],
     /// Standard error of each component; none where a row is a mean itself.
@@ -122,7 +111,7 @@ pub(crate) struct Interval {
     pub label: String,
     pub recording: usize,
     pub rows: Range<usize>,
-    pub selection: Selection,
+    pub is_found: bool,
     pub claim: Option<Claim>,
 }
 
@@ -313,27 +302,20 @@ fn without_spikes(
     intervals: &[Interval],
     findings: &mut Vec<Finding>,
 ) -> Vec<[Vec<f64>; 3]> {
-    // Of every recording: spikes, static intervals that have any, and their rows.
-    let mut counts = vec![[0_usize; 3]; recordings.len()];
+    let mut counts = vec![0; recordings.len()];
     let take_out = |interval: &Interval| {
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        let spikes = spikes::take_out(&mut values, recording.resolution[0]);
-        if spikes > 0 {
-            let count = &mut counts[interval.recording];
-            let rows = interval.rows.len();
-            *count = [count[0] + spikes, count[1] + 1, count[2] + rows];
-        }
+        counts[interval.recording] += spikes::take_out(&mut values, recording.resolution[0]);
         values
     };
     let held = intervals.iter().map(take_out).collect();
-    for (recording, [spikes, intervals, rows]) in recordings.iter().zip(counts) {
+    for (recording, spikes) in recordings.iter().zip(counts) {
         if spikes > 0 {
-            let intervals = count(intervals, "static interval");
             let spikes = finding!(
                 SpikesLeftOut,
-                "{spikes} of the {rows} samples of {intervals} stand out from their neighbours by more than 6 standard deviations: left out"
+                "{spikes} samples at rest stand out from their neighbours by more than 6 standard deviations: left out"
             );
             findings.push(spikes.in_file(&recording.name));
         }
@@ -349,8 +331,8 @@ fn pose(
     axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
-    let is_found = interval.selection == Selection::Found;
-    let mean = pose_mean(&slices(held), noise, recording.working_rate_hz(), is_found);
+    let rate_hz = recording.working_rate_hz();
+    let mean = pose_mean(&slices(held), noise, rate_hz, interval.is_found);
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
@@ -365,7 +347,7 @@ fn pose(
         recording: interval.recording,
         lines: (!rows.is_empty())
             .then(|| [recording.line(rows.start), recording.line(rows.end - 1)]),
-        selection: interval.selection,
+        is_found: interval.is_found,
         mean: mean.mean,
         standard_error: mean.standard_error,
         count: mean.rows,

@@ -22,6 +22,10 @@
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
+use std::path::Path;
+
+use crate::escape::path_word;
+use crate::finding::finding;
 use crate::{Error, Result};
 
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
@@ -66,6 +70,41 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
         )
         .advise("sensor_id", "")),
     }
+}
+
+/// Adds to an error what reading `recordings` lost: too few poses can be too few rows.
+pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
+    let said = |f: &Finding| match f.count {
+        0 => f.kind.to_string(),
+        n => format!("{n} {}", f.kind),
+    };
+    let losses = |recording: &Recording| -> Vec<String> {
+        let lost = recording.findings.iter().filter(|f| f.kind.is_loss());
+        lost.map(said).collect()
+    };
+    let mut damaged = recordings.iter().map(|r| (&r.name, losses(r)));
+    let Some((name, losses)) = damaged.find(|(_, losses)| !losses.is_empty()) else {
+        return error;
+    };
+    let file = path_word(Path::new(name));
+    let look = format!("`gravical inspect {file}` shows the damaged lines");
+    let hint = match error.hint() {
+        Some(hint) => format!("{look}; {hint}"),
+        None => look,
+    };
+    let losses = losses.join(", ");
+    error
+        .with_detail(&format!("; reading {name} lost samples: {losses}"))
+        .with_hint(hint)
+}
+
+/// That a recording is calibrated already, where what is `wanted` is another one.
+pub(crate) fn already_calibrated(recording: &Recording, wanted: &str) -> Option<Finding> {
+    let why = why_calibrated(recording.is_calibrated_by_board);
+    let finding = finding!(AlreadyCalibrated, "{why}: {wanted}");
+    recording
+        .is_calibrated
+        .then(|| finding.in_file(&recording.name))
 }
 
 /// Why a recording is taken for a calibrated one, for findings.

@@ -13,28 +13,12 @@ use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::numfmt::count;
-use crate::poses::Segmentation;
 use crate::poses::sections::read_sections;
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope,
     join_gyroscope, read, read_head, source,
 };
 use crate::{Error, Result};
-
-/// What a session is calibrated from, and how.
-#[derive(Debug, Clone, Copy)]
-pub struct Session<'a> {
-    /// Files of the session, one folder, or the folder of a guided session.
-    pub inputs: &'a [PathBuf],
-    /// The gyroscope of the one recording, in a second file.
-    pub gyro: Option<&'a Path>,
-    /// How the files are read.
-    pub read: &'a ReadOptions,
-    /// How the session is calibrated.
-    pub options: &'a CalibrateOptions,
-    /// Gravity, if it is given: that of a guided session is then not used.
-    pub gravity: Option<Gravity>,
-}
 
 /// Files that a calibration takes beside the recordings.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -80,60 +64,32 @@ impl SessionFiles {
     }
 }
 
-/// A calibration and what it was computed from.
-#[derive(Debug, Clone)]
-pub struct SessionCalibration {
-    /// The calibration, with what was left out of a folder among its findings.
-    pub file: CalibrationFile,
-    /// The poses.
-    pub segmentation: Segmentation,
-    /// The recordings. Of a long one only the rows that were needed are in memory.
-    pub recordings: Vec<Recording>,
-}
-
-impl Session<'_> {
-    /// Reads the files and calibrates.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`read_session`], [`calibrate`] and of a guided session.
-    pub fn calibrate(&self) -> Result<SessionCalibration> {
-        if let [folder] = self.inputs
-            // Sections name rows: the whole recording is needed.
-            && self.options.segment.sections.is_none()
-            && self.gyro.is_none()
-            && is_session(folder)
-        {
-            let (recordings, done) =
-                calibrate_session(folder, self.read, self.options, self.gravity)?;
-            return Ok(with_recordings(recordings, done));
-        }
-        let (recordings, left_out) = read_session(self.inputs, self.gyro, self.read)?;
-        let mut done = calibrate_recordings(recordings, self.options)?;
-        done.file.findings.extend(left_out);
-        Ok(done)
-    }
-}
-
-fn with_recordings(recordings: Vec<Recording>, done: Calibrated) -> SessionCalibration {
-    SessionCalibration {
-        file: done.file,
-        segmentation: done.segmentation,
-        recordings,
-    }
-}
-
-/// The calibration of recordings in memory.
+/// Reads the files of a session, one folder, or the folder of a guided session, and calibrates; what was
+/// left out of a folder is among the findings. `gyro` is the gyroscope of the one recording in a second file;
+/// `gravity`, if it is given, stands for that of a guided session. Returns the recordings, too.
 ///
 /// # Errors
 ///
-/// Those of [`calibrate`].
-pub fn calibrate_recordings(
-    recordings: Vec<Recording>,
+/// Those of [`read_session`], [`calibrate`] and of a guided session.
+pub fn calibrate_files(
+    inputs: &[PathBuf],
+    gyro: Option<&Path>,
+    how: &ReadOptions,
     options: &CalibrateOptions,
-) -> Result<SessionCalibration> {
-    let done = calibrate(&recordings, options)?;
-    Ok(with_recordings(recordings, done))
+    gravity: Option<Gravity>,
+) -> Result<(Vec<Recording>, Calibrated)> {
+    if let [folder] = inputs
+        // Sections name rows: the whole recording is needed.
+        && options.segment.sections.is_none()
+        && gyro.is_none()
+        && is_session(folder)
+    {
+        return calibrate_session(folder, how, options, gravity);
+    }
+    let (recordings, left_out) = read_session(inputs, gyro, how)?;
+    let mut done = calibrate(&recordings, options)?;
+    done.file.findings.extend(left_out);
+    Ok((recordings, done))
 }
 
 /// Endings of files in a folder that may be recordings.

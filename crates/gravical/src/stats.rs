@@ -63,13 +63,6 @@ pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3]
     (means, total)
 }
 
-/// Sample standard deviation; NaN for fewer than two values.
-pub(crate) fn standard_deviation(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
-}
-
 /// √(Σ(x − mean of its interval)²/Σ(n − 1)) over the finite values of intervals; NaN unless one of
 /// them has two.
 pub(crate) fn pooled_deviation<'a>(intervals: impl Iterator<Item = &'a [f64]>) -> f64 {

@@ -29,7 +29,7 @@
 //! let soak = read_bytes(csv.as_bytes(), "soak.csv", &ReadOptions::default())?;
 //! let model = study(&[soak])?;
 //! let ax = model.channel("ax").unwrap();
-//! assert!(ax.is_corrected() && (ax.coefficients[0] - 0.002).abs() < 1e-5);
+//! assert!(ax.is_corrected() && (ax.per_c.unwrap() - 0.002).abs() < 1e-5);
 //! assert!(!model.channel("ay").unwrap().is_corrected());
 //! # Ok::<(), gravical::Error>(())
 //! ```
@@ -45,7 +45,7 @@ use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
 
 use crate::calibration_file::{
-    CHANNELS, ChannelDrift, DriftVerdict, InputFile, TemperatureModel, TemperatureRange,
+    CHANNELS, ChannelDrift, DriftVerdict, TemperatureModel, TemperatureRange,
 };
 use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
@@ -206,7 +206,6 @@ fn fit_model(
         reference_c,
         range_c,
         channels: (0..count).map(channel).collect(),
-        inputs: InputFile::of(recordings),
     }
 }
 
@@ -217,7 +216,7 @@ fn refuse(reason: &str) -> ChannelDrift {
     }
 }
 
-/// Coefficients and verdict of a channel, without its name and unit.
+/// Slope and verdict of a channel, without its name and unit.
 fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     let Some(fit) = fit_drift(blocks, channel) else {
         return refuse("its means determine no slope, or do not vary");
@@ -232,13 +231,9 @@ fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     };
     ChannelDrift {
         verdict,
-        order: 1,
         r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
         r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
-        coefficients: match verdict {
-            DriftVerdict::Corrected => vec![fit.per_c],
-            DriftVerdict::NotCorrected => Vec::new(),
-        },
+        per_c: (verdict == DriftVerdict::Corrected).then_some(fit.per_c),
         ..refuse(reason)
     }
 }
@@ -270,11 +265,8 @@ pub fn for_calibration(
                 )
                 .advise("thermal", ""));
         }
-        findings.extend(check_soak_units(recordings, thermal)?);
-        Some(TemperatureModel {
-            inputs: InputFile::of_soak(thermal),
-            ..study(thermal)?
-        })
+        check_soak_units(recordings, thermal)?;
+        Some(study(thermal)?)
     };
     let (Some(model), Some(session)) = (model, session) else {
         return Ok(None);
@@ -292,7 +284,10 @@ pub fn for_calibration(
             "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
         ));
     }
-    let model = model.about(reference_c);
+    let model = TemperatureModel {
+        reference_c,
+        ..model
+    };
     bring_to_reference(&mut segmentation.poses, &model);
     Ok(Some(model))
 }
@@ -307,8 +302,8 @@ pub(crate) fn bring_to_reference(poses: &mut [Pose], model: &TemperatureModel) {
         let Some(t_c) = pose.temperature_c else {
             continue;
         };
-        for (mean, name) in pose.mean.iter_mut().zip(CHANNELS) {
-            *mean -= model.drift_at(name, t_c);
+        for (mean, drift) in pose.mean.iter_mut().zip(model.drift_at(t_c)) {
+            *mean -= drift;
         }
     }
 }
@@ -348,18 +343,15 @@ pub(crate) fn from_poses(
         input_unit: unit.unwrap_or("unknown").to_owned(),
         verdict,
         reason: reason.clone(),
-        order: 1,
-        coefficients: fitted.map_or_else(Vec::new, |d| vec![d.per_c[axis]]),
+        per_c: fitted.map(|d| d.per_c[axis]),
         ..ChannelDrift::default()
     };
     let mut model = TemperatureModel {
         reference_c,
         range_c: [range.min, range.max],
         channels: (0..3).map(channel).collect(),
-        inputs: InputFile::of(recordings),
     };
     if let Ok(study) = study(recordings) {
-        let study = study.about(reference_c);
         let gyro = study.channels.into_iter().skip(3);
         if gyro.clone().any(|c| c.is_corrected()) {
             model.range_c = study.range_c;
@@ -382,12 +374,14 @@ fn refused(model: &TemperatureModel) -> Option<Finding> {
     })
 }
 
-/// Text: error of a reading without the model at the ends of its range.
-pub(crate) fn cost_text(model: &TemperatureModel) -> String {
+/// That a drift is not taken off because of `why`: what it makes of a reading at the ends of its range.
+pub(crate) fn not_applied(model: &TemperatureModel, why: &str) -> Finding {
     let [low, high] = model.range_c;
     let part = |c: &ChannelDrift| {
-        let most = [low, high].map(|t_c| model.drift_at(&c.channel, t_c).abs());
-        let most = small(most[0].max(most[1]), 3);
+        let farthest_c = (low - model.reference_c)
+            .abs()
+            .max((high - model.reference_c).abs());
+        let most = small(farthest_c * c.per_c.unwrap_or(0.0).abs(), 3);
         let unit = match c.input_unit.as_str() {
             "unknown" => "of an unknown unit",
             unit => unit,
@@ -396,32 +390,25 @@ pub(crate) fn cost_text(model: &TemperatureModel) -> String {
     };
     let parts = model.channels.iter().filter(|c| c.is_corrected()).map(part);
     let parts = parts.collect::<Vec<_>>().join(", ");
-    format!("between {low:.1} and {high:.1} °C the drift changes {parts}")
+    finding!(
+        TemperatureNotApplied,
+        "{why}, so the calibration's drift with temperature is not taken off there: between {low:.1} and {high:.1} °C it changes {parts}"
+    )
 }
 
-/// Checks that session and soak are in one unit. A finding where that of a gyroscope is not known.
-fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<Option<Finding>> {
+/// Checks that session and soak are in one unit; one of a gyroscope that is not known is taken as the same.
+fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<()> {
     check_units(recordings.iter().take(1).chain(thermal))?;
     let (Some(session), Some(soak)) = (recordings.first(), thermal.first()) else {
-        return Ok(None);
+        return Ok(());
     };
-    let (Some(a), Some(b)) = (session.gyro_scale, soak.gyro_scale) else {
-        return Ok(None);
-    };
-    let units = format!(
-        "the gyroscope's unit is {} in the session and {} in the soak",
-        a.unit, b.unit
-    );
-    if a.unit == GyroUnit::Unknown || b.unit == GyroUnit::Unknown {
-        return Ok(Some(finding!(
-            UnitUnverified,
-            "{units}: assumed to be equal"
-        )));
+    let unit = |r: &Recording| r.gyro_scale.map_or(GyroUnit::Unknown, |scale| scale.unit);
+    let (a, b) = (unit(session), unit(soak));
+    if a == b || a == GyroUnit::Unknown || b == GyroUnit::Unknown {
+        return Ok(());
     }
-    if a.unit != b.unit {
-        return Err(Error::input("units-differ", units)
-            .at(soak.name.as_ref(), None)
-            .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"));
-    }
-    Ok(None)
+    let what = format!("the gyroscope's unit is {a} in the session and {b} in the soak");
+    Err(Error::input("units-differ", what)
+        .at(soak.name.as_ref(), None)
+        .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
 }

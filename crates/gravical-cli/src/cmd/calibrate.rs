@@ -5,12 +5,11 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Deviations, Grade, InputFile};
+use gravical::calibration_file::{CalibrationFile, Deviations, Grade};
 use gravical::escape::path_word;
-use gravical::noise::{NoiseResult, read_noise};
 use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
-use gravical::session::{self, SessionCalibration, SessionFiles};
+use gravical::session::{SessionFiles, calibrate_files};
 use gravical_report::figure;
 use gravical_report::report;
 
@@ -55,9 +54,6 @@ struct MethodArgs {
     segment: SegmentOptions,
     #[command(flatten)]
     files: SessionFiles,
-    /// Result of `gravical noise`, stored
-    #[arg(long, value_name = "FILE")]
-    noise: Option<PathBuf>,
     #[command(flatten)]
     record: RecordOptions,
 }
@@ -72,15 +68,15 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result
         .check(output, args.inputs.iter().chain(&others))?;
     let options = args.options()?;
-    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
     let read = reading(&args.recording, true);
-    let done = compute(args, &args.inputs, &read, &options, noise.as_ref())?;
+    let (gyro, gravity) = (args.method.files.gyro.as_deref(), args.gravity.given()?);
+    let (recordings, done) = calibrate_files(&args.inputs, gyro, &read, &options, gravity)?;
     let asked = &args.result;
     if let Some(path) = output {
         done.file.write(path, asked.force)?;
     }
     let figures = if asked.report.is_wanted() {
-        let session = (&done.recordings[..], &done.segmentation);
+        let session = (&recordings[..], &done.segmentation);
         figure::calibration::figures(&done.file, Some(session))
     } else {
         Vec::new()
@@ -102,7 +98,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 ///
 /// # Errors
 ///
-/// What concerns all of them: options, `--noise`, `--sections`, targets.
+/// What concerns all of them: options, `--sections`, targets.
 fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.method.files.gyro.is_some()),
@@ -118,7 +114,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         ..args.recording.clone()
     };
     read.validate()?;
-    let noise = args.method.noise.as_deref().map(read_noise).transpose()?;
+    let gravity = args.gravity.given()?;
     let numbers = COLUMNS.map(|(name, _)| name);
     let plan = Plan {
         each: &args.each,
@@ -133,7 +129,8 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
-        let file = compute(args, &input, &read, &options, noise.as_ref())?.file;
+        let (_, done) = calibrate_files(&input, None, &read, &options, gravity)?;
+        let file = done.file;
         if let Some(result) = result {
             file.write(result, true)?;
         }
@@ -205,38 +202,10 @@ fn outcome(file: &CalibrationFile) -> Outcome {
     }
 }
 
-/// The calibration of one session.
-///
-/// # Errors
-///
-/// Those of reading and of the library.
-fn compute(
-    args: &Args,
-    inputs: &[PathBuf],
-    read_options: &ReadOptions,
-    options: &CalibrateOptions,
-    noise: Option<&(NoiseResult, InputFile)>,
-) -> Result<SessionCalibration> {
-    let session = session::Session {
-        inputs,
-        gyro: args.method.files.gyro.as_deref(),
-        read: read_options,
-        options,
-        gravity: args.gravity.given()?,
-    };
-    let mut done = session.calibrate()?;
-    if let Some((noise, input)) = noise {
-        done.file.noise = Some(noise.section());
-        done.file.inputs.push(input.clone());
-    }
-    Ok(done)
-}
-
 impl Args {
     /// Files that are read beside the session.
     fn other_files(&self) -> Vec<PathBuf> {
-        let files = self.method.files.paths().chain(&self.method.noise);
-        files.cloned().collect()
+        self.method.files.paths().cloned().collect()
     }
 
     fn options(&self) -> Result<CalibrateOptions> {

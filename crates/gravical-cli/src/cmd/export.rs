@@ -21,7 +21,7 @@ Examples:
   gravical export cal.json --to c -o imu_left.h --name imu_left
   gravical export cal.json --to ros2 -o imu.yaml")]
 pub struct Args {
-    /// Calibration, of gravical or imucal; for kalibr also the result of noise
+    /// Calibration, of gravical or imucal; for kalibr the result of noise
     #[arg(value_name = "CAL")]
     calibration: Option<PathBuf>,
     /// File to write [default: stdout]
@@ -64,10 +64,10 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let targets = output.map(std::slice::from_ref).unwrap_or_default();
     check_targets(targets, std::slice::from_ref(calibration), args.force)?;
     target.check(&args.options)?;
-    let noise = (target.name == "kalibr").then(|| read_noise(calibration));
-    let written = match noise {
-        Some(Ok((noise, _))) => kalibr(&noise.section(), args.options.upper_limit)?,
-        _ => export(&CalibrationFile::read(calibration)?, target, &args.options)?,
+    let written = if target.name == "kalibr" {
+        kalibr(&read_noise(calibration)?, args.options.upper_limit)?
+    } else {
+        export(&CalibrationFile::read(calibration)?, target, &args.options)?
     };
     match output {
         Some(path) => write_text(path, args.force, &written.text)?,

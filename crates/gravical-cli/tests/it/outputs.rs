@@ -84,7 +84,6 @@ convert axes/acc_[xyz].txt -o: axes/acc_x.txt axes/acc_y.txt
 calibrate line.csv --gyro o.csv -o: o.csv
 calibrate line.csv --sections o.csv -o: o.csv
 calibrate line.csv --thermal o.csv -o: o.csv
-calibrate line.csv --noise o.csv -o: o.csv
 calibrate o.md --report: o.md
 calibrate --each s --summary: s/x_up.csv s/notes.txt
 calibrate --each live line.csv --summary: live/recording.csv line.csv

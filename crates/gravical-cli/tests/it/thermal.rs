@@ -46,15 +46,13 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
         assert!(r2(model, name)[1] < most, "{name} {:?}", r2(model, name));
         let reason = channel(model, name)["reason"].as_str().unwrap();
         assert!(reason.contains("hysteresis or drift with time"), "{reason}");
-        assert_eq!(channel(model, name)["coefficients"], serde_json::json!([]));
+        assert!(channel(model, name)["per_c"].is_null());
     }
 
     // Acc x drifts by 1.4 (warming) to 1.6 mm/s² per °C (cooling).
-    let c = numbers(&channel(model, "ax")["coefficients"]);
-    close(c[0], 1.48e-3, 0.05e-3);
+    close(number(&channel(model, "ax")["per_c"]), 1.48e-3, 0.05e-3);
     // Gyro y by 4.4e-4 rad/s per °C.
-    let c = numbers(&channel(model, "gy")["coefficients"]);
-    close(c[0], 4.37e-4, 0.05e-4);
+    close(number(&channel(model, "gy")["per_c"]), 4.37e-4, 0.05e-4);
 }
 
 /// Writes `soak.csv`: the sensor that `truth` describes at rest with z up, in a chamber that goes from 45 to 5
@@ -110,8 +108,8 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
     let truth: Value = serde_json::from_str(&read(at, "six/truth.json")).unwrap();
     let put = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
     for (name, put) in ["ax", "ay", "az"].iter().zip(put) {
-        let found = numbers(&channel(model, name)["coefficients"]);
-        close(found[0], put, 0.01 * put.abs());
+        let found = number(&channel(model, name)["per_c"]);
+        close(found, put, 0.01 * put.abs());
     }
 
     // 40 °C of 9.8 mm/s² each are 0.39 m/s²: only noise is left of it.

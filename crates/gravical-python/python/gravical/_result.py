@@ -139,7 +139,7 @@ class Result(Record):
     def export(
         self, to: str, output: Path | None = None, *, force: bool = False, **options: Any
     ) -> str:
-        """A calibration (or noise, for ``"kalibr"``) as text in the format of another program, written
+        """A calibration (noise for ``"kalibr"``) as text in the format of another program, written
         to ``output``, too. It states what the target cannot hold, as warnings do
         (:class:`gravical.ExportWarning`); :func:`gravical.export_targets` says what each holds.
 
@@ -296,15 +296,3 @@ def calibration_of(given: Any) -> tuple[Any, str]:
         return _gravical.read_calibration(None, given.to_json()), "imucal"
     hint = "give a Calibration, the path of its file, or an object of imucal"
     raise UsageError(f"a {type(given).__name__} is no calibration", hint=hint)
-
-
-def noise_of(noise: Any) -> Any:
-    """The noise of a sensor for the native part."""
-    if noise is None:
-        return None
-    if is_path(noise):
-        return _gravical.read_noise(noise)
-    if isinstance(noise, Result) and "channels" in noise:
-        return noise._computed()
-    hint = "give the result of gravical.noise, or the path of its file"
-    raise UsageError(f"noise=: a {type(noise).__name__} is no noise", hint=hint)

@@ -9,7 +9,7 @@ from typing import Any
 from . import _gravical
 from ._arguments import Path, keywords
 from ._recording import Recording, read, session_of
-from ._result import Calibration, Groups, Result, calibration_of, noise_of, parsed
+from ._result import Calibration, Groups, Result, calibration_of, parsed
 
 #: The arrays of a motion.
 _MOTION: Groups = (
@@ -23,12 +23,11 @@ def _run(
     session: Any,
     options: dict[str, Any],
     *calibrations: Any,
-    noise: Any = None,
     target: tuple[Path, bool] | None = None,
 ) -> Any:
     sources, options = session_of(session, options)
     named = [calibration_of(calibration) for calibration in calibrations]
-    return _gravical.run(verb, sources, named, noise_of(noise), target, keywords(options))
+    return _gravical.run(verb, sources, named, target, keywords(options))
 
 
 def inspect(recording: Any, **options: Any) -> Result:
@@ -37,14 +36,13 @@ def inspect(recording: Any, **options: Any) -> Result:
     return Result._of(_run("inspect", recording, options))
 
 
-def calibrate(session: Any, *, noise: Result | Path | None = None, **options: Any) -> Calibration:
+def calibrate(session: Any, **options: Any) -> Calibration:
     """Calibrate a sensor from recordings of static poses. A result that cannot be trusted is no
     exception: its verdict is ``"poor"``.
 
     - ``session``: the recordings of one session: files, a folder, :class:`Recording` objects, data
       frames, or one continuous recording in which the poses are found. A mapping from the name of a
       pose (``"+x"``, ``"-x"`` …) to a recording, table or array of shape (n, 3) names the poses.
-    - ``noise``: result of :func:`gravical.noise`, or path of its file; stored in the calibration.
     - ``gravity``, m/s², or ``latitude``, °, and ``altitude``, m; by default 9.80665 ± 0.15 %.
     - ``method``: ``"joint"`` (face and free poses in one fit that allows for tilted faces) or
       ``"ferraris"`` (six faces in closed form).
@@ -62,7 +60,7 @@ def calibrate(session: Any, *, noise: Result | Path | None = None, **options: An
     >>> calibration.verdict.grade, len(calibration.accelerometer.bias)
     ('good', 3)
     """
-    return Calibration._of(_run("calibrate", session, options, noise=noise))
+    return Calibration._of(_run("calibrate", session, options))
 
 
 def apply(

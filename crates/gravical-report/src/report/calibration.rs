@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use gravical::calibration_file::{
-    CalibrationFile, FitErrors, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile,
-    Method, PoseKind, PoseResult,
+    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
+    PoseKind, PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -324,7 +324,7 @@ fn before_and_after(file: &CalibrationFile) -> Table {
         let faces = fitted.iter().zip(&values);
         let faces = faces.filter(|(p, _)| p.kind == PoseKind::Face);
         let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
-        let faces = FitErrors::of(&errors).map(|e| [e.rms, e.max, e.mean_norm]);
+        let faces = (!errors.is_empty()).then(|| vector_errors(&errors));
         let faces = Cell::axes(faces, |_, v| fixed(v, 5));
         std::iter::once(Cell::number(fixed(milli_g(rms), 2))).chain(faces)
     };
@@ -341,6 +341,17 @@ fn before_and_after(file: &CalibrationFile) -> Table {
     rows.fold(table, |table, (name, values)| {
         table.row(name, cells(values))
     })
+}
+
+/// The three figures of the student report: root mean square over all components, largest component, mean
+/// norm.
+fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
+    let components = errors.as_flattened();
+    let squares: f64 = components.iter().map(|e| e * e).sum();
+    let largest = components.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let norms: f64 = errors.iter().map(norm).sum();
+    let rms = (squares / components.len() as f64).sqrt();
+    [rms, largest, norms / errors.len() as f64]
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
@@ -368,17 +379,13 @@ fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
 fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     let fit = a.fit.as_ref();
-    let open = fit.filter(|fit| !fit.oriented).map(|_| {
-        " Too few faces determine the orientation in the case: the matrix is triangular by convention.".to_owned()
-    });
     let agrees = fit.and_then(|fit| {
         let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
         Some(format!(
             " χ² per degree of freedom ({freedom} of them): {chi2}."
         ))
     });
-    let notes = [open, agrees].into_iter().flatten();
-    let text = notes.fold(how(a.method).to_owned(), |text, note| text + &note);
+    let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
     let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
     match budget(file) {
         Some(table) => section.with(table),

@@ -20,9 +20,8 @@ pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Secti
             "unknown" => "?".to_owned(),
             known => unit(known),
         };
-        let slope = c.coefficients.first().copied();
         let cells = [
-            Cell::maybe(slope, |d| small(d, 3)),
+            Cell::maybe(c.per_c, |d| small(d, 3)),
             Cell::text(input_unit),
             Cell::text(verdict),
         ];

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
 use crate::finding::finding;
 use crate::recording::{Finding, FindingKind, LineSpans, Recording};
-use crate::temperature::cost_text;
+use crate::temperature::not_applied;
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
 /// noisy.
@@ -60,17 +60,13 @@ impl Drift {
             } else {
                 "the recording has no temperatures"
             };
-            findings.push(finding!(
-                TemperatureNotApplied,
-                "{why}, so the calibration's temperature drift is not subtracted: {}",
-                cost_text(model)
-            ));
+            findings.push(not_applied(model, why));
             return None;
         };
         Some(Drift {
             channels,
             now_c: *first_c,
-            at: CHANNELS.map(|name| model.drift_at(name, *first_c)),
+            at: model.drift_at(*first_c),
             outside: LineSpans::default(),
             outside_range_c: [f64::INFINITY, f64::NEG_INFINITY],
             model: model.clone(),
@@ -88,7 +84,7 @@ impl Drift {
             let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
             if t_c.is_finite() && t_c != self.now_c {
                 self.now_c = t_c;
-                self.at = CHANNELS.map(|name| self.model.drift_at(name, t_c));
+                self.at = self.model.drift_at(t_c);
             }
             if !(low_c - NEAR_C..=high_c + NEAR_C).contains(&self.now_c) {
                 self.outside.push(u64::from(*line));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravical_recording::judge::quiet_norm;
 
-use crate::calibration_file::{Applied, CalibrationFile};
+use crate::calibration_file::{CalibrationFile, judge_unit};
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, GyroUnit, Recording};
@@ -31,8 +31,8 @@ pub(super) fn judge_accelerometer(
         let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
         let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
         if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
-            let at_reference = |axis: usize| drift.model.at_reference(axis, t_c, raw[axis]);
-            raw = std::array::from_fn(at_reference);
+            let at = drift.model.drift_at(t_c);
+            raw = std::array::from_fn(|axis| raw[axis] - at[axis]);
         }
         let calibrated = accelerometer.apply(raw);
         for (axis, value) in axes.iter_mut().zip(calibrated) {
@@ -40,14 +40,15 @@ pub(super) fn judge_accelerometer(
         }
     }
     let norm_mps2 = quiet_norm(axes.each_ref().map(Vec::as_slice));
-    let applied = Applied {
+    let at_rest = format!("the quietest parts of its first {} rows", recording.rows());
+    let gravity_mps2 = calibration.gravity_mps2;
+    judge_unit(
         calibration,
         recording,
-        norm_mps2,
-        gravity_mps2: calibration.gravity_mps2,
-        at_rest: &format!("the quietest parts of its first {} rows", recording.rows()),
-    };
-    applied.judge(findings)?;
+        (&at_rest, norm_mps2),
+        gravity_mps2,
+        findings,
+    )?;
     Ok(norm_mps2)
 }
 

@@ -7,7 +7,7 @@ use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
 use crate::poses::face::{AXES, AxisMap, Claim, Face};
 use crate::poses::{MANY_POSES, Pose};
-use crate::recording::{Recording, why_calibrated};
+use crate::recording::{Recording, already_calibrated};
 
 use super::estimate::{Estimate, UNUSUAL_TILT};
 
@@ -34,18 +34,7 @@ pub(super) fn accelerometer(
     placements: &[Pose],
     offset: f64,
 ) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (used, placement) in estimate.uses.iter().zip(placements) {
-        if used.fitted && placement.clipped > 0 {
-            let clipped = finding!(
-                ClippedPose,
-                "{}: {} samples at the end of the range; its mean is too small",
-                placement.label,
-                placement.clipped
-            );
-            findings.push(clipped.in_file(&placement.source));
-        }
-    }
+    let mut findings = of_poses(section, estimate, placements);
     // What is wrong with the session comes before what is wrong with the result.
     findings.extend(orientations(section));
     findings.extend(of_fit(section, estimate, placements));
@@ -53,8 +42,45 @@ pub(super) fn accelerometer(
     // The zero of unsigned counts is a way of reading, which no data sheet limits.
     findings.extend(bias(section).filter(|_| offset == 0.0));
     findings.extend(oblique(section));
-    findings.extend(tilts(section));
-    findings.extend(roles(section, estimate, placements));
+    findings.extend(tilt(section));
+    findings
+}
+
+/// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
+fn of_poses(
+    section: &AccelerometerSection,
+    estimate: &Estimate,
+    placements: &[Pose],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(&section.poses) {
+        let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
+        if used.fitted && placement.clipped > 0 {
+            tell(finding!(
+                ClippedPose,
+                "{}: {} samples at the end of the range; its mean is too small",
+                placement.label,
+                placement.clipped
+            ));
+        }
+        let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
+        if let Some(chance) = used.bad {
+            tell(finding!(
+                BadPose,
+                "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
+                pose.called(),
+                milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
+            ));
+        } else if is_named && used.face.is_none() {
+            let no_face = finding!(
+                NoFace,
+                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
+                placement.label,
+                placement.angle_deg,
+            );
+            tell(no_face.advise("face_pose", &*placement.label));
+        }
+    }
     findings
 }
 
@@ -99,22 +125,15 @@ fn oblique(section: &AccelerometerSection) -> Option<Finding> {
     })
 }
 
-/// Tilts that are larger than a box on a table leaves.
-fn tilts(section: &AccelerometerSection) -> Option<Finding> {
+/// A tilt that is larger than a box on a table leaves.
+fn tilt(section: &AccelerometerSection) -> Option<Finding> {
     let tilt = section.pose_tilt_deg?;
     let is_unusual = tilt.source == TiltSource::Estimated && tilt.value > UNUSUAL_TILT;
-    let list = section.poses.iter().filter_map(|p| {
-        let sd = p
-            .tilt_sd_deg
-            .map_or(String::new(), |sd| format!(" ± {sd:.1}"));
-        Some(format!("{} {:.1}{sd}°", p.label, p.tilt_deg?))
-    });
     is_unusual.then(|| {
         finding!(
             PoseTilt,
-            "the poses lie {:.1}° off their faces in each of two components ({}). A box or a jig would help",
-            tilt.value,
-            list.take(12).collect::<Vec<_>>().join(", ")
+            "the poses lie {:.1}° off their faces in each of two components. A box or a jig would help",
+            tilt.value
         )
     })
 }
@@ -144,34 +163,6 @@ fn orientations(section: &AccelerometerSection) -> Option<Finding> {
     })
 }
 
-/// Poses that the fit left out, or did not take for the face that they are named.
-fn roles(section: &AccelerometerSection, estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(&section.poses) {
-        if let Some(chance) = used.bad {
-            let bad = finding!(
-                BadPose,
-                "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
-                pose.called(),
-                milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
-            );
-            findings.push(bad.in_file(&placement.source));
-        }
-        let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
-        if is_named && used.face.is_none() && used.bad.is_none() {
-            let no_face = finding!(
-                NoFace,
-                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
-                placement.label,
-                placement.angle_deg,
-            );
-            let no_face = no_face.advise("face_pose", &*placement.label);
-            findings.push(no_face.in_file(&placement.source));
-        }
-    }
-    findings
-}
-
 /// What the joint fit itself shows to be odd.
 fn of_fit(
     section: &AccelerometerSection,
@@ -182,7 +173,7 @@ fn of_fit(
         return Vec::new();
     };
     let mut findings = Vec::new();
-    if estimate.noise_assumed {
+    if placements.iter().any(|p| p.standard_error.is_none()) {
         findings.push(finding!(
             NoiseAssumed,
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
@@ -261,11 +252,10 @@ fn missing_face(estimate: &Estimate) -> Option<Finding> {
 pub(super) fn inputs(recordings: &[Recording]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (i, recording) in recordings.iter().enumerate() {
-        if recording.is_calibrated {
-            let why = why_calibrated(recording.is_calibrated_by_board);
-            let calibrated = finding!(AlreadyCalibrated, "{why}: a session needs raw recordings");
-            findings.push(calibrated.in_file(&recording.name));
-        }
+        findings.extend(already_calibrated(
+            recording,
+            "a session needs raw recordings",
+        ));
         let is_same = |other: &&Recording| other.sha256 == recording.sha256;
         let twin = recordings[..i].iter().find(is_same);
         if let Some(twin) = twin.filter(|twin| twin.sha256.is_some()) {

@@ -3,13 +3,12 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::Covariance;
-use gravical_fit::{BiasDrift, DriftTest, Fit, Options, Trust, fit};
+use gravical_fit::{BiasDrift, DriftTest, Fit, Hint, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
-use crate::poses::face::Face;
-use crate::poses::for_fit::{Names, Poses, poses};
+use crate::poses::face::{Claim, Face};
 use crate::{Error, Result};
 
 use super::ferraris;
@@ -114,9 +113,6 @@ pub(crate) struct Estimate {
     pub tilt: Option<PoseTilt>,
     /// How it was estimated, and how well it is known.
     pub basis: Basis,
-    pub noise_assumed: bool,
-    /// Share of the standard errors that rounding makes.
-    pub rounding: f64,
 }
 
 /// What the uncertainty of an estimate rests on.
@@ -155,11 +151,17 @@ impl Estimate {
 pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estimate> {
     let options = &session.options.estimate;
     let scale = session.scale();
-    let names = Names {
-        free: &options.free,
-        face: &options.face,
-    };
-    let found = poses(session.segmentation, names, scale)?;
+    check_names(session)?;
+    let placements = &session.segmentation.poses;
+    let poses: Vec<gravical_fit::Pose> = placements
+        .iter()
+        .map(|p| gravical_fit::Pose {
+            mean: p.mean,
+            sd: standard_error(p, session, scale),
+            temperature_c: p.temperature_c,
+            hint: hint(p, options),
+        })
+        .collect();
     let gravity = session.gravity_mps2();
     let fit_options = Options {
         gravity,
@@ -176,22 +178,90 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
             drift: false,
             ..fit_options
         };
-        one_sensor(session, &found.poses, &without_drift)?;
+        one_sensor(session, &poses, &without_drift)?;
     }
     match options.method {
-        Method::Ferraris => by_ferraris(session, &found),
-        _ => by_fit(session, fit_options, &found),
+        Method::Ferraris => by_ferraris(session),
+        _ => by_fit(session, fit_options, &poses),
     }
 }
 
-fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<Estimate> {
+/// Standard error of a mean whose scatter is unknown, m/s²: a second of an MPU6050 at 100 Hz with its
+/// 44 Hz low-pass.
+const ASSUMED_MPS2: f64 = 4e-3;
+
+/// Standard error of each component of a mean, input unit.
+pub(super) fn standard_error(pose: &Pose, session: &Session<'_>, scale: f64) -> [f64; 3] {
+    let rounding = session.segmentation.noise.rounding;
+    match pose.standard_error {
+        Some(error) => error.map(|e| e.max(1e-7 * scale)),
+        None => rounding.map(|q| q.hypot(ASSUMED_MPS2 * scale)),
+    }
+}
+
+/// Names were held against the data when the session was cut.
+fn hint(pose: &Pose, options: &EstimateOptions) -> Hint {
+    if options.free.iter().any(|n| is_called(pose, n)) {
+        return Hint::Free;
+    }
+    if options.face.iter().any(|n| is_called(pose, n)) {
+        return pose.face.map_or(Hint::Open, Hint::Face);
+    }
+    match (pose.claim, pose.face) {
+        (Some(Claim::Face(_) | Claim::Axis(_)), Some(face)) => Hint::Named(face),
+        _ => Hint::Open,
+    }
+}
+
+/// True when `name` is the label of a pose, its face (`+x`: all poses on it), or its file.
+fn is_called(pose: &Pose, name: &str) -> bool {
+    let stem = gravical_recording::source::stem(&pose.source);
+    let file = std::path::Path::new(&pose.source).file_name();
+    pose.label == name
+        || pose.face.is_some_and(|face| face.name() == name)
+        || stem == name
+        || pose.source == name
+        || file.is_some_and(|file| file == name)
+}
+
+/// Refuses names in `--free-pose` and `--face-pose` that no pose has.
+fn check_names(session: &Session<'_>) -> Result<()> {
+    let (poses, options) = (&session.segmentation.poses, &session.options.estimate);
+    for (option, names) in [("free_pose", &options.free), ("face_pose", &options.face)] {
+        for name in names {
+            let Some(pose) = poses.iter().find(|p| is_called(p, name)) else {
+                let known: Vec<&str> = poses.iter().map(|p| p.label.as_str()).collect();
+                let what = format!("there is no pose {name}");
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint(format!("give one of: {}", known.join(", "))));
+            };
+            if option == "face_pose" && pose.face.is_none() {
+                let what = format!(
+                    "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
+                    pose.angle_deg
+                );
+                return Err(Error::usage("no-such-pose", what)
+                    .of_option(option)
+                    .with_hint("leave it to the fit, which treats it as a free pose"));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn by_fit(
+    session: &Session<'_>,
+    mut options: Options,
+    poses: &[gravical_fit::Pose],
+) -> Result<Estimate> {
     let drift_test = if options.drift {
-        gravical_fit::test_drift(&found.poses, &options).ok()
+        gravical_fit::test_drift(poses, &options).ok()
     } else {
         None
     };
     options.drift = drift_test.is_some_and(|test| test.helps);
-    let fit = fit(&found.poses, &options).map_err(|open| explain(open, session))?;
+    let fit = fit(poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
     // Axes of the case may be those of a mirror image, as the signs of phones are.
     let mounting = matrix3::identity().map(|row| session.axes().to_case(row));
@@ -226,8 +296,6 @@ fn by_fit(session: &Session<'_>, mut options: Options, found: &Poses) -> Result<
             value: fit.tilt().to_degrees(),
             source,
         }),
-        noise_assumed: found.noise_assumed,
-        rounding: found.rounding,
         basis: Basis::Fit(Box::new((fit, trust)), drift_test),
     })
 }
@@ -237,14 +305,14 @@ const USUAL_TILT_DEG: f64 = 1.0;
 /// So many times the usual tilt is more than chance and a good board explain.
 pub(crate) const UNUSUAL_TILT: f64 = 1.6;
 
-fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
+fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
     let placements = &session.segmentation.poses;
     let gravity = session.gravity_mps2();
     let faces = ferraris::sort_into_faces(placements, session.recordings)?;
-    let fit = ferraris::accelerometer(&faces, gravity)?;
+    let (parameters, calibration) = ferraris::accelerometer(&faces, gravity)?;
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
-    let seen = fit.face_angle_rms_deg(&faces) / std::f64::consts::SQRT_2;
+    let seen = faces.angle_rms_deg(&parameters) / std::f64::consts::SQRT_2;
     let (value, source) = match session.options.estimate.pose_tilt_deg {
         Some(value) => (value, TiltSource::Given),
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
@@ -259,14 +327,13 @@ fn by_ferraris(session: &Session<'_>, found: &Poses) -> Result<Estimate> {
             bad: None,
         }
     };
-    let covariance = fit.covariance(&faces, gravity, value.to_radians());
+    let model = parameters.model();
+    let covariance = faces.covariance(&model, gravity, value.to_radians());
     Ok(Estimate {
-        model: fit.parameters.model(),
-        calibration: fit.calibration,
+        model,
+        calibration,
         uses: placements.iter().enumerate().map(on_face).collect(),
         tilt: Some(PoseTilt { value, source }),
         basis: Basis::ClosedForm(covariance.map(Box::new)),
-        noise_assumed: found.noise_assumed,
-        rounding: found.rounding,
     })
 }

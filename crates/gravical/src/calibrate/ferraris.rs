@@ -97,16 +97,11 @@ fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Reco
     let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
     let (found, names) = (6 - missing.len(), names.join(" "));
     let mut what = format!("{found} of six faces found; missing: {names}");
-    let oblique = placements.iter().filter(|p| p.face.is_none());
-    let oblique: Vec<String> = oblique
-        .map(|p| format!("{} {:.0}°", p.label, p.angle_deg))
-        .collect();
-    if !oblique.is_empty() {
+    let oblique = placements.iter().filter(|p| p.face.is_none()).count();
+    if oblique > 0 {
+        let all = placements.len();
         what += &format!(
-            "; {} of {} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis: {}",
-            oblique.len(),
-            placements.len(),
-            oblique[..oblique.len().min(6)].join(", ")
+            "; {oblique} of {all} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis"
         );
     }
     let next: Vec<String> = missing.iter().map(|f| in_words(f.direction())).collect();
@@ -116,29 +111,20 @@ fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Reco
     ))
 }
 
-/// A fitted accelerometer.
-#[derive(Debug, Clone)]
-pub struct AccelerometerFit {
-    /// K, R and b.
-    pub parameters: AccelerometerParameters<f64>,
-    /// matrix · (raw − bias).
-    pub calibration: Calibration<f64>,
-}
-
-impl AccelerometerFit {
+impl Faces {
     /// Angle of each face that placement and misalignment leave when bias and
     /// scale are taken off, rms over the faces, degrees. Ferraris' method
     /// cannot tell the two apart, so this bounds the tilt from above.
-    pub fn face_angle_rms_deg(&self, faces: &Faces) -> f64 {
-        let AccelerometerParameters { scale, bias, .. } = &self.parameters;
-        let squares = faces.means.iter().map(|reading| {
+    pub fn angle_rms_deg(&self, parameters: &AccelerometerParameters<f64>) -> f64 {
+        let AccelerometerParameters { scale, bias, .. } = parameters;
+        let squares = self.means.iter().map(|reading| {
             let channels = std::array::from_fn(|i| (reading[i] - bias[i]) / scale[i]);
             Face::nearest(channels).1.powi(2)
         });
         (squares.sum::<f64>() / 6.0).sqrt()
     }
 
-    /// Covariance of M and b by the standard errors of the means and a tilt of the faces (standard
+    /// Covariance of `model`, M, and b by the standard errors of the means and a tilt of the faces (standard
     /// deviation of each of its two components); none without standard errors.
     ///
     /// The closed form is computed again with each of these errors. A tilt of σ turns a reading by σ and shortens
@@ -146,14 +132,13 @@ impl AccelerometerFit {
     /// as one of gravity.
     pub(super) fn covariance(
         &self,
-        faces: &Faces,
+        model: &[[f64; 3]; 3],
         gravity: f64,
         tilt_rad: f64,
     ) -> Option<Covariance> {
-        let errors = faces.standard_errors.as_ref()?;
-        let model = self.parameters.model();
+        let errors = self.standard_errors.as_ref()?;
         let parameters = |face: Face, change: [f64; 3]| {
-            let mut means = faces.means;
+            let mut means = self.means;
             let mean = &mut means[face.index()];
             *mean = matrix3::add(mean, &change);
             let moved = ferraris_accelerometer(&six_positions(&means), gravity).ok()?;
@@ -177,7 +162,7 @@ impl AccelerometerFit {
                 let along = |size: f64| std::array::from_fn(|i| if i == axis { size } else { 0.0 });
                 add(face, along(errors[face.index()][axis]))?;
                 let tilt = if axis == face.axis { shorter } else { turned };
-                add(face, matrix3::mul_vec(&model, &along(gravity * tilt)))?;
+                add(face, matrix3::mul_vec(model, &along(gravity * tilt)))?;
             }
         }
         let here = parameters(Face::all()[0], [0.0; 3])?;
@@ -185,26 +170,22 @@ impl AccelerometerFit {
     }
 }
 
-/// Fits K, R and b.
+/// K, R and b, and matrix · (raw − bias).
 ///
 /// # Errors
 ///
 /// `singular`.
-pub fn accelerometer(faces: &Faces, gravity: f64) -> Result<AccelerometerFit> {
-    let failed = |e: SixPositionError| {
-        Error::input(
-            "singular",
-            format!("the six means determine no parameters: {e}"),
-        )
-        .with_hint("`gravical inspect` shows what each pose reads")
-    };
-    let parameters =
-        ferraris_accelerometer(&six_positions(&faces.means), gravity).map_err(failed)?;
-    let calibration = parameters
-        .calibration()
-        .ok_or_else(|| failed(SixPositionError::Singular))?;
-    Ok(AccelerometerFit {
-        parameters,
-        calibration,
+pub fn accelerometer(
+    faces: &Faces,
+    gravity: f64,
+) -> Result<(AccelerometerParameters<f64>, Calibration<f64>)> {
+    let parameters = ferraris_accelerometer(&six_positions(&faces.means), gravity);
+    let both = parameters.and_then(|parameters| {
+        let calibration = parameters.calibration();
+        Ok((parameters, calibration.ok_or(SixPositionError::Singular)?))
+    });
+    both.map_err(|e| {
+        let what = format!("the six means determine no parameters: {e}");
+        Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })
 }

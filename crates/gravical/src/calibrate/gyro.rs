@@ -37,27 +37,21 @@ pub(super) struct Gyroscope {
 /// The gyroscope of a session, by its turns if they are named, else by its motions.
 pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
     let cut = session.segmentation;
-    match turns::by_turns(session, accelerometer) {
-        Some(section) => Gyroscope {
-            section: Some(GyroscopeSection {
-                input_unit: cut.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit),
-                output_unit: GyroUnit::RadianPerSecond,
-                ..section
-            }),
+    if let Some(section) = turns::by_turns(session, accelerometer) {
+        return Gyroscope {
+            section: Some(section),
             scale_found: cut.gyro_scale.and_then(|scale| scale.nominal()).is_none(),
             findings: Vec::new(),
-        },
-        None => {
-            let mut found = gyroscope(session.recordings, cut, accelerometer);
-            if !cut.turns.is_empty() {
-                found.findings.push(finding!(
-                    LabelsLeftOut,
-                    "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one"
-                ));
-            }
-            found
-        }
+        };
     }
+    let mut found = gyroscope(session.recordings, cut, accelerometer);
+    if !cut.turns.is_empty() {
+        found.findings.push(finding!(
+            LabelsLeftOut,
+            "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one"
+        ));
+    }
+    found
 }
 
 /// The gyroscope from the motions of all recordings of a session ([`gravical_fit::gyro`]), or the bias alone

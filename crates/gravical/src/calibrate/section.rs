@@ -6,14 +6,14 @@ use gravical_fit::model::{Covariance as ParameterCovariance, DRIFT};
 use gravical_fit::{Fit, Trust, deviations};
 
 use crate::calibration_file::{
-    AccelerometerSection, Budget, Contribution, Covariance, FitErrors, PoseKind, PoseResult, Source,
+    AccelerometerSection, Budget, Contribution, Covariance, PoseKind, PoseResult, Source,
 };
 use crate::gravity::Gravity;
 use crate::poses::Pose;
 use crate::recording::AccelUnit;
-use crate::stats::standard_deviation;
+use crate::stats::pooled_deviation;
 
-use super::estimate::{Basis, Estimate, Use};
+use super::estimate::{Basis, Estimate, Use, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
@@ -29,9 +29,6 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
     // the bias.
     let offset = session.zero_offset();
     let scale = matrix3::row_norms(&estimate.model);
-    let fitted = estimate.uses.iter().filter(|u| u.fitted).count() as u32;
-    // The parameters of a magnitude are nine by a fit, six by the closed form.
-    let parameters = if estimate.fit().is_some() { 9 } else { 6 };
     let mut section = AccelerometerSection {
         method: session.options.estimate.method,
         input_unit: first.map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
@@ -40,7 +37,6 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
         matrix: estimate.calibration.matrix,
         scale,
         orientation: matrix3::scale_rows(&estimate.model, &scale.map(|k| 1.0 / k)),
-        degrees_of_freedom: fitted.saturating_sub(parameters),
         poses: poses(session, estimate),
         scale_deviation_percent: session
             .nominal()
@@ -55,7 +51,7 @@ pub(super) fn accelerometer(session: &Session<'_>, estimate: &Estimate) -> Accel
     }
     let parameters = section.parameters().zip(section.covariance_of_parameters());
     section.deviations = parameters.map(|(x, covariance)| deviations(&x, &covariance));
-    section.budget = budget(&section, estimate, &session.segmentation.poses);
+    section.budget = budget(&section, estimate, session);
     section
 }
 
@@ -86,8 +82,6 @@ fn by_ferraris(
     covariance: Option<&ParameterCovariance>,
     gravity: &Gravity,
 ) {
-    let faces = section.poses.iter().filter(|p| p.kind == PoseKind::Face);
-    section.errors = FitErrors::of(&faces.map(|p| p.error).collect::<Vec<_>>());
     let sensor = covariance.and_then(|c| section.sensor(gravity.value_mps2, *c, 0.0));
     let Some(sensor) = sensor else {
         return;
@@ -105,17 +99,18 @@ fn by_ferraris(
 fn budget(
     section: &AccelerometerSection,
     estimate: &Estimate,
-    placements: &[Pose],
+    session: &Session<'_>,
 ) -> Option<Budget> {
     let gravity = section.gravity_sd_mps2;
-    let temperatures: Vec<f64> = placements.iter().filter_map(|p| p.temperature_c).collect();
+    let placements = session.segmentation.poses.iter();
+    let temperatures: Vec<f64> = placements.filter_map(|p| p.temperature_c).collect();
     let drift = match &temperatures[..] {
         [] => None,
         [_] => Some(0.0),
-        several => Some(standard_deviation(several) * drift_sd(estimate)),
+        several => Some(pooled_deviation([several].into_iter()) * drift_sd(estimate)),
     };
     let mut contributions = if let Some((_, trust)) = estimate.fit() {
-        let (budget, rounding) = (trust.budget?, estimate.rounding);
+        let (budget, rounding) = (trust.budget?, rounding_share(session));
         let noise = budget.noise * (1.0 - rounding * rounding).sqrt();
         vec![
             (Source::Noise, Some(noise)),
@@ -141,6 +136,16 @@ fn budget(
         coverage_factor: COVERAGE,
         expanded_mps2: COVERAGE * combined_mps2,
     })
+}
+
+/// Share of the standard errors of all means that rounding makes, root mean square.
+fn rounding_share(session: &Session<'_>) -> f64 {
+    let (poses, scale) = (&session.segmentation.poses, session.scale());
+    let errors = poses.iter().flat_map(|p| standard_error(p, session, scale));
+    let all: f64 = errors.map(|e| e * e).sum();
+    let rounding = session.segmentation.noise.rounding.map(|q| q * q);
+    let rounding = rounding.iter().sum::<f64>() * poses.len() as f64;
+    (rounding / all).sqrt().min(1.0)
 }
 
 /// What the bias may drift by, m/s² per °C; over all directions it is that of one axis.

@@ -51,9 +51,6 @@ impl CalibrationFile {
                 c.check("gyroscope.covariance", &[&all[..12], &all[9..12]])?;
             }
         }
-        if self.noise.as_ref().is_some_and(|noise| !noise.is_sound()) {
-            return Err(wrong("noise", "not a positive number"));
-        }
         let model = self.temperature_model.as_ref();
         if let Some(why) = model.and_then(super::TemperatureModel::fault) {
             let why = format!("it cannot be applied: {why}");

@@ -115,7 +115,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         },
         command: None,
         temperature_model: None,
-        noise: None,
     };
     file.check()?;
     Ok(file)

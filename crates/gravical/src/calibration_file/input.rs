@@ -72,15 +72,6 @@ impl InputFile {
             .collect()
     }
 
-    /// The files of soak recordings.
-    pub fn of_soak(recordings: &[Recording]) -> Vec<Self> {
-        let mut files = InputFile::of(recordings);
-        for file in &mut files {
-            file.role = InputRole::Soak;
-        }
-        files
-    }
-
     /// Reads a file at once and parses it with `parse`. The result and the SHA-256 are of the
     /// same bytes, even if the file changes.
     ///

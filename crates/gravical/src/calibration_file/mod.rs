@@ -10,7 +10,6 @@ mod derived;
 mod folder;
 mod imucal;
 mod input;
-mod noise;
 mod temperature;
 mod types;
 mod unit;
@@ -31,10 +30,9 @@ pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
-pub use noise::*;
 pub use temperature::*;
 pub use types::*;
-pub(crate) use unit::{Applied, judge_unit};
+pub(crate) use unit::judge_unit;
 
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/2";

@@ -1,16 +1,13 @@
 //! The temperature model of a calibration file.
 
-use gravical_fit::polynomial::{evaluate, shift};
 use serde::{Deserialize, Serialize};
 
-use super::{CalibrationFile, InputFile};
+use super::CalibrationFile;
 
 /// Drift of a sensor's readings with its temperature T.
 ///
-/// With x = T − `reference_c`, drift(T) = Σ coefficients\[k\] · x^(k+1) of a channel,
-///
 /// ```text
-/// calibrated = matrix · (raw − drift(T) − bias)
+/// calibrated = matrix · (raw − drift(T) − bias), drift(T) = per_c · (T − reference_c)
 /// ```
 ///
 /// The drift is zero at `reference_c`. Outside `range_c` the value at its nearer edge is used.
@@ -21,10 +18,8 @@ pub struct TemperatureModel {
     pub reference_c: f64,
     /// Lowest and highest temperature at which the model was fitted and tested, °C.
     pub range_c: [f64; 2],
-    /// Every channel; refused ones have no coefficients.
+    /// Every channel; refused ones have no slope.
     pub channels: Vec<ChannelDrift>,
-    /// The recordings the model was computed from.
-    pub inputs: Vec<InputFile>,
 }
 
 /// Whether the drift of a channel is subtracted.
@@ -51,15 +46,13 @@ pub struct ChannelDrift {
     pub verdict: DriftVerdict,
     /// Reason.
     pub reason: String,
-    /// Order of the polynomial that was tested; 0 without a test.
-    pub order: u32,
-    /// R² on the means while warming of the polynomial fitted to those while cooling; null if it
-    /// could not be tested.
+    /// R² on the means while warming of the line fitted to those while cooling; null if it could
+    /// not be tested.
     pub r2_cooling_to_warming: Option<f64>,
     /// R² the other way round.
     pub r2_warming_to_cooling: Option<f64>,
-    /// Input unit per °C, °C², …; empty if refused.
-    pub coefficients: Vec<f64>,
+    /// Slope, input unit per °C; null if refused.
+    pub per_c: Option<f64>,
 }
 
 impl ChannelDrift {
@@ -83,29 +76,14 @@ impl TemperatureModel {
         self.channels.iter().any(ChannelDrift::is_corrected)
     }
 
-    /// The same model with the drift zero at `reference_c`.
-    #[must_use]
-    pub fn about(mut self, reference_c: f64) -> Self {
-        let by = reference_c - self.reference_c;
-        for channel in &mut self.channels {
-            channel.coefficients = shift(&channel.coefficients, by);
-        }
-        self.reference_c = reference_c;
-        self
-    }
-
-    /// Drift of channel `name` at `t_c`, input unit; outside the range that at the nearer edge. Zero
-    /// for a channel that is not corrected.
-    pub fn drift_at(&self, name: &str, t_c: f64) -> f64 {
+    /// Drift of `ax` … `gz` at `t_c`, input unit; outside the range that at the nearer edge. Zero for
+    /// a channel that is not corrected.
+    pub fn drift_at(&self, t_c: f64) -> [f64; 6] {
         let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
-        let channel = self.channel(name).filter(|c| c.is_corrected());
-        channel.map_or(0.0, |c| evaluate(&c.coefficients, x))
-    }
-
-    /// A reading of channel `channel` (0 to 5: ax to gz) at `t_c`, as it would be at the reference
-    /// temperature.
-    pub(crate) fn at_reference(&self, channel: usize, t_c: f64, raw: f64) -> f64 {
-        raw - self.drift_at(CHANNELS[channel], t_c)
+        CHANNELS.map(|name| {
+            let channel = self.channel(name).filter(|c| c.is_corrected());
+            channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
+        })
     }
 
     /// Why it cannot be applied; `None` if it can.
@@ -116,14 +94,12 @@ impl TemperatureModel {
             return Some(format!("its range is {low} to {high} °C"));
         }
         let is_faulty = |c: &&ChannelDrift| {
-            let is_finite = c.coefficients.iter().all(|v| v.is_finite());
-            !is_finite || !CHANNELS.contains(&c.channel.as_str())
+            let has_slope = c.per_c.is_some_and(f64::is_finite);
+            c.is_corrected() && !has_slope || !CHANNELS.contains(&c.channel.as_str())
         };
         let faulty = self.channels.iter().find(is_faulty)?;
         let name = &faulty.channel;
-        Some(format!(
-            "{name} is no channel, or a coefficient of it no number"
-        ))
+        Some(format!("{name} is no channel, or its per_c no number"))
     }
 }
 

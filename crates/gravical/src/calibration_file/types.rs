@@ -3,7 +3,7 @@
 use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::{InputFile, NoiseSection, TemperatureModel};
+use super::{InputFile, TemperatureModel};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
@@ -44,9 +44,6 @@ pub struct CalibrationFile {
     pub command: Option<String>,
     /// Temperature drift of the readings; null if it was not measured.
     pub temperature_model: Option<TemperatureModel>,
-    /// Noise of the sensor (`calibrate --noise`); absent if it was not given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub noise: Option<NoiseSection>,
 }
 
 /// When a session was recorded.
@@ -155,12 +152,8 @@ pub struct AccelerometerSection {
     pub gravity_sd_mps2: f64,
     /// The poses.
     pub poses: Vec<PoseResult>,
-    /// Errors over the faces that the closed form was fitted to; not a measure of accuracy.
-    pub errors: Option<FitErrors>,
     /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
     pub scale_deviation_percent: Option<[f64; 3]>,
-    /// Number of measured magnitudes minus number of fitted parameters of the magnitude.
-    pub degrees_of_freedom: u32,
     /// Error of ‖a‖ at poses left out of the fit, m/s²; null if the remaining poses do not
     /// determine the parameters.
     pub leave_one_out_rms_mps2: Option<f64>,
@@ -299,32 +292,6 @@ impl PoseResult {
 
 fn default_true() -> bool {
     true
-}
-
-/// The three error figures of the student report, over the fitted faces.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct FitErrors {
-    /// Root mean square over all components of all faces, m/s².
-    pub rms: f64,
-    /// Largest absolute component, m/s².
-    pub max: f64,
-    /// Mean of the error norms, m/s².
-    pub mean_norm: f64,
-}
-
-impl FitErrors {
-    /// Of the errors of these faces; none without any.
-    #[doc(hidden)]
-    pub fn of(errors: &[[f64; 3]]) -> Option<Self> {
-        let components = errors.as_flattened();
-        let norms = errors.iter().map(gravical_core::matrix3::norm);
-        (!errors.is_empty()).then(|| FitErrors {
-            rms: (components.iter().map(|e| e * e).sum::<f64>() / components.len() as f64).sqrt(),
-            max: components.iter().fold(0.0, |m, e| m.max(e.abs())),
-            mean_norm: norms.sum::<f64>() / errors.len() as f64,
-        })
-    }
 }
 
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.

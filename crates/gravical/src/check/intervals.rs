@@ -5,12 +5,12 @@ use crate::finding::finding;
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{
-    Interval, Measured, Pose, SegmentOptions, Selection, check_units, cut_recordings, intervals_of,
+    Interval, Measured, Pose, SegmentOptions, check_units, cut_recordings, intervals_of,
     leave_out_empty, measure_intervals, slices,
 };
 use crate::recording::{Finding, Recording};
 use crate::stats::mean_of_finite;
-use crate::temperature::{bring_to_reference, cost_text};
+use crate::temperature::{bring_to_reference, not_applied};
 use crate::{Error, Result};
 
 use super::CheckOptions;
@@ -74,7 +74,7 @@ pub(super) fn static_intervals(
 fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
     let found = find_rests(recording);
     if !found.is_empty() {
-        return intervals_of(index, found, None, Selection::Found);
+        return intervals_of(index, found, None);
     }
     // A table of means, or poses that somebody named: the intervals are given.
     let one = std::slice::from_ref(recording);
@@ -127,11 +127,9 @@ pub(super) fn at_reference(
     let temperatures = intervals.iter().map(|p| p.temperature_c);
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
-        let (all, cost) = (intervals.len(), cost_text(model));
-        findings.push(finding!(
-            TemperatureNotApplied,
-            "{without} of {all} static intervals have no temperature, so the calibration's drift with temperature is not taken off there: {cost}"
-        ));
+        let all = intervals.len();
+        let why = format!("{without} of {all} static intervals have no temperature");
+        findings.push(not_applied(model, &why));
     }
     bring_to_reference(intervals, model);
 }

@@ -2,7 +2,7 @@
 
 use super::Export;
 use super::template::{Values, fill_template, nine_digits};
-use crate::calibration_file::{NoiseParameters, NoiseSection};
+use crate::noise::{ChannelNoise, NoiseResult, Term};
 use crate::{Error, Result};
 
 /// The `imu.yaml` of Kalibr: noise density N and random walk K of accelerometer and gyroscope, each
@@ -12,34 +12,15 @@ use crate::{Error, Result};
 ///
 /// `noise-unknown` (input) where N or K of a channel is not determined; with `upper_limit` its upper
 /// limit is taken, and only a channel without one is refused.
-pub fn kalibr(noise: &NoiseSection, upper_limit: bool) -> Result<Export> {
+pub fn kalibr(noise: &NoiseResult, upper_limit: bool) -> Result<Export> {
     let mut notes = Vec::new();
     let mut values = Values::new(nine_digits);
     values.text("rate_hz", format!("{:.4}", noise.rate_hz));
     for sensor in ["accelerometer", "gyroscope"] {
-        let axes = noise.channels.iter();
-        let axes = axes.filter(|c| c.channel.starts_with(&sensor[..1]));
-        let axes: Vec<&NoiseParameters> = axes.collect();
-        if axes.len() != 3 {
-            let what = format!("the noise of the {sensor} is not known");
-            return Err(unknown(&what, true));
-        }
-        for (quantity, symbol) in [("noise_density", 'N'), ("random_walk", 'K')] {
-            let (mut largest, mut is_limit) = (0.0, false);
-            for axis in &axes {
-                let (known, limit) = match symbol {
-                    'N' => (axis.n, axis.n_at_most),
-                    _ => (axis.k, axis.k_at_most),
-                };
-                let what = || format!("{symbol} of {} is not determined", axis.channel);
-                let value = known.or(limit.filter(|_| upper_limit));
-                let value = value.ok_or_else(|| unknown(&what(), upper_limit))?;
-                if value > largest {
-                    (largest, is_limit) = (value, known.is_none());
-                }
-            }
+        for (quantity, term) in [("noise_density", Term::N), ("random_walk", Term::K)] {
             let key = format!("{sensor}_{quantity}");
-            values.text(&key, format!("{largest:.4e}"));
+            let (value, is_limit) = find_largest(noise, sensor, term, upper_limit)?;
+            values.text(&key, format!("{value:.4e}"));
             if is_limit {
                 values.text(&format!("{key}_limit"), ", upper limit (95 %)");
                 notes.push(format!("{key} is an upper limit"));
@@ -48,6 +29,30 @@ pub fn kalibr(noise: &NoiseSection, upper_limit: bool) -> Result<Export> {
     }
     let text = fill_template(include_str!("templates/kalibr.yaml.in"), &values);
     Ok(Export { text, notes })
+}
+
+/// The largest of the axes, and whether it is an upper limit.
+fn find_largest(
+    noise: &NoiseResult,
+    sensor: &str,
+    term: Term,
+    upper_limit: bool,
+) -> Result<(f64, bool)> {
+    let own = noise.channels.iter();
+    let own = own.filter(|c| c.channel.starts_with(&sensor[..1]));
+    let value = |channel: &ChannelNoise| {
+        let known = channel.estimate(term).map(|e| (e.value, false));
+        let limit = || Some((channel.missing(term)?.at_most?, true));
+        let what = || format!("{} of {} is not determined", term.symbol(), channel.channel);
+        let value = known.or_else(|| limit().filter(|_| upper_limit));
+        value.ok_or_else(|| unknown(&what(), upper_limit))
+    };
+    let values = own.map(value).collect::<Result<Vec<(f64, bool)>>>()?;
+    let largest = values.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    largest.filter(|_| values.len() == 3).ok_or_else(|| {
+        let what = format!("the noise of the {sensor} is not known");
+        unknown(&what, true)
+    })
 }
 
 fn unknown(what: &str, limits_used: bool) -> Error {

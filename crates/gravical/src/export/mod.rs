@@ -44,7 +44,7 @@ enum Form {
     Nominal(&'static str, Option<&'static str>),
     /// A text of its own.
     Text(fn(&CalibrationFile) -> Result<String>),
-    /// The noise of the calibration.
+    /// Noise, which no calibration holds.
     Noise,
 }
 
@@ -68,7 +68,7 @@ pub static TARGETS: [Target; 10] = [
     Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),
         holds: "parameters of a ROS 2 node, SI units: accelerometer and gyroscope in full" },
     Target { name: "kalibr", options: &["upper_limit"], form: Noise,
-        holds: "imu.yaml: noise density and random walk, of noise or a calibration that keeps it" },
+        holds: "imu.yaml: noise density and random walk, of the result of noise" },
     Target { name: "imucal", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
     Target { name: "gravical", options: &[], form: Text(CalibrationFile::to_json),
@@ -177,7 +177,7 @@ fn check_name(name: &str) -> Result<()> {
 /// `export-option` (usage) for an option that the target does not take, `export-name` (usage) for
 /// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
 /// scale of the counts is unknown, or where it is clearly another than the options say;
-/// `noise-unknown` (input) as `kalibr`; `calibration-values` (input) as
+/// `noise-unknown` (input) for `kalibr`; `calibration-values` (input) as
 /// [`CalibrationFile::to_json`].
 pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
@@ -196,8 +196,9 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
             return Ok(Export { text, notes });
         }
         Noise => {
-            let noise = file.noise.as_ref().ok_or_else(no_noise)?;
-            return kalibr(noise, options.upper_limit);
+            let what = "imu.yaml of Kalibr holds noise only, and a calibration contains none";
+            let error = Error::input("noise-unknown", what);
+            return Err(error.with_hint("export the result of `gravical noise`"));
         }
         Recorded(template) => template,
         Sketch(template) => {
@@ -235,12 +236,6 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
     sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
     let text = fill_template(template, &values);
     Ok(Export { text, notes })
-}
-
-fn no_noise() -> Error {
-    Error::input("noise-unknown", "kalibr's imu.yaml holds noise densities and random walks only, and this calibration contains neither")
-        .with_hint("export the result of `gravical noise`, or calibrate with it")
-        .advise("noise", "noise.json")
 }
 
 /// Lines about the calibration, for a comment.

@@ -14,7 +14,8 @@ use crate::finding::finding;
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, Recording};
+use crate::recording::{Finding, FindingKind, Recording};
+use crate::temperature::not_applied;
 use crate::{Error, Result};
 use gravical_recording::full_scale::FULL_SCALES_DEG_S;
 
@@ -122,11 +123,7 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
 fn held(recording: &Recording, model: &TemperatureModel, findings: &mut Vec<Finding>) -> Vec<f64> {
     let mut held_c = recording.temperature_c.clone().unwrap_or_default();
     let Some(mut now) = held_c.iter().copied().find(|t| t.is_finite()) else {
-        findings.push(finding!(
-            TemperatureNotApplied,
-            "the recording has no temperatures, so the calibration's drift with temperature is not taken off: {}",
-            crate::temperature::cost_text(model)
-        ));
+        findings.push(not_applied(model, "the recording has no temperatures"));
         return Vec::new();
     };
     for t in &mut held_c {
@@ -152,15 +149,11 @@ pub(super) struct Conversion {
 impl Conversion {
     /// Specific force, m/s², and angular rate, rad/s, of a row at `t_c`, NaN where no temperature is known.
     pub fn apply(&self, force: [f64; 3], rate: [f64; 3], t_c: f64) -> ([f64; 3], Option<[f64; 3]>) {
-        let at_reference = |first: usize, raw: [f64; 3]| match &self.drift {
-            Some(model) if t_c.is_finite() => {
-                std::array::from_fn(|c| model.at_reference(first + c, t_c, raw[c]))
-            }
-            _ => raw,
-        };
-        let force = self.accel.apply(at_reference(0, force));
+        let drift = self.drift.as_ref().filter(|_| t_c.is_finite());
+        let [x, y, z, u, v, w] = drift.map_or([0.0; 6], |model| model.drift_at(t_c));
+        let force = self.accel.apply(matrix3::sub(&force, &[x, y, z]));
         let rate = self.gyro.as_ref().map(|gyro| {
-            let rate = gyro.apply(at_reference(3, rate), force);
+            let rate = gyro.apply(matrix3::sub(&rate, &[u, v, w]), force);
             self.axes.of_rates().to_case(rate)
         });
         (self.axes.to_case(force), rate)
@@ -311,9 +304,10 @@ fn judge_unit(
         })
         .filter(|n| n.is_finite())
         .collect();
-    if norms.is_empty() {
+    let norm @ Some(_) = crate::stats::median(&mut norms) else {
         return Ok(());
-    }
+    };
     let gravity = options.gravity.map_or(file.gravity_mps2, |g| g.value_mps2);
-    crate::calibration_file::judge_unit(file, recording, &mut norms, gravity, findings)
+    let at_rest = ("its static intervals", norm);
+    crate::calibration_file::judge_unit(file, recording, at_rest, gravity, findings)
 }

@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
 use super::Term;
-use crate::calibration_file::{InputFile, InputRole, NoiseParameters, NoiseSection};
+use crate::calibration_file::{InputFile, InputRole};
 use crate::finding::Finding;
 use crate::{Error, Result};
 
@@ -43,18 +43,6 @@ pub struct NoiseResult {
     pub findings: Vec<Finding>,
 }
 
-impl NoiseResult {
-    /// What a calibration file keeps.
-    #[must_use]
-    pub fn section(&self) -> NoiseSection {
-        NoiseSection {
-            rate_hz: self.rate_hz,
-            used_s: self.used_s,
-            channels: self.channels.iter().map(ChannelNoise::parameters).collect(),
-        }
-    }
-}
-
 #[cfg(feature = "schema")]
 impl NoiseResult {
     /// JSON schema of the file.
@@ -69,15 +57,14 @@ impl NoiseResult {
 /// # Errors
 ///
 /// `not-noise` for any other file; errors of the file system.
-pub fn read_noise(path: &Path) -> Result<(NoiseResult, InputFile)> {
-    InputFile::read(path, InputRole::Noise, parse)
+pub fn read_noise(path: &Path) -> Result<NoiseResult> {
+    InputFile::read(path, InputRole::Noise, parse).map(|(result, _)| result)
 }
 
 fn parse(bytes: &[u8]) -> Result<NoiseResult> {
     let refuse = |what: String| {
         Error::input("not-noise", what)
             .with_hint("give the file of `gravical noise REST.csv -o noise.json`")
-            .advise("noise", "")
     };
     let result: NoiseResult = serde_json::from_slice(bytes)
         .map_err(|e| refuse(format!("no result of `gravical noise`: {e}")))?;
@@ -132,21 +119,6 @@ impl ChannelNoise {
     #[must_use]
     pub fn missing(&self, term: Term) -> Option<&NotObservable> {
         self.not_observable.iter().find(|t| t.term == term.symbol())
-    }
-
-    /// What a calibration file keeps.
-    fn parameters(&self) -> NoiseParameters {
-        let value = |term: Term| self.estimate(term).map(|e| e.value);
-        let most = |term: Term| self.missing(term)?.at_most;
-        NoiseParameters {
-            channel: self.channel.clone(),
-            n: value(Term::N),
-            b: value(Term::B),
-            k: value(Term::K),
-            n_at_most: most(Term::N),
-            b_at_most: most(Term::B),
-            k_at_most: most(Term::K),
-        }
     }
 
     /// True for an axis of the gyroscope.

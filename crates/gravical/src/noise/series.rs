@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::recording::Recording;
-use crate::stats::{floors, standard_deviation};
+use crate::stats::{floors, pooled_deviation};
 use gravical_signal::quantile;
 
 /// Up to this many consecutive samples that are missing are replaced by earlier ones.
@@ -68,8 +68,8 @@ impl Pieces {
     ) {
         let variance = |block: &[u32]| -> f64 {
             let of_axis = |axis: &Vec<f64>| {
-                let values = cells(axis, block).filter(|v| v.is_finite());
-                standard_deviation(&values.collect::<Vec<f64>>()).powi(2)
+                let values: Vec<f64> = cells(axis, block).collect();
+                pooled_deviation([&values[..]].into_iter()).powi(2)
             };
             accel.iter().map(of_axis).sum()
         };

@@ -12,9 +12,9 @@ use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
+use super::Interval;
 use super::face::{Claim, angle_deg, claim};
 use super::rests::{find_quiet, find_rests, why_never_static};
-use super::{Interval, Selection};
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
@@ -62,7 +62,7 @@ pub(super) fn in_recording(
             _ if is_brief || is_assumed && is_hardly_static => {
                 Err(hardly_still(recording, rows_at_rest, &rests))
             }
-            _ => Ok(intervals_of(index, rests, None, Selection::Found)),
+            _ => Ok(intervals_of(index, rests, None)),
         };
     }
     let segments = recording.segments();
@@ -77,7 +77,7 @@ pub(super) fn in_recording(
     let is_axis = matches!(claimed, Some(Claim::Axis(_)));
     let poses_of_name = if is_axis { 2 } else { 1 };
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        return Ok(intervals_of(index, rests, Some(&stem), Selection::Found));
+        return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| find_quiet(recording));
     let mut intervals = Vec::new();
@@ -90,20 +90,20 @@ pub(super) fn in_recording(
         let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
         let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
         let mut spans = directions(recording, &inside, claimed);
-        let mut selection = Selection::Found;
+        let mut is_found = true;
         if spans.is_empty() {
             let (found, finding) = without_rest(recording, &quiet, segment, &label);
             findings.push(finding.in_file(&recording.name));
-            if let Some((rows, selected)) = found {
+            if let Some((rows, steady)) = found {
                 spans.push(rows);
-                selection = selected;
+                is_found = steady;
             }
         }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
             recording: index,
             rows,
-            selection,
+            is_found,
             claim: claimed,
         }));
     }
@@ -111,13 +111,13 @@ pub(super) fn in_recording(
 }
 
 /// What is used of a stretch between blank rows that has no rest, with a warning: its longest part of those
-/// that are `quiet`, or all of its rows where they are too few to judge.
+/// that are `quiet`, which is found, or all of its rows where they are too few to judge.
 fn without_rest(
     recording: &Recording,
     quiet: &[Range<usize>],
     segment: &Range<usize>,
     label: &str,
-) -> (Option<(Range<usize>, Selection)>, Finding) {
+) -> (Option<(Range<usize>, bool)>, Finding) {
     let lines = |rows: &Range<usize>| {
         let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
         format!("lines {first} to {last}")
@@ -132,11 +132,11 @@ fn without_rest(
             lines(rows),
             1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
         );
-        (Some((rows.clone(), Selection::Found)), unsteady)
+        (Some((rows.clone(), true)), unsteady)
     } else if is_too_short(segment.len(), recording.working_rate_hz()) {
         let count = segment.len();
         let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
-        (Some((segment.clone(), Selection::Given)), short)
+        (Some((segment.clone(), false)), short)
     } else {
         let never = finding!(
             NoStaticInterval,
@@ -158,14 +158,13 @@ pub(crate) fn intervals_of(
     index: usize,
     spans: Vec<Range<usize>>,
     stem: Option<&String>,
-    selection: Selection,
 ) -> Vec<Interval> {
     let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
     let interval = |(i, rows)| Interval {
         label: format!("pose {}{file}", i + 1),
         recording: index,
         rows,
-        selection,
+        is_found: true,
         claim: None,
     };
     spans.into_iter().enumerate().map(interval).collect()
@@ -213,7 +212,7 @@ fn rows_as_poses(
         label: format!("line {}", recording.line(row)),
         recording: index,
         rows: row..row + 1,
-        selection: Selection::Given,
+        is_found: false,
         claim: None,
     };
     (0..rows).map(interval).collect()

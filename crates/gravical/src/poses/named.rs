@@ -8,7 +8,7 @@ use crate::{Error, Result};
 
 use super::face::{AXES, Claim, claim};
 use super::sections::Section;
-use super::{Interval, Pose, Selection, Turn};
+use super::{Interval, Pose, Turn};
 
 /// Poses of a section list.
 pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
@@ -107,7 +107,7 @@ fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Option<Int
         label: label.to_owned(),
         recording,
         rows,
-        selection: Selection::Given,
+        is_found: false,
         claim,
     })
 }

@@ -327,7 +327,7 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
     assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
     let drift = file.temperature_model.as_ref().unwrap();
     for i in 0..3 {
-        let slope = drift.channels[i].coefficients[0];
+        let slope = drift.channels[i].per_c.unwrap();
         assert!((slope - wear::DRIFT_G_PER_C[i]).abs() < 3e-5, "{slope}");
         let bias = wear::OFFSET_G[i] + wear::DRIFT_G_PER_C[i] * (drift.reference_c - 25.0);
         let (bias_g, scale) = (file.accelerometer.bias[i], file.accelerometer.scale[i]);

@@ -10,9 +10,10 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::{CalibrationFile, NoiseSection};
+use gravical::calibration_file::CalibrationFile;
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::finding::Advice;
+use gravical::noise::NoiseResult;
 use gravical::recording::{AccelUnit, GyroUnit};
 use serde_json::json;
 
@@ -223,11 +224,18 @@ fn what_a_target_cannot_hold_is_said_and_a_text_from_outside_stays_in_its_commen
 
 #[test]
 fn kalibr_reads_every_key_and_what_is_unknown_is_refused_or_a_limit() {
-    let section = |k: Option<f64>| -> NoiseSection {
-        let channel = |(i, name): (usize, &str)| json!({ "channel": name, "n": 1e-3 * (i + 1) as f64, "k": k, "k_at_most": 2e-4 });
+    let section = |k: Option<f64>| -> NoiseResult {
+        let estimate = |value: f64| json!({ "value": value, "low": value, "high": value });
+        let limit = json!({ "term": "K", "reason": "", "at_most": 2e-4 });
+        let channel = |(i, name): (usize, &str)| {
+            json!({ "channel": name, "unit": "", "adev": [], "n": estimate(1e-3 * (i + 1) as f64),
+                "k": k.map(estimate), "not_observable": [limit] })
+        };
         let channels = ["ax", "ay", "az", "gx", "gy", "gz"].into_iter().enumerate();
         let channels: Vec<_> = channels.map(channel).collect();
-        let noise = json!({ "rate_hz": 100.0, "used_s": 7200.0, "channels": channels });
+        let noise = json!({ "format": "", "tool": "", "inputs": [], "description": "",
+            "rate_hz": 100.0, "recorded_s": 7200.0, "used_s": 7200.0, "static_intervals": 1,
+            "segments": 1, "channels": channels, "findings": [] });
         serde_json::from_value(noise).unwrap()
     };
     let text = kalibr(&section(Some(1e-5)), false).unwrap().text;

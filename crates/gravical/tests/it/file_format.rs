@@ -57,6 +57,7 @@ const REFUSED: &str = "\
 /temperature_model/range_c | [50, -10] | temperature_model
 /temperature_model/channels/0/channel | \"mx\" | temperature_model
 /temperature_model/reference_c | null | syntax
+/temperature_model/channels/0/per_c | null | temperature_model
 /accelerometer/bias | [1, 2] | syntax
 /format | \"gravical-calibration/1\" | format
 /gravity_mps2 | 981 | gravity_mps2
@@ -79,10 +80,10 @@ const REFUSED: &str = "\
 fn what_cannot_be_applied_is_refused_with_its_field() {
     let mut plain = serde_json::to_value(sample()).unwrap();
     plain["temperature_model"] = json!({
-        "reference_c": 15.0, "range_c": [10.0, 30.0], "inputs": [],
+        "reference_c": 15.0, "range_c": [10.0, 30.0],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
-            "order": 1, "coefficients": [0.02]
+            "per_c": 0.02
         }]
     });
     let identity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];

@@ -142,10 +142,10 @@ fn a_temperature_model_is_taken_off() {
     assert!(has(&checked(&file, &later).findings, "temperature-outside"));
     // 0.02 m/s² per °C on z, known at 15 °C: the recording is at 25.
     let model = serde_json::json!({
-        "reference_c": 15.0, "range_c": [10.0, 30.0], "inputs": [],
+        "reference_c": 15.0, "range_c": [10.0, 30.0],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
-            "order": 1, "coefficients": [0.02]
+            "per_c": 0.02
         }]
     });
     file.temperature_c = at(25.0);

@@ -10,19 +10,18 @@ fn drifting() -> CalibrationFile {
     (file.accelerometer.matrix, file.accelerometer.bias) = (identity, [0.1, 0.0, 0.0]);
     let gyro = file.gyroscope.as_mut().unwrap();
     (gyro.matrix, gyro.bias, gyro.g_sensitivity) = (identity, [0.0; 3], [[0.0; 3]; 3]);
-    let channel = |name: &str, verdict: &str, drift: &[f64]| {
+    let channel = |name: &str, verdict: &str, drift: Option<f64>| {
         serde_json::json!({
             "channel": name, "input_unit": "m/s^2", "verdict": verdict, "reason": "",
-            "order": 1, "r2_cooling_to_warming": null, "r2_warming_to_cooling": null,
-            "coefficients": drift})
+            "r2_cooling_to_warming": null, "r2_warming_to_cooling": null, "per_c": drift})
     };
     let model = serde_json::json!({
     "reference_c": 25.0, "range_c": [0.0, 50.0],
-    "inputs": [], "channels": [
-        channel("ax", "corrected", &[0.01]),
-        channel("ay", "not-corrected", &[]),
-        channel("az", "corrected", &[-0.002]),
-        channel("gy", "corrected", &[0.001, 0.0001]),
+    "channels": [
+        channel("ax", "corrected", Some(0.01)),
+        channel("ay", "not-corrected", None),
+        channel("az", "corrected", Some(-0.002)),
+        channel("gy", "corrected", Some(0.001)),
     ]});
     file.temperature_model = Some(serde_json::from_value(model).unwrap());
     file
@@ -55,9 +54,8 @@ fn every_row_is_corrected_for_its_temperature() {
     assert_eq!(rows[0][1..4], ["0.400000", "0.200000", "9.800000"]);
     assert_eq!(rows[1][1..4], ["0.300000", "0.200000", "9.820000"]);
     assert_eq!(rows[2][1..4], ["0.500000", "0.200000", "9.780000"]);
-    // gy: 0.001 x + 0.0001 x²
-    assert_eq!(rows[1][5..], ["0.010000", "0.000000", "0.030000"]);
-    assert_eq!(rows[2][5..], ["0.010000", "0.020000", "0.030000"]);
+    assert_eq!(rows[1][5..], ["0.010000", "0.010000", "0.030000"]);
+    assert_eq!(rows[2][5..], ["0.010000", "0.030000", "0.030000"]);
     assert_eq!(rows[2][4], "15.0", "the temperature is kept as it is");
     let done = summary.temperature.unwrap();
     assert_eq!(done.channels, ["ax", "az", "gy"]);

@@ -13,6 +13,7 @@ use crate::calibrate::session::Session;
 use crate::calibration_file::{GyroMethod, GyroscopeSection};
 use crate::poses::face::Face;
 use crate::poses::{Turn, sum_of_rows};
+use crate::recording::units::GyroUnit;
 
 /// The gyroscope u = M ω + b + S a by the six faces and a full turn about each axis (F. Ferraris,
 /// U. Grimaldi and M. Parvis, Sensors and Materials 7(5), 1995): b is the mean over all samples of the
@@ -73,6 +74,8 @@ pub(crate) fn by_turns(
     let is_off = |nominal: f64| scale.iter().any(|s| (s / nominal - 1.0).abs() > SCALE_OFF);
     (!nominal.is_some_and(is_off)).then(|| GyroscopeSection {
         method: GyroMethod::Turns,
+        input_unit: cut.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit),
+        output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix,
         scale,
