@@ -76,9 +76,7 @@ pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions, parse_columns};
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use readings::Readings;
-pub use recording::{
-    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, between, whole_lines,
-};
+pub use recording::{CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, whole_lines};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::TableColumn;

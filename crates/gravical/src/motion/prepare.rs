@@ -14,7 +14,7 @@ use crate::finding::finding;
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{Finding, Recording};
 use crate::temperature::not_applied;
 use crate::{Error, Result};
 use gravical_recording::full_scale::FULL_SCALES_DEG_S;
