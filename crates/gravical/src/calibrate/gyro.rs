@@ -1,4 +1,4 @@
-//! The gyroscope of a session: by named full turns, by the motions between its static intervals, or the
+//! The gyroscope of a session: by full turns, by the motions between its static intervals, or the
 //! bias alone.
 
 mod readings;
@@ -34,7 +34,7 @@ pub(super) struct Gyroscope {
     pub findings: Vec<Finding>,
 }
 
-/// The gyroscope of a session, by its turns if they are named, else by its motions.
+/// The gyroscope of a session, by a full turn about each axis if it has them, else by its motions.
 pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
     let cut = session.segmentation;
     if let Some(section) = turns::by_turns(session, accelerometer) {

@@ -405,7 +405,7 @@ pub struct GyroscopeSection {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum GyroMethod {
-    /// From three named full turns (Ferraris).
+    /// From full turns about the three axes (Ferraris).
     #[default]
     Turns,
     /// From the motions between static intervals.

@@ -1,4 +1,4 @@
-//! The gyroscope by full turns that labels or sections name, in closed form.
+//! The gyroscope by full turns, named or found between rests, in closed form.
 
 use std::array::from_fn;
 use std::f64::consts::TAU;
@@ -12,8 +12,16 @@ use super::readings::GAP_PERIODS;
 use crate::calibrate::session::Session;
 use crate::calibration_file::{GyroMethod, GyroscopeSection};
 use crate::poses::face::Face;
-use crate::poses::{Turn, sum_of_rows};
+use crate::poses::rests::with_slow_ends;
+use crate::poses::{Pose, Turn, sum_of_rows};
 use crate::recording::units::GyroUnit;
+
+/// Gravity comes back within 10° after a full turn on a table: the cosine of that.
+const COS_BACK: f64 = 0.985;
+/// Share of the rotation that is about one axis.
+const MIN_SHARE: f64 = 0.9;
+/// How far the angle by the nominal scale may be off a full turn, rad.
+const MAX_OFF: f64 = TAU / 6.0;
 
 /// The gyroscope u = M ω + b + S a by the six faces and a full turn about each axis (F. Ferraris,
 /// U. Grimaldi and M. Parvis, Sensors and Materials 7(5), 1995): b is the mean over all samples of the
@@ -29,9 +37,13 @@ pub(crate) fn by_turns(
     accelerometer: &Calibration<f64>,
 ) -> Option<GyroscopeSection> {
     let (cut, recordings) = (session.segmentation, session.recordings);
-    if cut.turns.is_empty() {
-        return None;
-    }
+    let found: Vec<Turn>;
+    let turns = if cut.turns.is_empty() {
+        found = find_turns(session)?;
+        &found
+    } else {
+        &cut.turns
+    };
     let of_face = |face: Face| {
         let poses = cut.poses.iter().filter(|p| p.face == Some(face));
         let sums = poses
@@ -57,7 +69,7 @@ pub(crate) fn by_turns(
     };
     let rates = session.axes().of_rates();
     let mut model = [[0.0; 3]; 3];
-    for (axis, about) in from_fn::<_, 3, _>(|axis| turns_about(&cut.turns, axis))
+    for (axis, about) in from_fn::<_, 3, _>(|axis| turns_about(turns, axis))
         .iter()
         .enumerate()
     {
@@ -83,6 +95,52 @@ pub(crate) fn by_turns(
         g_sensitivity,
         ..GyroscopeSection::default()
     })
+}
+
+/// The motions between neighbouring rests of each recording that are full turns: gravity is back within
+/// 10°, and the rotation is one of 360° ± 60° about one axis, to nine tenths.
+fn find_turns(session: &Session<'_>) -> Option<Vec<Turn>> {
+    let nominal = session.segmentation.gyro_scale?.nominal()?;
+    let rates = session.axes().of_rates();
+    let mut turns = Vec::new();
+    for (index, recording) in session.recordings.iter().enumerate() {
+        let Some(gyro) = &recording.gyro else {
+            continue;
+        };
+        let poses = session.segmentation.poses.iter();
+        let mut rests: Vec<&Pose> = poses.filter(|p| p.recording == index).collect();
+        rests.sort_by_key(|p| p.rows.start);
+        for pair in rests.windows(2) {
+            let [before, after] = [pair[0], pair[1]];
+            let [from, to] = [before, after].map(|rest| matrix3::unit(&rest.mean));
+            if matrix3::dot(&from, &to) < COS_BACK {
+                continue;
+            }
+            let bias = |rest: &Pose| {
+                let (sum, count) = sum_of_rows(gyro, rest.rows.clone())?;
+                Some(sum.map(|s| s / count as f64))
+            };
+            let (Some(a), Some(b)) = (bias(before), bias(after)) else {
+                continue;
+            };
+            let turn = |axis| Turn {
+                axis,
+                recording: index,
+                rows: with_slow_ends(recording, &before.rows, &after.rows),
+            };
+            let less_bias = |rate: [f64; 3], _| from_fn(|i| rate[i] - 0.5 * (a[i] + b[i]));
+            let Some(integral) = integral(session, &turn(0), less_bias) else {
+                continue;
+            };
+            let rotation = rates.to_case(integral).map(|v| v / nominal);
+            let angle = matrix3::norm(&rotation);
+            let about = (0..3).find(|&axis| rotation[axis].abs() > MIN_SHARE * angle);
+            if (angle - TAU).abs() < MAX_OFF {
+                turns.extend(about.map(turn));
+            }
+        }
+    }
+    Some(turns)
 }
 
 fn turns_about(turns: &[Turn], axis: usize) -> Vec<&Turn> {

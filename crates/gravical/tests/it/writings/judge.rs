@@ -440,7 +440,9 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
         let scale = o.scale[i] / per_rad_s / p.scale[i] - 1.0;
         // Turns of a second or two at 1 rad/s and more; 0.1 % is a third of what they tell. Motions are
         // closed by the accelerometer: what its steps do to them, they say.
-        let sd = o.deviations().and_then(|(_, scale)| Some(scale?[i] / o.scale[i]));
+        let sd = o
+            .deviations()
+            .and_then(|(_, scale)| Some(scale?[i] / o.scale[i]));
         if scale.is_nan() || scale.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 1e-3 {
             wrong.push(format!("scale of g{i} off by {scale:.6}, step {step:.6}"));
         }
