@@ -15,7 +15,7 @@ use gravical::recording::{
 use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
 
-use super::form::session::{Session, session};
+use super::form::session::{Session, session as session_of};
 use super::form::write::{columns_option, write};
 use super::form::{Clock, Decimals, Rate, Scene, Sensors, Values, Writing};
 
@@ -26,13 +26,8 @@ const OPTIONS: [&str; 5] = ["columns", "accel_unit", "gyro_unit", "time_unit", "
 /// The sessions of the simulator, and what their plain writings give.
 #[derive(Default)]
 pub struct Judge {
-    subjects: HashMap<(Scene, Rate), Subject>,
-}
-
-/// A session, and what its plain writing gives.
-pub struct Subject {
-    session: Session,
-    plain: HashMap<Sensors, Outcome>,
+    sessions: HashMap<(Scene, Rate), Session>,
+    plain: HashMap<Writing, Outcome>,
 }
 
 /// What is wrong with a writing, and the options that were given in the end.
@@ -71,42 +66,18 @@ enum Given {
 }
 
 impl Judge {
-    /// Judges a writing of a session of the simulator.
+    /// Reads a writing of a session of the simulator, follows the hints while it is not as it should
+    /// be, and says what is wrong at last.
     pub fn judge(&mut self, writing: &Writing) -> Judged {
-        let key = (writing.scene, writing.rate);
-        let subject = self
-            .subjects
-            .entry(key)
-            .or_insert_with(|| Subject::new(session(key.0, key.1)));
-        subject.judge(writing)
-    }
-}
-
-impl Subject {
-    pub fn new(session: Session) -> Self {
-        Subject {
-            session,
-            plain: HashMap::new(),
+        let (scene, rate) = (writing.scene, writing.rate);
+        let session = self.sessions.entry((scene, rate));
+        let session = session.or_insert_with(|| session_of(scene, rate));
+        let mut plain = Writing::plain(scene, rate);
+        if writing.sensors == Sensors::AccelerometerOnly {
+            plain.sensors = Sensors::AccelerometerOnly;
         }
-    }
-
-    /// Reads a writing, follows the hints while it is not as it should be, and says what
-    /// is wrong at last.
-    pub fn judge(&mut self, writing: &Writing) -> Judged {
-        let session = &self.session;
-        let sensors = match writing.sensors {
-            Sensors::AccelerometerOnly => Sensors::AccelerometerOnly,
-            _ => Sensors::Both,
-        };
-        let plain = self.plain.entry(sensors).or_insert_with(|| {
-            let plain = Writing {
-                sensors,
-                ..Writing::plain(writing.scene, writing.rate)
-            };
-            match outcome(&plain, session, &[]) {
-                Ok(outcome) => outcome,
-                Err(why) => panic!("the plain writing: {}", why.text),
-            }
+        let plain = self.plain.entry(plain).or_insert_with(|| {
+            outcome(&plain, session, &[]).unwrap_or_else(|why| panic!("plain: {}", why.text))
         });
         let mut options: Vec<&'static str> = Vec::new();
         loop {
@@ -381,18 +352,6 @@ fn calibrations(
             1e3 * worst,
             1e3 * allowed
         ));
-    }
-    if !wrong.is_empty() {
-        // Which pose moved it?
-        for (p, o) in ps.poses.iter().zip(&os.poses) {
-            let off = [0, 1, 2].map(|i| 1e3 * (o.raw[i] / ratio - p.raw[i]));
-            let label = &o.label;
-            wrong.push(format!(
-                "  {label}: mean off by {off:.3?} mm/s²\n  {o:?}\n  {p:?}"
-            ));
-        }
-        let [ps, os] = [ps, os].map(|a| (&a.pose_tilt_deg, &a.fit));
-        wrong.push(format!("  tilt and fit {os:?} for {ps:?}"));
     }
     // Directions follow the faces, which lie as they lie.
     if turned > 3.0 * allowed + 0.05 * step {
