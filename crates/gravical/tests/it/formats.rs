@@ -183,10 +183,7 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
         is_the_session(&first, sensor, None, &["several-sensors"]);
         let other = &finding(&first, "several-sensors").options;
         assert_eq!(other[..], [Advice::new("sensor", sensor)]);
-        let options = ReadOptions {
-            sensor: Some(sensor.to_owned()),
-            ..ReadOptions::default()
-        };
+        let options = read_options(|o| o.sensor = Some(sensor.to_owned()));
         let other = read_with(text.as_bytes(), &options);
         close(mean(&other.accel[2]), up, 0.01);
     }

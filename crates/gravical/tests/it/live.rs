@@ -3,8 +3,7 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
-use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile};
+use gravical::live::event::{Command, Event, Message, Rejection, Tile};
 use gravical::live::{LiveOptions, Session};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::{Face, angle_deg};
@@ -12,7 +11,7 @@ use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, read_bytes, source};
 
 use super::hand::{Clumsiness, Hand};
-use super::support::data;
+use super::support::{data, with_gravity};
 
 fn face(name: &str) -> Face {
     Face::all().into_iter().find(|f| f.name() == name).unwrap()
@@ -88,33 +87,13 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
                 sections: Some(sections.collect()),
                 ..SegmentOptions::default()
             },
-            gravity: Gravity::given(9.80665).unwrap(),
-            ..CalibrateOptions::default()
+            ..with_gravity(9.80665)
         };
         let whole = calibrate(&[recording], &options).unwrap().file;
         assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
         assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
         assert_eq!(whole.verdict, file.verdict, "{clumsiness:?}");
     }
-}
-
-#[test]
-fn the_order_in_which_bytes_arrive_does_not_matter() {
-    let ended = Hand::new(5, Clumsiness::LostRows).run();
-    let replay = |at_once: usize| -> Vec<Message> {
-        let options = LiveOptions {
-            gravity: Gravity::given(9.80665).unwrap(),
-            ..LiveOptions::default()
-        };
-        let mut session = Session::new("recording.csv", options);
-        let pieces = ended.text.as_bytes().chunks(at_once);
-        let mut events: Vec<Message> = pieces.flat_map(|p| session.bytes(p).unwrap()).collect();
-        events.extend(session.command(&Command::Finish));
-        events
-    };
-    let one = replay(7);
-    assert!(one == replay(4096));
-    assert_eq!(accepted(&one), accepted(&ended.messages));
 }
 
 #[test]
@@ -337,25 +316,6 @@ fn a_warmer_sensor_is_refused_unless_it_is_wanted() {
     });
     let events = session.bytes(more.collect::<String>().as_bytes()).unwrap();
     assert_eq!(accepted(&events), ["+x"]);
-}
-
-#[test]
-fn rows_that_stop_lose_the_capture_and_nothing_else() {
-    let mut hand = begun();
-    hand.lay(face("+x"));
-    hand.pass(4.0);
-    let events = hand.lost(Loss::Unplugged);
-    assert_eq!(rejections(&events), [Rejection::Gaps]);
-    let [.., last, status] = &events[..] else {
-        panic!("{events:?}")
-    };
-    assert!(status.event.is_status());
-    assert!(matches!(last.event, Event::Lost { poses: 1, .. }));
-    assert!(hand.lost(Loss::Unplugged).is_empty(), "said once");
-    let events = hand.resumed();
-    assert!(events[0].event.is_status());
-    assert!(matches!(events[1].event, Event::Resumed { poses: 1, .. }));
-    assert_eq!(accepted(&hand.pass(6.0)), ["+x"]);
 }
 
 #[test]

@@ -100,10 +100,7 @@ fn the_same_session_is_the_same_by_every_route() {
         let rows = rows.join("\n");
         named(name, &format!("t_ms,ax,ay,az,gx,gy,gz\n{rows}\n"))
     };
-    let options = CalibrateOptions {
-        gravity: gravical::gravity::Gravity::given(GRAVITY).unwrap(),
-        ..CalibrateOptions::default()
-    };
+    let options = with_gravity(GRAVITY);
     let one = [file("session.csv", &rows)];
     let whole = calibrated(&one, &options);
     let poses = &whole.segmentation.poses;

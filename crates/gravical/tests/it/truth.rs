@@ -3,7 +3,6 @@
 
 use gravical::calibrate::CalibrateOptions;
 use gravical::fit::model::sphere;
-use gravical::gravity::Gravity;
 use gravical::poses::SegmentOptions;
 use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
@@ -54,9 +53,8 @@ fn options(tilt_deg: f64, sections: Option<Vec<Section>>) -> CalibrateOptions {
             sections,
             ..SegmentOptions::default()
         },
-        gravity: Gravity::given(9.80665).unwrap(),
         estimate: by_ferraris(Some(tilt_deg)),
-        ..CalibrateOptions::default()
+        ..with_gravity(9.80665)
     }
 }
 

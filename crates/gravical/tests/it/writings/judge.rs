@@ -2,10 +2,9 @@
 
 use std::collections::HashMap;
 
-use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical::calibrate::{Calibrated, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection, Source};
 use gravical::finding::Advice;
-use gravical::gravity::Gravity;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{
@@ -18,6 +17,7 @@ use gravical_signal::{BLOCK_S, block_len};
 use super::form::session::{Session, session as session_of};
 use super::form::write::{columns_option, write};
 use super::form::{Clock, Decimals, Rate, Scene, Sensors, Values, Writing};
+use crate::support::with_gravity;
 
 const GRAVITY_MPS2: f64 = 9.80665;
 /// Options that may be needed, in the order in which they are given.
@@ -28,21 +28,6 @@ const OPTIONS: [&str; 5] = ["columns", "accel_unit", "gyro_unit", "time_unit", "
 pub struct Judge {
     sessions: HashMap<(Scene, Rate), Session>,
     plain: HashMap<Writing, Outcome>,
-}
-
-/// What is wrong with a writing, and the options that were given in the end.
-pub struct Judged {
-    pub complaints: Vec<String>,
-    pub options: Vec<&'static str>,
-}
-
-impl Judged {
-    /// The complaints about what is `named`, if there are any.
-    pub fn wrong(&self, named: &str) -> Option<String> {
-        let complaints = self.complaints.join("\n  ");
-        (!complaints.is_empty())
-            .then(|| format!("{named}\n  with {:?}\n  {complaints}", self.options))
-    }
 }
 
 /// What a session gives.
@@ -67,8 +52,8 @@ enum Given {
 
 impl Judge {
     /// Reads a writing of a session of the simulator, follows the hints while it is not as it should
-    /// be, and says what is wrong at last.
-    pub fn judge(&mut self, writing: &Writing) -> Judged {
+    /// be, and says what is wrong at last, if anything is.
+    pub fn judge(&mut self, writing: &Writing) -> Option<String> {
         let (scene, rate) = (writing.scene, writing.rate);
         let session = self.sessions.entry((scene, rate));
         let session = session.or_insert_with(|| session_of(scene, rate));
@@ -93,12 +78,11 @@ impl Judge {
                 .iter()
                 .find(|o| !options.contains(o) && is_advised(o));
             match next {
-                Some(option) if !complaints.is_empty() => options.push(option),
-                _ => {
-                    return Judged {
-                        complaints,
-                        options,
-                    };
+                _ if complaints.is_empty() => return None,
+                Some(option) => options.push(option),
+                None => {
+                    let complaints = complaints.join("\n  ");
+                    return Some(format!("{writing:?}\n  with {options:?}\n  {complaints}"));
                 }
             }
         }
@@ -181,13 +165,8 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     let result = match writing.scene {
         Scene::Line => motion(&recordings[0], None, &MotionOptions::default())
             .map(|m| Given::Motion(Box::new(m))),
-        _ => {
-            let options = CalibrateOptions {
-                gravity: Gravity::given(GRAVITY_MPS2).unwrap(),
-                ..CalibrateOptions::default()
-            };
-            calibrate(&recordings, &options).map(|c| Given::Calibration(Box::new(c)))
-        }
+        _ => calibrate(&recordings, &with_gravity(GRAVITY_MPS2))
+            .map(|c| Given::Calibration(Box::new(c))),
     };
     let result = result.map_err(|e| {
         let (mut why, before) = (words(e), said(&findings));
