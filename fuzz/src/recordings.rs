@@ -1,8 +1,6 @@
 //! Recordings: what has to hold of any that the reader accepts, and of what
 //! segmentation, inspection and calibration make of it.
 
-use std::ops::Range;
-
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
@@ -206,13 +204,10 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     if let Ok(calibrated) = calibrate(recordings, &options) {
         let report = report::calibration(&calibrated.file, None, &[]);
         assert!(!report.to_text(Detail::Full).is_empty());
-        match calibrated.file.to_json() {
-            Ok(text) => {
-                assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
-                super::calibration_file(text.as_bytes());
-            }
-            Err(e) => unreachable!("calibrated and not writable: {e}"),
-        }
+        let text = calibrated.file.to_json();
+        let text = text.unwrap_or_else(|e| unreachable!("calibrated and not writable: {e}"));
+        assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
+        super::calibration_file(text.as_bytes());
     }
 }
 
@@ -222,8 +217,12 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
     };
     let Segmentation { poses, noise, .. } = &found;
     for placement in poses {
-        check_range(recordings, placement.recording, &placement.rows);
+        let of = recordings
+            .get(placement.recording)
+            .map_or(0, Recording::rows);
+        assert!(placement.rows.end <= of, "{placement:?} of {of}");
         let rows = placement.rows.len();
+        assert!(rows > 0, "{placement:?}");
         assert!(placement.count <= rows, "{placement:?}");
         let mut mean = placement.mean.iter();
         assert!(mean.all(|m| m.is_finite()), "{placement:?}");
@@ -233,9 +232,4 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         assert!(errors.all(is_error), "{placement:?}");
     }
     assert!(noise.vif >= 1.0, "{noise:?}");
-}
-
-fn check_range(recordings: &[Recording], recording: usize, rows: &Range<usize>) {
-    let of = recordings.get(recording).map_or(0, Recording::rows);
-    assert!(rows.start < rows.end && rows.end <= of, "{rows:?} of {of}");
 }

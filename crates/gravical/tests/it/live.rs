@@ -161,15 +161,6 @@ fn noise(row: u32, axis: u32, step: f64) -> f64 {
     f64::from((row * 7919 + axis * 131) % 61) * step
 }
 
-/// Rows at 100 Hz: time, reading and noise.
-fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
-    let row = |i: u32| {
-        let [x, y, z] = [0, 1, 2].map(|k| at[k as usize] + noise(i, k, 1e-3));
-        format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i)
-    };
-    (from..from + count).map(row).collect()
-}
-
 /// A session of `write` that rests on +z for 5 s, turns for a second, and then rests with `up` along x for 5 s,
 /// where y drifts.
 fn second_hold(
@@ -216,13 +207,14 @@ fn text([x, y, z]: [f64; 3]) -> String {
 fn session_of(readings: &[[f64; 3]]) -> Vec<Message> {
     let mut session = Session::new("recording.csv", LiveOptions::default());
     let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for (i, reading) in (0..).step_by(700).zip(readings) {
-        text += &rows(i, 600, *reading);
-        // On the way to the next one.
-        for k in 0..100 {
-            let swing = f64::from(k % 9) - 4.0;
-            text += &rows(i + 600 + k, 1, [swing, 5.0 - swing, 5.0 + swing]);
-        }
+    for i in 0..700 * readings.len() as u32 {
+        let swing = f64::from((i % 700 + 3) % 9) - 4.0;
+        let reading = match i % 700 {
+            0..600 => readings[i as usize / 700],
+            _ => [swing, 5.0 - swing, 5.0 + swing],
+        };
+        let [x, y, z] = [0, 1, 2].map(|k| reading[k as usize] + noise(i, k, 1e-3));
+        text += &format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i);
     }
     session.bytes(text.as_bytes()).unwrap()
 }
