@@ -43,9 +43,10 @@ fn with_options(choice: &[u8], files: &[u8]) {
     let pick = |at: usize| usize::from(choice.get(at).copied().unwrap_or(0));
     let options = ReadOptions {
         columns: chosen(COLUMNS, pick(0)).and_then(|text| parse_columns(text).ok()),
-        accel_unit: serde_json::from_value(chosen(ACCEL_UNITS, pick(1)).into()).unwrap_or(None),
-        gyro_unit: serde_json::from_value(chosen(GYRO_UNITS, pick(1) / 8).into()).unwrap_or(None),
-        time_unit: serde_json::from_value(chosen(TIME_UNITS, pick(2)).into()).unwrap_or(None),
+        accel_unit: serde_json::from_value(chosen(ACCEL_UNITS, pick(1)).into()).unwrap_or_default(),
+        gyro_unit: serde_json::from_value(chosen(GYRO_UNITS, pick(1) / 8).into())
+            .unwrap_or_default(),
+        time_unit: serde_json::from_value(chosen(TIME_UNITS, pick(2)).into()).unwrap_or_default(),
         hash: pick(2) & 0x80 != 0,
         sensor: (pick(1) & 0x80 != 0).then(|| "1".to_owned()),
         rate_hz: number(RATES_HZ, pick(3)),
