@@ -28,10 +28,11 @@ pub fn sections(data: &[u8]) {
         .map(|s| serde_json::json!({"label": s.label, "start": s.rows.start, "end": s.rows.end}))
         .collect();
     let text = serde_json::Value::from(list).to_string();
-    match parse_sections(text.as_bytes()) {
-        Ok(again) => assert_eq!(again, sections),
-        Err(e) => unreachable!("{text}: {e}"),
-    }
+    let again = parse_sections(text.as_bytes());
+    assert_eq!(
+        again.unwrap_or_else(|e| unreachable!("{text}: {e}")),
+        sections
+    );
 }
 
 /// A calibration file, ours or imucal's: what is accepted can be written, read
@@ -40,22 +41,17 @@ pub fn calibration_file(data: &[u8]) {
     let Ok(file) = CalibrationFile::parse(data) else {
         return;
     };
-    let text = match file.to_json() {
-        Ok(text) => text,
-        Err(e) => unreachable!("accepted and not writable: {e}"),
-    };
-    match CalibrationFile::parse(text.as_bytes()) {
-        Ok(again) => assert_eq!(again, file),
-        Err(e) => unreachable!("written and not readable: {e}\n{text}"),
-    }
-    let imucal = match to_imucal(&file) {
-        Ok(imucal) => imucal,
-        Err(e) => unreachable!("not writable for imucal: {e}"),
-    };
-    let value: serde_json::Value = match serde_json::from_str(&imucal) {
-        Ok(value) => value,
-        Err(e) => unreachable!("for imucal, but no JSON: {e}\n{imucal}"),
-    };
+    let text = file.to_json();
+    let text = text.unwrap_or_else(|e| unreachable!("accepted and not writable: {e}"));
+    let again = CalibrationFile::parse(text.as_bytes());
+    assert_eq!(
+        again.unwrap_or_else(|e| unreachable!("not readable: {e}\n{text}")),
+        file
+    );
+    let imucal = to_imucal(&file);
+    let imucal = imucal.unwrap_or_else(|e| unreachable!("not writable for imucal: {e}"));
+    let value: serde_json::Value = serde_json::from_str(&imucal)
+        .unwrap_or_else(|e| unreachable!("for imucal, but no JSON: {e}\n{imucal}"));
     for key in ["K_a", "R_a", "b_a", "K_g", "R_g", "K_ga", "b_g"] {
         assert!(!value[key].to_string().contains("null"), "{key}:\n{imucal}");
     }

@@ -1,16 +1,12 @@
 //! Recordings: what has to hold of any that the reader accepts, and of what
 //! segmentation, inspection and calibration make of it.
 
-use std::ops::Range;
-
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, Segmentation, segment};
-use gravical::recording::{
-    AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, parse_columns, read_bytes,
-};
+use gravical::recording::{Finding, ReadOptions, Recording, parse_columns, read_bytes};
 use gravical_report::document::Detail;
 use gravical_report::report;
 
@@ -46,10 +42,11 @@ pub fn reader(data: &[u8]) {
 fn with_options(choice: &[u8], files: &[u8]) {
     let pick = |at: usize| usize::from(choice.get(at).copied().unwrap_or(0));
     let options = ReadOptions {
-        columns: of(&COLUMNS, pick(0)).and_then(|text| parse_columns(text).ok()),
-        accel_unit: of(&ACCEL_UNITS, pick(1)),
-        gyro_unit: of(&GYRO_UNITS, pick(1) / 8),
-        time_unit: of(&TIME_UNITS, pick(2)),
+        columns: chosen(COLUMNS, pick(0)).and_then(|text| parse_columns(text).ok()),
+        accel_unit: serde_json::from_value(chosen(ACCEL_UNITS, pick(1)).into()).unwrap_or_default(),
+        gyro_unit: serde_json::from_value(chosen(GYRO_UNITS, pick(1) / 8).into())
+            .unwrap_or_default(),
+        time_unit: serde_json::from_value(chosen(TIME_UNITS, pick(2)).into()).unwrap_or_default(),
         hash: pick(2) & 0x80 != 0,
         sensor: (pick(1) & 0x80 != 0).then(|| "1".to_owned()),
         rate_hz: number(RATES_HZ, pick(3)),
@@ -73,7 +70,7 @@ fn with_options(choice: &[u8], files: &[u8]) {
     }
     let rows = recordings.first().map_or(0, Recording::rows);
     let options = SegmentOptions {
-        sections: of(&SECTIONS, pick(7)).map(|list| {
+        sections: SECTIONS[pick(7) % SECTIONS.len()].map(|list| {
             list.iter()
                 .map(|&(label, from, to)| Section {
                     label: label.to_owned(),
@@ -81,7 +78,7 @@ fn with_options(choice: &[u8], files: &[u8]) {
                 })
                 .collect()
         }),
-        axes: of(&AXES, pick(7) / 8)
+        axes: chosen(AXES, pick(7) / 8)
             .and_then(|text| text.parse().ok())
             .unwrap_or_default(),
     };
@@ -91,55 +88,27 @@ fn with_options(choice: &[u8], files: &[u8]) {
     }
 }
 
-fn of<T: Copy, const N: usize>(values: &[Option<T>; N], at: usize) -> Option<T> {
-    values[at % N]
+/// One of the texts of a list; `-` is none.
+fn chosen(list: &str, at: usize) -> Option<&str> {
+    let all: Vec<&str> = list.split(' ').collect();
+    Some(all[at % all.len()]).filter(|text| *text != "-")
 }
 
-const COLUMNS: [Option<&str>; 10] = [
-    None,
-    Some("ax,ay,az"),
-    Some("t,ax,ay,az"),
-    Some("t,ax,ay,az,gx,gy,gz,temp"),
-    Some("ax,ay,az,gx,gy,gz"),
-    Some("_,ax,ay,az,_,label"),
-    Some("ax,ax,ay,az,t,t"),
-    Some("ax=x,ay=y,az=z"),
-    Some("t=t,ax=ax,ay=ay,az=az,gx=gx,gy=gx,gz=gx"),
-    Some("label=part,ax=ax,ay=ax,az=az"),
-];
-const ACCEL_UNITS: [Option<AccelUnit>; 6] = [
-    None,
-    Some(AccelUnit::MetrePerSecondSquared),
-    Some(AccelUnit::StandardGravity),
-    Some(AccelUnit::MilliGravity),
-    Some(AccelUnit::Counts),
-    Some(AccelUnit::Unknown),
-];
-const GYRO_UNITS: [Option<GyroUnit>; 5] = [
-    None,
-    Some(GyroUnit::RadianPerSecond),
-    Some(GyroUnit::DegreePerSecond),
-    Some(GyroUnit::Counts),
-    Some(GyroUnit::Unknown),
-];
-const TIME_UNITS: [Option<TimeUnit>; 5] = [
-    None,
-    Some(TimeUnit::Second),
-    Some(TimeUnit::Millisecond),
-    Some(TimeUnit::Microsecond),
-    Some(TimeUnit::Nanosecond),
-];
-/// One of the numbers, or none.
-fn number(numbers: &str, at: usize) -> Option<f64> {
-    let numbers: Vec<&str> = numbers.split(' ').collect();
-    let at = (at % (numbers.len() + 1)).checked_sub(1)?;
-    numbers[at].parse().ok()
+fn number(list: &str, at: usize) -> Option<f64> {
+    chosen(list, at)?.parse().ok()
 }
 
+const COLUMNS: &str = "- ax,ay,az t,ax,ay,az t,ax,ay,az,gx,gy,gz,temp ax,ay,az,gx,gy,gz \
+    _,ax,ay,az,_,label ax,ax,ay,az,t,t ax=x,ay=y,az=z t=t,ax=ax,ay=ay,az=az,gx=gx,gy=gx,gz=gx \
+    label=part,ax=ax,ay=ax,az=az";
+const ACCEL_UNITS: &str = "- m/s^2 g mg counts unknown";
+const GYRO_UNITS: &str = "- rad/s deg/s counts unknown";
+const TIME_UNITS: &str = "- s ms us ns";
 const RATES_HZ: &str =
-    "100 62.5 0.5 1e5 1e20 1.7976931348623157e308 2.2250738585072014e-308 5e-324 inf nan 0 -1";
-const RANGES: &str = "2 16 2000 1.7976931348623157e308 5e-324 0 nan";
-const OFFSETS: &str = "0 32768 -0.5 1.7976931348623157e308 -1.7976931348623157e308 inf nan";
+    "- 100 62.5 0.5 1e5 1e20 1.7976931348623157e308 2.2250738585072014e-308 5e-324 inf nan 0 -1";
+const RANGES: &str = "- 2 16 2000 1.7976931348623157e308 5e-324 0 nan";
+const OFFSETS: &str = "- 0 32768 -0.5 1.7976931348623157e308 -1.7976931348623157e308 inf nan";
+const AXES: &str = "- x,-z,y z,x,y -x,-y,z";
 /// Label, start and end in percent of the rows.
 type Stretch = (&'static str, usize, usize);
 const SECTIONS: [Option<&[Stretch]>; 5] = [
@@ -149,7 +118,6 @@ const SECTIONS: [Option<&[Stretch]>; 5] = [
     Some(&[("pose 7", 50, 20), ("-z", 0, 101)]),
     Some(&[]),
 ];
-const AXES: [Option<&str>; 4] = [None, Some("x,-z,y"), Some("z,x,y"), Some("-x,-y,z")];
 
 fn check_recording(r: &Recording) {
     let rows = r.rows();
@@ -237,13 +205,10 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
     if let Ok(calibrated) = calibrate(recordings, &options) {
         let report = report::calibration(&calibrated.file, None, &[]);
         assert!(!report.to_text(Detail::Full).is_empty());
-        match calibrated.file.to_json() {
-            Ok(text) => {
-                assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
-                super::calibration_file(text.as_bytes());
-            }
-            Err(e) => unreachable!("calibrated and not writable: {e}"),
-        }
+        let text = calibrated.file.to_json();
+        let text = text.unwrap_or_else(|e| unreachable!("calibrated and not writable: {e}"));
+        assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
+        super::calibration_file(text.as_bytes());
     }
 }
 
@@ -253,8 +218,12 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
     };
     let Segmentation { poses, noise, .. } = &found;
     for placement in poses {
-        check_range(recordings, placement.recording, &placement.rows);
+        let of = recordings
+            .get(placement.recording)
+            .map_or(0, Recording::rows);
+        assert!(placement.rows.end <= of, "{placement:?} of {of}");
         let rows = placement.rows.len();
+        assert!(rows > 0, "{placement:?}");
         assert!(placement.count <= rows, "{placement:?}");
         let mut mean = placement.mean.iter();
         assert!(mean.all(|m| m.is_finite()), "{placement:?}");
@@ -264,9 +233,4 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
         assert!(errors.all(is_error), "{placement:?}");
     }
     assert!(noise.vif >= 1.0, "{noise:?}");
-}
-
-fn check_range(recordings: &[Recording], recording: usize, rows: &Range<usize>) {
-    let of = recordings.get(recording).map_or(0, Recording::rows);
-    assert!(rows.start < rows.end && rows.end <= of, "{rows:?} of {of}");
 }

@@ -30,19 +30,16 @@ fn push() -> &'static Recording {
                 9.8 + noise
             ));
         }
-        match read_bytes(text.as_bytes(), "push.csv", &ReadOptions::default()) {
-            Ok(recording) => recording,
-            Err(e) => unreachable!("{e}"),
-        }
+        read_bytes(text.as_bytes(), "push.csv", &ReadOptions::default())
+            .unwrap_or_else(|e| unreachable!("{e}"))
     })
 }
 
 /// Its motion.
 fn pushed() -> &'static Motion {
     static PUSHED: OnceLock<Motion> = OnceLock::new();
-    PUSHED.get_or_init(|| match motion(push(), None, &MotionOptions::default()) {
-        Ok(motion) => motion,
-        Err(e) => unreachable!("{e}"),
+    PUSHED.get_or_init(|| {
+        motion(push(), None, &MotionOptions::default()).unwrap_or_else(|e| unreachable!("{e}"))
     })
 }
 

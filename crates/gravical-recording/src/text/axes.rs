@@ -248,10 +248,6 @@ mod tests {
     use crate::{ReadOptions, Recording};
 
     /// The recording of three files with these texts.
-    fn recording(name: &str, texts: [&str; 3]) -> Result<Recording, Error> {
-        read_bytes(name, texts.map(str::as_bytes))
-    }
-
     fn read_bytes(name: &str, texts: [&[u8]; 3]) -> Result<Recording, Error> {
         let folder = std::env::temp_dir().join(format!("axes-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
@@ -283,7 +279,7 @@ mod tests {
                 Some(vec![0.0, 0.01, 0.02]),
             ),
         ] {
-            let r = recording(name, texts).unwrap();
+            let r = read_bytes(name, texts.map(str::as_bytes)).unwrap();
             assert_eq!((&r.accel[2][..], r.time_s), (&z[..], time_s));
         }
     }

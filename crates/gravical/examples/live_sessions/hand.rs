@@ -2,7 +2,7 @@
 
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::fit::model::sphere;
-use gravical::live::event::{Event, Loss, Message, Rejection, SourceKind, Wanted};
+use gravical::live::event::{Event, Message, Rejection, SourceKind, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::poses::face::Face;
 use gravical::simulate::{
@@ -136,14 +136,6 @@ impl Hand {
         let events = self.session.command(command);
         self.messages.extend(events.clone());
         events
-    }
-
-    pub fn lost(&mut self, why: Loss) -> Vec<Message> {
-        self.session.lost(why)
-    }
-
-    pub fn resumed(&mut self) -> Vec<Message> {
-        self.session.resumed()
     }
 
     pub fn lay(&mut self, face: Face) {

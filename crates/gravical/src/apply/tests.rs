@@ -7,7 +7,7 @@ use crate::Error;
 use crate::finding::Advice;
 use crate::recording::{Origin, read_bytes};
 use gravical_recording::bytes::from_reader;
-use std::io::{self, Read};
+use std::io;
 
 /// A calibration in imucal's format, which is the shortest; no gyroscope.
 fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> CalibrationFile {

@@ -47,19 +47,10 @@ const LINEAR: [&str; 7] = [
     "mean:7",
 ];
 
-fn noise(count: usize, seed: u64) -> Vec<f64> {
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    (0..count)
-        .map(|_| StandardNormal.sample(&mut random))
-        .collect()
-}
-
 #[test]
 fn streaming_filter_gives_identical_results() {
     use gravical_core::filter::biquad::{Biquad, settle, update};
-    let x: Vec<f64> = noise(500, 8).iter().map(|v| 9.81 + v).collect();
+    let (_, x) = reference("butter");
     let batch = filtered("butter1:4,5Hz", 100.0, &x);
     let mut stream = [Biquad::default(); 2];
     gravical_core::filter::butterworth::low_pass(4, 5.0, 100.0, &mut stream).unwrap();

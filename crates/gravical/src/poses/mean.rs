@@ -211,19 +211,12 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::StandardNormal;
 
-    fn white(rng: &mut ChaCha8Rng, n: usize) -> Vec<f64> {
-        (0..n)
-            .map(|_| rng.sample::<f64, _>(StandardNormal))
-            .collect()
-    }
-
     /// First-order low-pass with a pole at `pole`: VIF (1 + pole)/(1 − pole).
     fn red(rng: &mut ChaCha8Rng, n: usize, pole: f64) -> Vec<f64> {
         let mut state = 0.0;
-        white(rng, n + 200)
-            .into_iter()
-            .map(|w| {
-                state = pole * state + w;
+        (0..n + 200)
+            .map(|_| {
+                state = pole * state + rng.sample::<f64, _>(StandardNormal);
                 state
             })
             .skip(200)

@@ -3,17 +3,15 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::convert::{ConvertOptions, convert_file};
-use gravical::gravity::Gravity;
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes, read_samples};
 use proptest::prelude::*;
 
 use crate::cwa::{Coding, Counts, Device, seal};
-use crate::support::{finding, kinds};
+use crate::support::{calibrated, finding, kinds, with_gravity};
 use crate::wear::{self, Wear};
 
 fn data(name: &str) -> Option<PathBuf> {
@@ -318,11 +316,7 @@ fn days_of_wear_in_a_file_calibrate_the_sensor() {
     let blocks = (14.0 * 3600.0 * device.true_rate_hz) as usize / Coding::Plain.samples();
     let blocks: Vec<_> = (0..blocks).map(|_| wear.block(&mut device)).collect();
     let recording = read_cwa(&file(&device, &blocks));
-    let options = CalibrateOptions {
-        gravity: Gravity::given(9.80665).unwrap(),
-        ..CalibrateOptions::default()
-    };
-    let file = calibrate(&[recording], &options).unwrap().file;
+    let file = calibrated(&[recording], &with_gravity(9.80665)).file;
     let reasons = &file.verdict.reasons;
     assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
     let drift = file.temperature_model.as_ref().unwrap();

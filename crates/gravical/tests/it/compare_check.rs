@@ -5,7 +5,6 @@ use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
 use gravical::calibration_file::CalibrationFile;
 use gravical::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical::compare::{Comparison, compare};
-use gravical::gravity::Gravity;
 use gravical::recording::Recording;
 use gravical::simulate::{
     PosesOptions, Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate,
@@ -46,13 +45,12 @@ fn session(
 
 fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> CalibrationFile {
     let options = CalibrateOptions {
-        gravity: Gravity::given(9.80665).unwrap(),
         estimate: EstimateOptions {
             pose_tilt_deg: Some(tilt_deg),
             method,
             ..EstimateOptions::default()
         },
-        ..CalibrateOptions::default()
+        ..with_gravity(9.80665)
     };
     calibrated(session, &options).file
 }

@@ -93,7 +93,6 @@ fn is_the_session(r: &Recording, what: &str, gyro: Option<GyroUnit>, findings: &
 /// Tables that neither the writings nor the shapes of `gravical-recording` have.
 #[test]
 fn tables_of_loggers() {
-    let phyphox = "\"Time (s)\",\"Acceleration x (m/s^2)\",\"Acceleration y (m/s^2)\",\"Acceleration z (m/s^2)\",\"Absolute acceleration (m/s^2)\"\n";
     let dated =
         "Date;Timestamp;DeviceOrientation;AccelerationX;AccelerationY;AccelerationZ;Mode;Label\n";
     let px4 = "timestamp,timestamp_sample,device_id,x,y,z,temperature,error_count,clip_counter[0],clip_counter[1],clip_counter[2],samples\n";
@@ -104,9 +103,6 @@ fn tables_of_loggers() {
         row.replace(',', "\t")
     };
     let ticks = |tick: usize| written(xsens, |s| packet(s, &(37_000 + tick * s.i).to_string()));
-    let commas = written(phyphox, |s| {
-        format!("{:.9E},{},{:.9E}", s.t_s, csv(&mps2(s), 9), G)
-    });
     let dated = written(dated, |s| {
         let (second, ms) = (s.i / 100, 10 * (s.i % 100));
         let cells = csv(&mps2(s), 5).replace(',', ";");
@@ -118,7 +114,6 @@ fn tables_of_loggers() {
         format!("{us},{},1310988,{cells},31.5,0,0,0,0,1", us - 300)
     });
     for (file, text) in [
-        ("Raw Data.csv", commas.replace(',', ";").replace('.', ",")),
         ("log.csv", dated),
         ("week.csv", written("time,x,y,z\n", epoch)),
         ("log_sensor_accel_0.csv", sensor_accel),
@@ -183,10 +178,7 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
         is_the_session(&first, sensor, None, &["several-sensors"]);
         let other = &finding(&first, "several-sensors").options;
         assert_eq!(other[..], [Advice::new("sensor", sensor)]);
-        let options = ReadOptions {
-            sensor: Some(sensor.to_owned()),
-            ..ReadOptions::default()
-        };
+        let options = read_options(|o| o.sensor = Some(sensor.to_owned()));
         let other = read_with(text.as_bytes(), &options);
         close(mean(&other.accel[2]), up, 0.01);
     }

@@ -15,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::support::{FACES, by_ferraris};
+use crate::support::{FACES, by_ferraris, calibrated, with_gravity};
 
 const G: f64 = 9.80665;
 
@@ -39,13 +39,10 @@ fn rest(face: usize, rows: usize, bias: [f64; 3], g: f64, seed: u64) -> Recordin
 fn calibration() -> CalibrationFile {
     let session = (0..6).map(|face| rest(face, 500, [0.0; 3], G, face as u64));
     let options = CalibrateOptions {
-        gravity: Gravity::given(G).unwrap(),
         estimate: by_ferraris(Some(0.1)),
-        ..CalibrateOptions::default()
+        ..with_gravity(G)
     };
-    calibrate(&session.collect::<Vec<_>>(), &options)
-        .unwrap()
-        .file
+    calibrated(&session.collect::<Vec<_>>(), &options).file
 }
 
 fn checked(file: &CalibrationFile, recordings: &[Recording]) -> CheckReport {

@@ -3,8 +3,7 @@
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
-use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Event, Loss, Message, Rejection, Tile};
+use gravical::live::event::{Command, Event, Message, Rejection, Tile};
 use gravical::live::{LiveOptions, Session};
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::{Face, angle_deg};
@@ -12,7 +11,7 @@ use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, read_bytes, source};
 
 use super::hand::{Clumsiness, Hand};
-use super::support::data;
+use super::support::{data, with_gravity};
 
 fn face(name: &str) -> Face {
     Face::all().into_iter().find(|f| f.name() == name).unwrap()
@@ -88,33 +87,13 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
                 sections: Some(sections.collect()),
                 ..SegmentOptions::default()
             },
-            gravity: Gravity::given(9.80665).unwrap(),
-            ..CalibrateOptions::default()
+            ..with_gravity(9.80665)
         };
         let whole = calibrate(&[recording], &options).unwrap().file;
         assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
         assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
         assert_eq!(whole.verdict, file.verdict, "{clumsiness:?}");
     }
-}
-
-#[test]
-fn the_order_in_which_bytes_arrive_does_not_matter() {
-    let ended = Hand::new(5, Clumsiness::LostRows).run();
-    let replay = |at_once: usize| -> Vec<Message> {
-        let options = LiveOptions {
-            gravity: Gravity::given(9.80665).unwrap(),
-            ..LiveOptions::default()
-        };
-        let mut session = Session::new("recording.csv", options);
-        let pieces = ended.text.as_bytes().chunks(at_once);
-        let mut events: Vec<Message> = pieces.flat_map(|p| session.bytes(p).unwrap()).collect();
-        events.extend(session.command(&Command::Finish));
-        events
-    };
-    let one = replay(7);
-    assert!(one == replay(4096));
-    assert_eq!(accepted(&one), accepted(&ended.messages));
 }
 
 #[test]
@@ -182,15 +161,6 @@ fn noise(row: u32, axis: u32, step: f64) -> f64 {
     f64::from((row * 7919 + axis * 131) % 61) * step
 }
 
-/// Rows at 100 Hz: time, reading and noise.
-fn rows(from: u32, count: u32, at: [f64; 3]) -> String {
-    let row = |i: u32| {
-        let [x, y, z] = [0, 1, 2].map(|k| at[k as usize] + noise(i, k, 1e-3));
-        format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i)
-    };
-    (from..from + count).map(row).collect()
-}
-
 /// A session of `write` that rests on +z for 5 s, turns for a second, and then rests with `up` along x for 5 s,
 /// where y drifts.
 fn second_hold(
@@ -237,13 +207,14 @@ fn text([x, y, z]: [f64; 3]) -> String {
 fn session_of(readings: &[[f64; 3]]) -> Vec<Message> {
     let mut session = Session::new("recording.csv", LiveOptions::default());
     let mut text = "t_ms,ax,ay,az\n".to_owned();
-    for (i, reading) in (0..).step_by(700).zip(readings) {
-        text += &rows(i, 600, *reading);
-        // On the way to the next one.
-        for k in 0..100 {
-            let swing = f64::from(k % 9) - 4.0;
-            text += &rows(i + 600 + k, 1, [swing, 5.0 - swing, 5.0 + swing]);
-        }
+    for i in 0..700 * readings.len() as u32 {
+        let swing = f64::from((i % 700 + 3) % 9) - 4.0;
+        let reading = match i % 700 {
+            0..600 => readings[i as usize / 700],
+            _ => [swing, 5.0 - swing, 5.0 + swing],
+        };
+        let [x, y, z] = [0, 1, 2].map(|k| reading[k as usize] + noise(i, k, 1e-3));
+        text += &format!("{},{x:.3},{y:.3},{z:.3}\n", 10 * i);
     }
     session.bytes(text.as_bytes()).unwrap()
 }
@@ -337,25 +308,6 @@ fn a_warmer_sensor_is_refused_unless_it_is_wanted() {
     });
     let events = session.bytes(more.collect::<String>().as_bytes()).unwrap();
     assert_eq!(accepted(&events), ["+x"]);
-}
-
-#[test]
-fn rows_that_stop_lose_the_capture_and_nothing_else() {
-    let mut hand = begun();
-    hand.lay(face("+x"));
-    hand.pass(4.0);
-    let events = hand.lost(Loss::Unplugged);
-    assert_eq!(rejections(&events), [Rejection::Gaps]);
-    let [.., last, status] = &events[..] else {
-        panic!("{events:?}")
-    };
-    assert!(status.event.is_status());
-    assert!(matches!(last.event, Event::Lost { poses: 1, .. }));
-    assert!(hand.lost(Loss::Unplugged).is_empty(), "said once");
-    let events = hand.resumed();
-    assert!(events[0].event.is_status());
-    assert!(matches!(events[1].event, Event::Resumed { poses: 1, .. }));
-    assert_eq!(accepted(&hand.pass(6.0)), ["+x"]);
 }
 
 #[test]

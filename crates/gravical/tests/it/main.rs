@@ -8,7 +8,6 @@ mod axivity;
 mod compare_check;
 #[path = "../../../../tests/support/axivity.rs"]
 mod cwa;
-mod dialects;
 mod export;
 mod file_format;
 mod formats;

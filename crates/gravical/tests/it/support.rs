@@ -67,12 +67,19 @@ pub fn calibrated(session: &[Recording], options: &CalibrateOptions) -> Calibrat
     result
 }
 
+/// The usual options where gravity is known, m/s².
+pub fn with_gravity(mps2: f64) -> CalibrateOptions {
+    CalibrateOptions {
+        gravity: Gravity::given(mps2).unwrap(),
+        ..CalibrateOptions::default()
+    }
+}
+
 /// Ferraris' closed form, for exact comparisons.
 pub fn given_gravity() -> CalibrateOptions {
     CalibrateOptions {
-        gravity: Gravity::given(GRAVITY).unwrap(),
         estimate: by_ferraris(None),
-        ..CalibrateOptions::default()
+        ..with_gravity(GRAVITY)
     }
 }
 

@@ -2,7 +2,7 @@
 //! covariance says?
 
 use gravical::calibrate::CalibrateOptions;
-use gravical::gravity::Gravity;
+use gravical::fit::model::sphere;
 use gravical::poses::SegmentOptions;
 use gravical::poses::sections::Section;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
@@ -53,9 +53,8 @@ fn options(tilt_deg: f64, sections: Option<Vec<Section>>) -> CalibrateOptions {
             sections,
             ..SegmentOptions::default()
         },
-        gravity: Gravity::given(9.80665).unwrap(),
         estimate: by_ferraris(Some(tilt_deg)),
-        ..CalibrateOptions::default()
+        ..with_gravity(9.80665)
     }
 }
 
@@ -111,7 +110,6 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         }
         let predicted = a.predicted_norm_error_mps2.unwrap();
         let squares: Vec<f64> = sphere(200)
-            .into_iter()
             .map(|n| {
                 let raw: [f64; 3] = std::array::from_fn(|i| {
                     let force: f64 = (0..3).map(|j| truth.matrix[i][j] * 9.80665 * n[j]).sum();
@@ -125,19 +123,6 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         out.norm.push(mean(&squares));
     }
     out
-}
-
-/// Nearly even directions (Fibonacci).
-pub fn sphere(count: u32) -> Vec<[f64; 3]> {
-    let golden = std::f64::consts::PI * (3.0 - 5_f64.sqrt());
-    (0..count)
-        .map(|i| {
-            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
-            let (sine, cosine) = (golden * f64::from(i)).sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            [r * cosine, r * sine, z]
-        })
-        .collect()
 }
 
 /// 400 sensors with a tilt of 1° that is given, and holds of 1 s taken whole.

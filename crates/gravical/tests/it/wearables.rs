@@ -1,13 +1,14 @@
 //! Long recordings of a wrist.
 
-use gravical::calibrate::{CalibrateOptions, calibrate};
+use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::Grade;
-use gravical::recording::{ReadOptions, read_bytes};
 use gravical_core::matrix3;
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
+
+use crate::support::{calibrated, read};
 
 const SCALE: [f64; 3] = [1.02, 0.99, 1.01];
 const BIAS_G: [f64; 3] = [0.02, -0.03, 0.01];
@@ -42,10 +43,7 @@ fn orientations_that_wear_leaves_out_are_named() {
         });
         text += &format!("{t_s:.1},{x:.5},{y:.5},{z:.5},{t_c:.2}\n");
     }
-    let recording = read_bytes(text.as_bytes(), "week.csv", &ReadOptions::default()).unwrap();
-    let file = calibrate(&[recording], &CalibrateOptions::default())
-        .unwrap()
-        .file;
+    let file = calibrated(&[read(text.as_bytes())], &CalibrateOptions::default()).file;
     assert_eq!(file.verdict.grade, Grade::Poor);
     let mut findings = file.findings.iter();
     let named = findings

@@ -19,34 +19,23 @@ use judge::Judge;
 
 use crate::support::Noise;
 
-/// Writings of which any is not as it should be, with the reasons.
-fn wrong(writings: &[Writing]) -> Vec<String> {
+fn all_are_as_they_should_be(writings: &[Writing]) {
     let mut judge = Judge::default();
-    let mut out = Vec::new();
+    let mut wrong = Vec::new();
     for writing in writings {
-        let judged = catch_unwind(AssertUnwindSafe(|| judge.judge(writing)));
-        match judged {
-            Ok(judged) => out.extend(judged.wrong(&format!("{writing:?}"))),
-            Err(_) => out.push(format!("{writing:?}\n  panicked")),
+        match catch_unwind(AssertUnwindSafe(|| judge.judge(writing))) {
+            Ok(judged) => wrong.extend(judged),
+            Err(_) => wrong.push(format!("{writing:?}\n  panicked")),
         }
     }
-    out
-}
-
-fn report(wrong: &[String], of: usize) {
-    assert!(
-        wrong.is_empty(),
-        "{} of {of} writings:\n{}",
-        wrong.len(),
-        wrong.join("\n")
-    );
+    let (number, of, wrong) = (wrong.len(), writings.len(), wrong.join("\n"));
+    assert!(number == 0, "{number} of {of} writings:\n{wrong}");
 }
 
 #[test]
 fn every_two_choices_about_a_writing_meet_and_change_nothing() {
     let mut noise = Noise::new(1);
-    let chosen = pairs(30, |n| (noise.uniform() * n as f64) as usize);
-    report(&wrong(&chosen), chosen.len());
+    all_are_as_they_should_be(&pairs(30, |n| (noise.uniform() * n as f64) as usize));
 }
 
 /// As many as `GRAVICAL_WRITINGS` says, from the seed `GRAVICAL_WRITINGS_SEED`.
@@ -59,5 +48,5 @@ fn drawn_at_random() {
     let drawn: Vec<Writing> = (0..count)
         .map(|_| Writing::random(|n| (noise.uniform() * n as f64) as usize))
         .collect();
-    report(&wrong(&drawn), drawn.len());
+    all_are_as_they_should_be(&drawn);
 }

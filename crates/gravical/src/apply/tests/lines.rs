@@ -1,4 +1,4 @@
-//! Lines, breaks, zero tails, and input in small pieces.
+//! Lines, breaks and zero tails.
 
 use super::*;
 
@@ -67,20 +67,6 @@ fn rows_that_are_no_measurement_stay_rows_without_values() {
     assert_eq!(error.code(), "all-zero");
 }
 
-/// Delivers a few bytes at a time, as a pipe does.
-struct SmallReads<'a>(&'a [u8], usize);
-
-impl Read for SmallReads<'_> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        self.1 = self.1 * 5 % 97 + 1;
-        let n = self.1.min(out.len()).min(self.0.len());
-        let (now, later) = self.0.split_at(n);
-        out[..n].copy_from_slice(now);
-        self.0 = later;
-        Ok(n)
-    }
-}
-
 /// A recording with faults.
 fn faulty() -> String {
     let row = |i: usize| {
@@ -101,17 +87,6 @@ fn faulty() -> String {
         }
     };
     still("t_ms,ax,ay,az,gx,gy,gz", 10_000, row)
-}
-
-#[test]
-fn input_in_small_pieces_gives_equal_output() {
-    let text: &'static str = Box::leak(faulty().into_boxed_str());
-    let (whole, by_whole) = run(&si(), text);
-    let input = from_reader(Box::new(SmallReads(text.as_bytes(), 7)), false).unwrap();
-    let mut out = Vec::new();
-    let by_pieces = apply(&si(), input, "rec.csv", &mut out, &options()).unwrap();
-    assert!(whole.as_bytes() == out);
-    assert_eq!(by_whole, by_pieces);
 }
 
 #[test]

@@ -2,10 +2,9 @@
 
 use std::collections::HashMap;
 
-use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical::calibrate::{Calibrated, calibrate};
 use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection, Source};
 use gravical::finding::Advice;
-use gravical::gravity::Gravity;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{
@@ -15,9 +14,10 @@ use gravical::recording::{
 use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
 
-use super::form::session::{Session, session};
+use super::form::session::{Session, session as session_of};
 use super::form::write::{columns_option, write};
 use super::form::{Clock, Decimals, Rate, Scene, Sensors, Values, Writing};
+use crate::support::with_gravity;
 
 const GRAVITY_MPS2: f64 = 9.80665;
 /// Options that may be needed, in the order in which they are given.
@@ -26,28 +26,8 @@ const OPTIONS: [&str; 5] = ["columns", "accel_unit", "gyro_unit", "time_unit", "
 /// The sessions of the simulator, and what their plain writings give.
 #[derive(Default)]
 pub struct Judge {
-    subjects: HashMap<(Scene, Rate), Subject>,
-}
-
-/// A session, and what its plain writing gives.
-pub struct Subject {
-    session: Session,
-    plain: HashMap<Sensors, Outcome>,
-}
-
-/// What is wrong with a writing, and the options that were given in the end.
-pub struct Judged {
-    pub complaints: Vec<String>,
-    pub options: Vec<&'static str>,
-}
-
-impl Judged {
-    /// The complaints about what is `named`, if there are any.
-    pub fn wrong(&self, named: &str) -> Option<String> {
-        let complaints = self.complaints.join("\n  ");
-        (!complaints.is_empty())
-            .then(|| format!("{named}\n  with {:?}\n  {complaints}", self.options))
-    }
+    sessions: HashMap<(Scene, Rate), Session>,
+    plain: HashMap<Writing, Outcome>,
 }
 
 /// What a session gives.
@@ -71,42 +51,18 @@ enum Given {
 }
 
 impl Judge {
-    /// Judges a writing of a session of the simulator.
-    pub fn judge(&mut self, writing: &Writing) -> Judged {
-        let key = (writing.scene, writing.rate);
-        let subject = self
-            .subjects
-            .entry(key)
-            .or_insert_with(|| Subject::new(session(key.0, key.1)));
-        subject.judge(writing)
-    }
-}
-
-impl Subject {
-    pub fn new(session: Session) -> Self {
-        Subject {
-            session,
-            plain: HashMap::new(),
+    /// Reads a writing of a session of the simulator, follows the hints while it is not as it should
+    /// be, and says what is wrong at last, if anything is.
+    pub fn judge(&mut self, writing: &Writing) -> Option<String> {
+        let (scene, rate) = (writing.scene, writing.rate);
+        let session = self.sessions.entry((scene, rate));
+        let session = session.or_insert_with(|| session_of(scene, rate));
+        let mut plain = Writing::plain(scene, rate);
+        if writing.sensors == Sensors::AccelerometerOnly {
+            plain.sensors = Sensors::AccelerometerOnly;
         }
-    }
-
-    /// Reads a writing, follows the hints while it is not as it should be, and says what
-    /// is wrong at last.
-    pub fn judge(&mut self, writing: &Writing) -> Judged {
-        let session = &self.session;
-        let sensors = match writing.sensors {
-            Sensors::AccelerometerOnly => Sensors::AccelerometerOnly,
-            _ => Sensors::Both,
-        };
-        let plain = self.plain.entry(sensors).or_insert_with(|| {
-            let plain = Writing {
-                sensors,
-                ..Writing::plain(writing.scene, writing.rate)
-            };
-            match outcome(&plain, session, &[]) {
-                Ok(outcome) => outcome,
-                Err(why) => panic!("the plain writing: {}", why.text),
-            }
+        let plain = self.plain.entry(plain).or_insert_with(|| {
+            outcome(&plain, session, &[]).unwrap_or_else(|why| panic!("plain: {}", why.text))
         });
         let mut options: Vec<&'static str> = Vec::new();
         loop {
@@ -122,12 +78,11 @@ impl Subject {
                 .iter()
                 .find(|o| !options.contains(o) && is_advised(o));
             match next {
-                Some(option) if !complaints.is_empty() => options.push(option),
-                _ => {
-                    return Judged {
-                        complaints,
-                        options,
-                    };
+                _ if complaints.is_empty() => return None,
+                Some(option) => options.push(option),
+                None => {
+                    let complaints = complaints.join("\n  ");
+                    return Some(format!("{writing:?}\n  with {options:?}\n  {complaints}"));
                 }
             }
         }
@@ -210,13 +165,8 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     let result = match writing.scene {
         Scene::Line => motion(&recordings[0], None, &MotionOptions::default())
             .map(|m| Given::Motion(Box::new(m))),
-        _ => {
-            let options = CalibrateOptions {
-                gravity: Gravity::given(GRAVITY_MPS2).unwrap(),
-                ..CalibrateOptions::default()
-            };
-            calibrate(&recordings, &options).map(|c| Given::Calibration(Box::new(c)))
-        }
+        _ => calibrate(&recordings, &with_gravity(GRAVITY_MPS2))
+            .map(|c| Given::Calibration(Box::new(c))),
     };
     let result = result.map_err(|e| {
         let (mut why, before) = (words(e), said(&findings));
@@ -381,18 +331,6 @@ fn calibrations(
             1e3 * worst,
             1e3 * allowed
         ));
-    }
-    if !wrong.is_empty() {
-        // Which pose moved it?
-        for (p, o) in ps.poses.iter().zip(&os.poses) {
-            let off = [0, 1, 2].map(|i| 1e3 * (o.raw[i] / ratio - p.raw[i]));
-            let label = &o.label;
-            wrong.push(format!(
-                "  {label}: mean off by {off:.3?} mm/s²\n  {o:?}\n  {p:?}"
-            ));
-        }
-        let [ps, os] = [ps, os].map(|a| (&a.pose_tilt_deg, &a.fit));
-        wrong.push(format!("  tilt and fit {os:?} for {ps:?}"));
     }
     // Directions follow the faces, which lie as they lie.
     if turned > 3.0 * allowed + 0.05 * step {
