@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use gravical_motion::{BridgeKind, Ends, Motion, Samples, Unusable, estimate_motion};
+use gravical_motion::{Ends, Motion, Samples, Unusable, estimate_motion};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -65,22 +65,6 @@ fn a_failed_closure_widens_all_axes_alike() {
 }
 
 #[test]
-fn one_spiked_row_is_a_spike() {
-    let scene = Scene::new(3, Trouble::Spikes(1));
-    let recording = scene.record();
-    let samples = samples(&recording, scene.ranges);
-    let motion = estimate_motion(&samples, &options());
-    assert_eq!(motion.moves[0].replaced, 1);
-    assert!(holds(&motion, &recording));
-    let mut force = recording.force.clone();
-    let sensor = gravical_motion::Sensor::Accelerometer;
-    let bridged = gravical_motion::bridge_odd(&recording.time_s, &mut force, sensor, &[], 5.0);
-    assert!(
-        bridged.len() == 1 && bridged[0].rows.len() == 1 && bridged[0].kind == BridgeKind::Spiked
-    );
-}
-
-#[test]
 fn a_sensor_that_hangs_leaves_a_gap() {
     for gyro in [true, false] {
         let scene = Scene::new(4, Trouble::Hang).with(|s| s.gyro = gyro);
@@ -120,15 +104,6 @@ fn what_rests_is_at_rest_and_says_what_could_hide() {
     let hidden_m = motion.hidden_displacement_m(2.0).unwrap();
     assert!((0.015..0.03).contains(&hidden_m), "{hidden_m}");
     assert_eq!((motion.rests[0].start, motion.rests[0].end), (0, 2000));
-}
-
-#[test]
-fn rests_that_are_given_are_taken() {
-    let scene = Scene::new(6, Trouble::None);
-    let given = options_with(|o| o.rests = Some(vec![0..491, 720..1200]));
-    let (recording, motion) = estimate(&scene, &given);
-    assert_eq!(motion.rests, [0..491, 720..1200]);
-    assert!(holds(&motion, &recording));
 }
 
 #[test]
