@@ -7,8 +7,8 @@ use crate::study::{Study, causal, estimate, kinds, options, options_with, sample
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
-    let (_, scene) = kinds().into_iter().find(|k| k.0 == name).unwrap();
-    Study::of((0..seeds).map(scene), options)
+    let kind = kinds().into_iter().find(|k| k.0 == name).unwrap();
+    Study::of_kind(kind, 0..seeds, options)
 }
 
 /// Kind, recordings, how many have to be found at least, and limits: of the rms along the track, mm, of
