@@ -177,8 +177,13 @@ fn names_swapped_so_that_only_a_mirror_explains_them() {
 fn sensors_that_are_not_sound_are_poor() {
     let mut biased = Sensor::default();
     biased.bias[1] = 3.9;
+    let unit = 1.15;
+    let scaled = Sensor {
+        unit,
+        ..Sensor::default()
+    };
     for (sensor, options, kind) in [
-        (Sensor::default().scaled(1.15), "", "scale-off"),
+        (scaled, "", "scale-off"),
         // With −y up it reads 0.6 g: the unit has to be said.
         (biased, "--accel-unit m/s^2", "large-bias"),
         // A unit that gravity contradicts is taken as told.

@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, causal, estimate, kinds, options, options_with, samples};
+use crate::study::{Study, causal, kinds, options, options_with, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -102,24 +102,6 @@ fn turns_calibrate_the_gyroscope_on_the_way() {
     let study = Study::of((0..15).map(scene), &options());
     assert!(study.rms_mm() < 6.0, "{} mm", study.rms_mm());
     assert!(study.coverage(2.0) > 0.9, "{}", study.coverage(2.0));
-}
-
-#[test]
-#[ignore = "slow: an hour without a rest"]
-fn a_long_leg() {
-    let scene =
-        Scene::new(1, Trouble::Cart(0.5, 0.05)).with(|s| (s.distance_m, s.move_s) = (1e3, 3600.0));
-    let (recording, motion) = estimate(&scene, &options());
-    println!(
-        "{:?} ± {:?}, {} nodes",
-        motion.moves[0].displacement_m,
-        motion.moves[0].sd_m(),
-        motion.path.len()
-    );
-    assert!((0..3).all(|c| {
-        let error = motion.moves[0].displacement_m[c] - recording.displacement[c];
-        error.abs() < 3.5 * motion.moves[0].sd_m()[c]
-    }));
 }
 
 #[test]
