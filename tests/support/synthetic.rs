@@ -70,14 +70,6 @@ impl Default for Sensor {
 }
 
 impl Sensor {
-    /// The same sensor with its scale multiplied.
-    pub fn scaled(mut self, factor: f64) -> Self {
-        for row in &mut self.matrix {
-            row.iter_mut().for_each(|v| *v *= factor);
-        }
-        self
-    }
-
     /// What it reads at rest with `up` up, m/s² times the unit, without noise.
     pub fn truth(&self, up: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {

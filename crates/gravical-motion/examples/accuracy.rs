@@ -36,10 +36,11 @@ fn table_of_kinds(seeds: u64, wanted: &str) {
         println!("| kind, causal {causal} | found | rms, mm | 1σ | 2σ | width |");
         println!("|---|---|---|---|---|---|");
         let options = options_with(|o| o.causal = causal);
-        for (name, scene) in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
-            let study = Study::of((1000..1000 + seeds).map(scene), &options);
+        for kind in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
+            let study = Study::of_kind(kind, 1000..1000 + seeds, &options);
             println!(
-                "| {name} | {} of {} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                "| {} | {} of {} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                kind.0,
                 study.found,
                 study.count,
                 study.rms_mm(),

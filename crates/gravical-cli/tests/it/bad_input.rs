@@ -7,7 +7,7 @@ use crate::support::*;
 
 /// The call has to fail with `exit` and `code`, in both forms, and to name what
 /// is wrong with every one of `named`.
-pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
+fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
     let line = match line.strip_prefix("calibrate") {
         Some(rest) => format!("calibrate -o refused.json{rest}"),
         None => line.to_owned(),
@@ -29,6 +29,15 @@ pub fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str])
         assert!(text.err.contains(part), "{}", text.err);
     }
     assert!(!folder.join("refused.json").exists(), "{line} wrote a file");
+}
+
+/// Lines of a call, its exit code and code, and what is named, parted by ` | `.
+pub fn all_refused(folder: &Path, table: &str) {
+    for row in table.lines() {
+        let parts: Vec<&str> = row.split(" | ").collect();
+        let (exit, code) = parts[1].split_once(' ').unwrap();
+        refused(folder, parts[0], exit.parse().unwrap(), code, &parts[2..]);
+    }
 }
 
 /// The call has to give a calibration of verdict `poor` for the reason `kind`,
@@ -101,11 +110,7 @@ fn what_cannot_be_calibrated() {
         };
         write(at, name, &sensor.file([0.0, 0.0, -1.0], 500, 3));
     }
-    for row in REFUSED.lines() {
-        let parts: Vec<&str> = row.split(" | ").collect();
-        let (exit, code) = parts[1].split_once(' ').unwrap();
-        refused(at, parts[0], exit.parse().unwrap(), code, &parts[2..]);
-    }
+    all_refused(at, REFUSED);
     let one = "calibrate x_axis_pos.csv --sections list.csv";
     for row in LISTS.lines() {
         let [list, code, named] = row.split(' ').collect::<Vec<_>>()[..] else {
@@ -172,8 +177,13 @@ fn names_swapped_so_that_only_a_mirror_explains_them() {
 fn sensors_that_are_not_sound_are_poor() {
     let mut biased = Sensor::default();
     biased.bias[1] = 3.9;
+    let unit = 1.15;
+    let scaled = Sensor {
+        unit,
+        ..Sensor::default()
+    };
     for (sensor, options, kind) in [
-        (Sensor::default().scaled(1.15), "", "scale-off"),
+        (scaled, "", "scale-off"),
         // With −y up it reads 0.6 g: the unit has to be said.
         (biased, "--accel-unit m/s^2", "large-bias"),
         // A unit that gravity contradicts is taken as told.

@@ -59,11 +59,8 @@ fn each_result_is_that_of_the_command_alone() {
         ["all.csv", "folder.json", "unit-1.json", "unit-2.json"]
     );
     for (row, input) in [(&rows[1], "folder"), (&rows[2], "unit-1.csv")] {
-        ends(
-            at,
-            &format!("calibrate fleet/{input} --gravity 9.81 -o {input}.json"),
-            0,
-        );
+        let line = format!("calibrate fleet/{input} --gravity 9.81 -o {input}.json");
+        ends(at, &line, 0);
         let read = |path: &str| -> Value {
             serde_json::from_slice(&fs::read(at.join(path)).unwrap()).unwrap()
         };
@@ -98,11 +95,8 @@ fn a_second_run_does_what_is_not_done() {
     assert_eq!(written("out/unit-1.json"), before[0]);
     assert_ne!(written("out/unit-2.json"), before[1]);
     for i in 1..=2 {
-        ends(
-            at,
-            &format!("calibrate --each fleet -o part --shard {i}/2"),
-            0,
-        );
+        let line = format!("calibrate --each fleet -o part --shard {i}/2");
+        ends(at, &line, 0);
     }
     assert_eq!(
         listed(&at.join("part")),
@@ -131,17 +125,13 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
     let folder = fleet(2);
     let at = folder.path();
     // The result of another session, one that cannot be read, and one that fails now.
-    ends(
-        at,
-        "calibrate --each fleet -o out --summary fleet/all.csv",
-        0,
-    );
+    let line = "calibrate --each fleet -o out --summary fleet/all.csv";
+    ends(at, line, 0);
     fs::copy(at.join("out/unit-2.json"), at.join("out/unit-1.json")).unwrap();
     write(at, "out/unit-2.json", "{");
     write(at, "out/unit-3.json", "{}");
     write(at, "fleet/unit-3.csv", "t,ax,ay,az\n1,2\n");
-    let line = "calibrate --each fleet -o out --summary fleet/all.csv --resume";
-    ends(at, line, 4);
+    ends(at, &format!("{line} --resume"), 4);
     let rows = rows(&at.join("fleet/all.csv"));
     // The summary of the first run is no session.
     assert_eq!(rows.len(), 3);
@@ -159,22 +149,15 @@ fn apply_takes_many() {
     let folder = fleet(2);
     let at = folder.path();
     ends(at, "calibrate fleet/unit-1.csv -o cal.json", 0);
-    ends(
-        at,
-        "apply cal.json fleet/unit-1.csv fleet/unit-2.csv gone.csv -o out",
-        4,
-    );
+    let line = "apply cal.json fleet/unit-1.csv fleet/unit-2.csv";
+    ends(at, &format!("{line} gone.csv -o out"), 4);
     assert_eq!(listed(&at.join("out")), ["unit-1.csv", "unit-2.csv"]);
     ends(at, "apply cal.json fleet/unit-2.csv -o alone.csv", 0);
     let read = |name: &str| fs::read(at.join(name)).unwrap();
     assert!(read("out/unit-2.csv") == read("alone.csv"));
     // With another calibration nothing is done before.
     ends(at, "calibrate fleet/unit-2.csv -o cal.json --force", 0);
-    ends(
-        at,
-        "apply cal.json fleet/unit-1.csv fleet/unit-2.csv -o out --resume",
-        0,
-    );
+    ends(at, &format!("{line} -o out --resume"), 0);
     assert!(read("out/unit-2.csv") != read("alone.csv"));
 }
 

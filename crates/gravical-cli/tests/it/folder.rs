@@ -12,11 +12,8 @@ fn calibrated() -> tempfile::TempDir {
         (2, "left", "2026-05-01"),
         (3, "right", "2026-04-01"),
     ] {
-        ends(
-            at,
-            &format!("simulate poses -o s{seed} --seed {seed} --hold 2 --free 2 -q"),
-            0,
-        );
+        let line = format!("simulate poses -o s{seed} --seed {seed} --hold 2 --free 2 -q");
+        ends(at, &line, 0);
         let line = format!(
             "calibrate s{seed}/poses.csv -q --sensor-id {sensor} --recorded {date} -o cals/{sensor}-{date}.json"
         );

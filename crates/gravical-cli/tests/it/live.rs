@@ -127,11 +127,8 @@ fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last
     let resume = || run_in(at, words("live --resume s --plain"));
     assert!(resume().err.contains("code: recording-changed"));
     let journal = read(at, "s/session.ndjson");
-    write(
-        at,
-        "s/session.ndjson",
-        &journal.replace("\"lines\":[", "\"lines\":[9"),
-    );
+    let changed = journal.replace("\"lines\":[", "\"lines\":[9");
+    write(at, "s/session.ndjson", &changed);
     assert!(resume().err.contains("code: recording-changed"));
 }
 

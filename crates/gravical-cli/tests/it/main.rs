@@ -25,7 +25,6 @@ mod live;
 #[cfg(unix)]
 mod live_page;
 mod motion;
-mod motion_faults;
 mod motion_real;
 mod noise;
 mod outputs;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::bad_input::refused;
+use crate::bad_input::all_refused;
 use crate::compare_check::narrow;
 use crate::support::*;
 
@@ -54,10 +54,6 @@ fn the_procedure_of_the_student_report() {
     let by_report = "line/line.csv -c cal.json --procedure report";
     let report = motion(path, by_report, 0);
     assert_eq!(report["frame"], "the sensor's own axes");
-    for more in ["--rests 0-4", "--causal"] {
-        let call = format!("motion {by_report} {more}");
-        refused(path, &call, 2, "option-range", &["mean of the first rows"]);
-    }
     let tilt = "line/line.csv -c cal.json --procedure constant-tilt";
     let velocity = |result: &Value| numbers(&result["final"]["velocity_mps"]);
     assert_eq!(velocity(&motion(path, tilt, 0)), [0.0; 3]);
@@ -91,4 +87,46 @@ fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
     write(folder.path(), "set.csv", &text);
     let result = motion(folder.path(), "set.csv -c cal.json", 0);
     finding(&result, "gap");
+}
+
+/// Calls that are refused, and write nothing.
+const REFUSED: &str = "\
+motion line/line.csv -o out.csv --gravity 5 | 2 option-range | gravity
+motion line/line.csv -o out.csv --causal --rests 0-4 | 2 option-range | causal
+motion line/line.csv -o out.csv -c cal.json --procedure report --rests 0-4 | 2 option-range | mean of the first rows
+motion line/line.csv -o out.csv -c cal.json --procedure report --causal | 2 option-range | mean of the first rows
+motion line/line.csv -o out.csv --gyro line/line.csv | 2 gyro-twice
+motion line/line.csv -o out.csv --truth line/line.csv | 2 truth-columns-missing
+motion none.csv -o out.csv | 3 not-found
+motion line/line.csv -o out.csv -c none.json | 3 not-found
+motion line/line.csv -o out.csv --truth none.csv | 3 not-found
+motion nan.csv -o out.csv | 3 no-values
+motion bare.csv -o out.csv | 3 rate-unknown
+motion line/line.csv -o out.csv -c raw.json | 3 unit-mismatch";
+
+#[test]
+fn what_cannot_be_read_or_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    line(path);
+    let nan = "10,nan,0.1,9.8\n20,nan,0.2,9.8\n".repeat(40);
+    write(path, "nan.csv", &format!("Timestamp (ms),ax,ay,az\n{nan}"));
+    let bare = (0..900).map(|i| format!("0.0{},0.1{},9.8{}\n", i % 3, i % 4, i % 5));
+    let bare = format!("ax,ay,az\n{}", bare.collect::<String>());
+    write(path, "bare.csv", &bare);
+    // A calibration in counts.
+    for make in [
+        "simulate poses -o raw --seed 1 --raw --quiet",
+        "calibrate raw/poses.csv -o raw.json --gravity 9.80665 --quiet",
+    ] {
+        ends(path, make, 0);
+    }
+    all_refused(path, REFUSED);
+    for wrong in ["--rests 5-3", "--rests five", "--procedure best"] {
+        ends(path, &format!("motion line/line.csv -o out.csv {wrong}"), 2);
+    }
+    assert!(!path.join("out.csv").exists());
+    // Without stamps a rate will do.
+    let rated = motion(path, "bare.csv --rate 100", 0);
+    close(number(&rated["duration_s"]), 8.99, 0.011);
 }

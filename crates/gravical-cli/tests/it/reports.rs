@@ -1,32 +1,9 @@
 //! `--report`: where it goes, what it leaves alone, and the files that it names. What else is in it is tested
 //! in `gravical-report` and by `tests/browser`.
 
-use std::path::Path;
-
 use gravical::calibration_file::{InputFile, InputRole};
 
 use crate::support::*;
-
-/// Each file of the provenance: path, what it was used as, SHA-256.
-fn files(page: &str) -> Vec<[String; 3]> {
-    let facts = page.split("id=\"provenance\"").nth(1).unwrap();
-    let facts = facts.split("<dt>").skip(1);
-    let file = |fact: &str| {
-        let (role, text) = fact.split_once("</dt><dd>")?;
-        let (path, sum) = text.split("</dd>").next()?.split_once(", SHA-256 ")?;
-        Some([path, role, sum].map(str::to_owned))
-    };
-    facts.filter_map(file).collect()
-}
-
-/// Name, role and SHA-256 of files of the folder.
-fn of_folder<const N: usize>(folder: &Path, names: [(&str, &str); N]) -> [[String; 3]; N] {
-    names.map(|(name, role)| {
-        let file = InputFile::read(&folder.join(name), InputRole::Other, |_| Ok(()));
-        let sum = file.unwrap().1.sha256.unwrap();
-        [name.to_owned(), role.to_owned(), sum]
-    })
-}
 
 #[test]
 fn a_motion_names_and_sums_everything_that_went_in() {
@@ -42,13 +19,12 @@ fn a_motion_names_and_sums_everything_that_went_in() {
     write(path, "truth.csv", &truth);
     let inputs = "line/line.csv -c cal.json --truth truth.csv";
     json(path, &format!("motion {inputs} --report r.html"), 0);
-    let wanted = [
-        ("line/line.csv", "recording"),
-        ("cal.json", "calibration"),
-        ("truth.csv", "reference"),
-    ];
     let page = read(path, "r.html");
-    assert_eq!(files(&page), of_folder(path, wanted));
+    for name in ["line/line.csv", "cal.json", "truth.csv"] {
+        let file = InputFile::read(&path.join(name), InputRole::Other, |_| Ok(()));
+        let sum = file.unwrap().1.sha256.unwrap();
+        assert!(page.contains(&format!("{name}, SHA-256 {sum}")), "{name}");
+    }
     assert!(page.contains("Comparison with the reference"));
 }
 

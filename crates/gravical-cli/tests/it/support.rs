@@ -145,13 +145,6 @@ pub fn agree(got: &[f64], want: &[f64], relative: f64, what: &str) {
     }
 }
 
-/// Two calibrations but for rounding: the order of the placements is another.
-pub fn same_accelerometer(a: &Value, b: &Value) {
-    for key in ["bias", "scale", "matrix"] {
-        agree(&numbers(&a[key]), &numbers(&b[key]), 1e-9, key);
-    }
-}
-
 pub fn close(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} against {b} ± {tolerance}");
 }

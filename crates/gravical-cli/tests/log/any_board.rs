@@ -42,17 +42,6 @@ const PLAIN: Sketch = Sketch {
 
 const SKETCHES: &[Sketch] = &[
     PLAIN,
-    Sketch {
-        before: "AccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
-        row: |_, a, rate| {
-            let [x, y, z] = a.map(|v| v / 9.81);
-            format!("{x:.4}\t{y:.4}\t{z:.4}\t{rate:.3}\t0.1\t0.2\n")
-        },
-        contains: "\nt_host_ms\tAccX (g)\tAccY (g)\tAccZ (g)\tGyrX\tGyrY\tGyrZ\n",
-        unit: "g",
-        has_gyro: true,
-        ..PLAIN
-    },
     // Columns that the user names.
     Sketch {
         before: "Sensor 1\n",
@@ -86,7 +75,7 @@ const SKETCHES: &[Sketch] = &[
         contains: " -> {\"ax\":",
         ..PLAIN
     },
-    // Stamps of the board: with torn lines, with names, and below no header.
+    // Stamps of the board: with torn lines and names, and below a header.
     Sketch {
         row: |i, [x, y, z], _| match i {
             20 => format!("ms:{} ax:{x:.3}{y:.3} az:{z:.3}\n", 10 * i),
@@ -105,12 +94,6 @@ const SKETCHES: &[Sketch] = &[
         },
         contains: "\ntime;a_x;a_y;a_z;temp\n0;",
         unit: "counts",
-        ..PLAIN
-    },
-    Sketch {
-        row: |i, [x, y, z], _| format!("{},{x:+.3},{y:+.3},{z:+.3}\n", 10 * i),
-        contains: ",+9.8",
-        rejected: Some(0),
         ..PLAIN
     },
 ];

@@ -84,7 +84,7 @@ fn closing_the_terminal_ends_the_recording_cleanly() {
         .arg(env!("CARGO_BIN_EXE_gravical"))
         .args(format!("log x --json --port {}", board.port()).split_whitespace())
         .current_dir(folder.path());
-    let mut log = Logger::start_command_in(command, &terminal);
+    let mut log = Logger::start_in(command, &terminal);
     board.greet();
     board.rows(140);
     log.wait_for_rows(140);

@@ -6,7 +6,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 use super::board::Board;
-use super::logger::{Logger, Terminal, until};
+use super::logger::{Logger, Terminal, program, until};
 use super::recording;
 
 #[test]
@@ -88,7 +88,7 @@ fn a_port_without_rows_is_no_end() {
         let mut board = Board::new(folder.path());
         let line = format!("live --port {} --folder s --plain --events -", board.port());
         let mut terminal = Terminal::new();
-        let mut live = Logger::start_in(folder.path(), &line, &terminal);
+        let mut live = Logger::start_in(program(folder.path(), &line), &terminal);
         live.wait_for("connecting");
         if sent.is_empty() {
             // What is typed is done while a board is silent, too.

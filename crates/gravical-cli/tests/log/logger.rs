@@ -73,13 +73,8 @@ impl Logger {
         self.seen.iter().filter(|seen| *seen == event).count()
     }
 
-    /// The same with a terminal for input and messages.
-    pub fn start_in(folder: &Path, line: &str, terminal: &Terminal) -> Self {
-        Self::start_command_in(program(folder, line), terminal)
-    }
-
-    /// The same of any command.
-    pub fn start_command_in(mut command: Command, terminal: &Terminal) -> Self {
+    /// Runs a command with a terminal for input and messages, and reads its events.
+    pub fn start_in(mut command: Command, terminal: &Terminal) -> Self {
         let end = || Stdio::from(terminal.theirs.try_clone().unwrap());
         Self::of(command.env("TERM", "xterm").stdin(end()).stderr(end()))
     }

@@ -19,7 +19,7 @@ use gravical::recording::{ReadOptions, Reason, Recording, read};
 use rustix::process::Signal;
 
 use board::{Board, HEADER, SETTINGS};
-use logger::{Logger, Terminal, run};
+use logger::{Logger, Terminal, program, run};
 
 /// The recording as the other commands read it.
 fn recording(path: &std::path::Path) -> Recording {
@@ -201,7 +201,7 @@ fn space_pauses_and_the_terminal_is_restored() {
     let mut board = Board::new(folder.path());
     let mut terminal = Terminal::new();
     let line = format!("log x --port {}", board.port());
-    let mut log = Logger::start_in(folder.path(), &line, &terminal);
+    let mut log = Logger::start_in(program(folder.path(), &line), &terminal);
     assert!(terminal.is_cooked());
     board.greet();
     board.rows(150);

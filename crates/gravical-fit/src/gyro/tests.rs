@@ -170,32 +170,35 @@ fn coverage(world: World, count: u64) -> [f64; 2] {
     })
 }
 
-/// Motions, standard deviation of the accelerometer's means, m/s², error of its matrix, and drift of the bias,
-/// °/s, with its time constant, s: the conditions of docs/accuracy-gyro.md.
-const WORLDS: [(usize, f64, f64, [f64; 2]); 10] = [
-    (17, 0.002, 0.0, [0.0, 1.0]),
-    (17, 0.002, 0.0005, [0.05, 5.0]),
-    (8, 0.002, 0.0005, [0.05, 5.0]),
-    (8, 0.002, 0.0, [0.0, 1.0]),
-    (40, 0.002, 0.0, [0.0, 1.0]),
-    (17, 0.01, 0.0, [0.0, 1.0]),
-    (17, 0.002, 0.0, [0.05, 5.0]),
-    (17, 0.002, 0.0, [0.05, 20.0]),
-    (40, 0.002, 0.0, [0.05, 20.0]),
-    (17, 0.002, 0.0005, [0.0, 1.0]),
+/// Drift is of the bias, °/s, with its time constant, s.
+const fn world(motions: usize, accel_sd: f64, accel_error: f64, drift: [f64; 2]) -> World {
+    World {
+        motions,
+        accel_sd,
+        accel_error,
+        drift: [drift[0] * DEG, drift[1]],
+        ..CHEAP
+    }
+}
+
+/// The conditions of docs/accuracy-gyro.md.
+const WORLDS: [World; 10] = [
+    world(17, 0.002, 0.0, [0.0, 1.0]),
+    world(17, 0.002, 0.0005, [0.05, 5.0]),
+    world(8, 0.002, 0.0005, [0.05, 5.0]),
+    world(8, 0.002, 0.0, [0.0, 1.0]),
+    world(40, 0.002, 0.0, [0.0, 1.0]),
+    world(17, 0.01, 0.0, [0.0, 1.0]),
+    world(17, 0.002, 0.0, [0.05, 5.0]),
+    world(17, 0.002, 0.0, [0.05, 20.0]),
+    world(40, 0.002, 0.0, [0.05, 20.0]),
+    world(17, 0.002, 0.0005, [0.0, 1.0]),
 ];
 
 /// Within three standard deviations of the shares.
-fn assert_covered(worlds: &[(usize, f64, f64, [f64; 2])], count: u64, [matrix, bias]: [f64; 2]) {
-    for &(motions, accel_sd, accel_error, [drift_deg_s, drift_s]) in worlds {
-        let world = World {
-            motions,
-            accel_sd,
-            accel_error,
-            drift: [drift_deg_s * DEG, drift_s],
-            ..CHEAP
-        };
-        let found = coverage(world, count);
+fn assert_covered(worlds: &[World], count: u64, [matrix, bias]: [f64; 2]) {
+    for world in worlds {
+        let found = coverage(*world, count);
         println!("{world:?}: {found:.3?}");
         assert!((found[0] - 0.95).abs() <= matrix && (found[1] - 0.95).abs() <= bias);
     }
@@ -230,15 +233,11 @@ fn fit(session: &Session, options: &GyroOptions) -> GyroFit {
 #[test]
 fn a_reaction_to_gravity_is_found_where_there_is_one() {
     let session = CHEAP.session(4);
-    assert_eq!(
-        fit(&session, &CHEAP.options()).rest.g_sensitivity,
-        [[0.0; 3]; 3]
-    );
+    let none = fit(&session, &CHEAP.options()).rest.g_sensitivity;
+    assert_eq!(none, [[0.0; 3]; 3]);
     let mut other = session.clone();
-    other
-        .stills
-        .iter_mut()
-        .for_each(|s| s.rate[0] += 3e-4 * s.accel[2]);
+    let stills = other.stills.iter_mut();
+    stills.for_each(|s| s.rate[0] += 3e-4 * s.accel[2]);
     let found = fit(&other, &CHEAP.options()).rest.g_sensitivity;
     assert!((found[0][2] - 3e-4).abs() < 2e-5, "{found:?}");
     assert_eq!(found[1], [0.0; 3]);
@@ -248,11 +247,8 @@ fn a_reaction_to_gravity_is_found_where_there_is_one() {
 fn what_the_motions_leave_open() {
     // Turns that the x axis takes no part in, as far as the rates say.
     let still = read_as(&CHEAP.session(5), |[_, y, z]| [0.0, y, z]);
-    let found = fit(&still, &CHEAP.options())
-        .by_motions
-        .unwrap()
-        .unwrap_err();
-    assert_eq!(found.axes, [true, false, false]);
+    let found = fit(&still, &CHEAP.options()).by_motions.unwrap();
+    assert_eq!(found.unwrap_err().axes, [true, false, false]);
 }
 
 #[test]
@@ -293,9 +289,8 @@ fn readings_that_do_not_differ_leave_what_rounding_does() {
         rounding: [3e-3; 3],
         nominal: Some(1.0),
     };
-    let rest = gyro(&stills, &[], &Calibration::identity(), &options)
-        .unwrap()
-        .rest;
+    let fit = gyro(&stills, &[], &Calibration::identity(), &options);
+    let rest = fit.unwrap().rest;
     assert_eq!(rest.bias, [0.01; 3]);
     assert!((rest.bias_sd[0] - 3e-3).abs() < 1e-12, "{:?}", rest.bias_sd);
 }

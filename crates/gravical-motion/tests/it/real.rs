@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use gravical_motion::{Ends, Motion, MotionOptions, estimate_motion};
+use gravical_motion::{Motion, MotionOptions, estimate_motion};
 
 use crate::study::{options, unbridged};
 
@@ -54,30 +54,16 @@ fn closing_error_m(motion: &Motion) -> f64 {
 #[test]
 fn walks_close() {
     // Published of the second: 0.08 m with a calibrated gyroscope and settings for this recording.
+    const SQUARE: &str = "openshoe-square2/square2_u.csv";
+    const WALK: &str = "xio-gait/short_walk.csv";
     for (file, [force, rate], units, rate_hz, steps, limits_m) in [
-        (
-            "openshoe-square2/square2_u.csv",
-            [0, 3],
-            [1.0, 1.0],
-            100.0,
-            0,
-            [0.2, 0.3],
-        ),
-        (
-            "xio-gait/short_walk.csv",
-            [4, 1],
-            [G, DEG],
-            400.0,
-            16,
-            [0.35, 0.6],
-        ),
+        (SQUARE, [0, 3], [1.0, 1.0], 100.0, 0, [0.2, 0.3]),
+        (WALK, [4, 1], [G, DEG], 400.0, 16, [0.35, 0.6]),
     ] {
         let Some(rows) = rows(file) else { return };
         let time_s: Vec<f64> = (0..rows.len()).map(|i| i as f64 / rate_hz).collect();
-        let (force, rate) = (
-            columns(&rows, force, units[0]),
-            columns(&rows, rate, units[1]),
-        );
+        let force = columns(&rows, force, units[0]);
+        let rate = columns(&rows, rate, units[1]);
         let samples = unbridged(&time_s, &force, &rate);
         for (causal, limit_m) in [false, true].into_iter().zip(limits_m) {
             let options = MotionOptions {
@@ -86,35 +72,11 @@ fn walks_close() {
             };
             let motion = estimate_motion(&samples, &options);
             let error_m = closing_error_m(&motion);
-            assert!(
-                motion.stances.len() >= steps,
-                "{file}: {:?}",
-                motion.stances
-            );
+            let stances = motion.stances.len();
+            assert!(stances >= steps, "{file}: {stances}");
             assert!(error_m < limit_m, "{file}: {error_m} m, causal {causal}");
         }
     }
-}
-
-#[test]
-fn a_walk_that_is_cut_is_one() {
-    let Some(rows) = rows("xio-gait/short_walk.csv") else {
-        return;
-    };
-    let rows: Vec<Vec<f64>> = rows.into_iter().filter(|r| r[0] >= 20.0).collect();
-    let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-    let samples = unbridged(&time_s, &columns(&rows, 4, G), &columns(&rows, 1, DEG));
-    let motion = estimate_motion(&samples, &MotionOptions::default());
-    // What stands after the walk counts, and its steps do.
-    let [walk, stand] = &motion.moves[..] else {
-        panic!("{:?}", motion.moves);
-    };
-    assert_eq!(walk.ends, Ends::ToRest);
-    assert!(
-        walk.stances >= 11 && walk.sd_m().iter().all(|sd| *sd < 1.0),
-        "{walk:?}"
-    );
-    assert!(norm(stand.displacement_m) < 0.1, "{stand:?}");
 }
 
 /// Strides of both feet between moments at which the foot stands, beside an optical heel marker.

@@ -107,16 +107,9 @@ fn nothing_is_integrated_over_a_gap_nor_known_without_a_rest() {
     assert!(states[after - 5..after + 5].iter().all(still));
     assert!(states.iter().all(|s| norm(s.velocity_mps) < 3.0));
 
-    let short = unbridged(
-        &recording.time_s[..20],
-        &recording.force[..20],
-        &recording.rate[..20],
-    );
+    let [force, rate] = [&recording.force, &recording.rate].map(|v| &v[..20]);
+    let short = unbridged(&recording.time_s[..20], force, rate);
     let unknown: Vec<SampleState> = Motion::default().states(&short).collect();
-    assert!(
-        unknown.len() == 20
-            && unknown
-                .iter()
-                .all(|s| !s.at_rest && s.position_m[0].is_nan())
-    );
+    let is_unknown = |s: &SampleState| !s.at_rest && s.position_m[0].is_nan();
+    assert!(unknown.len() == 20 && unknown.iter().all(is_unknown));
 }

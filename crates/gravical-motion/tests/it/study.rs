@@ -1,5 +1,7 @@
 //! Errors against bands over many recordings.
 
+use std::ops::Range;
+
 use gravical_motion::{
     Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
     bridge_odd, estimate_motion, resolutions,
@@ -131,6 +133,16 @@ impl Study {
         study
     }
 
+    /// Of recordings of a kind.
+    pub fn of_kind(
+        (_, trouble, change): Kind,
+        seeds: Range<u64>,
+        options: &MotionOptions,
+    ) -> Study {
+        let scene = |seed| Scene::new(seed, trouble).with(change);
+        Study::of(seeds.map(scene), options)
+    }
+
     pub fn rms_mm(&self) -> f64 {
         1e3 * (self.along.iter().sum::<f64>() / self.along.len() as f64).sqrt()
     }
@@ -157,66 +169,52 @@ impl Study {
     }
 }
 
-/// A name, and a recording of a seed.
-pub type Kind = (&'static str, fn(u64) -> Scene);
+/// A name, and how its recordings differ from plain ones.
+pub type Kind = (&'static str, Trouble, fn(&mut Scene));
 
 /// Every kind that is studied.
 pub fn kinds() -> Vec<Kind> {
     use Trouble as T;
+    const G: f64 = 9.80665;
     vec![
-        ("plain", |s| Scene::new(s, T::None)),
-        ("slow 4 s", |s| {
-            Scene::new(s, T::None).with(|s| s.move_s = 4.0)
+        ("plain", T::None, |_| {}),
+        ("slow 4 s", T::None, |s| s.move_s = 4.0),
+        ("slow 8 s", T::None, |s| s.move_s = 8.0),
+        ("drops", T::Drops, |_| {}),
+        ("noise × 3", T::None, |s| s.noise = [0.1, 3e-3]),
+        ("wobble ±3°", T::Wobble(3.0_f64.to_radians()), |_| {}),
+        ("cart", T::Cart(0.7, 0.1), |_| {}),
+        ("cart 60 s", T::Cart(1.4, 0.2), |s| s.rests_s[1] = 60.0),
+        ("varied cart", T::VariedCart(1.0, 0.15), |_| {}),
+        ("knocks", T::Knocks, |_| {}),
+        ("vibration", T::Vibration(3.0), |_| {}),
+        ("jerk", T::Jerk, |s| s.move_s = 1.0),
+        ("bias step", T::BiasStep(0.05), |_| {}),
+        ("tremble", T::Tremble, |_| {}),
+        ("clipped force", T::None, |s| {
+            (s.move_s, s.ranges[0]) = (0.4, 2.0 * G)
         }),
-        ("slow 8 s", |s| {
-            Scene::new(s, T::None).with(|s| s.move_s = 8.0)
+        ("clipped rate", T::Tilt(2.0), |s| {
+            (s.move_s, s.ranges[1]) = (1.0, 250.0_f64.to_radians())
         }),
-        ("drops", |s| Scene::new(s, T::Drops)),
-        ("noise × 3", |s| {
-            Scene::new(s, T::None).with(|s| s.noise = [0.1, 3e-3])
+        ("no gyro", T::None, |s| s.gyro = false),
+        ("no gyro, tilt 0.5°", T::Tilt(0.5_f64.to_radians()), |s| {
+            s.gyro = false
         }),
-        ("wobble ±3°", |s| {
-            Scene::new(s, T::Wobble(3.0_f64.to_radians()))
+        (
+            "no gyro, stays 0.5°",
+            T::LastingTilt(0.5_f64.to_radians()),
+            |s| s.gyro = false,
+        ),
+        ("no gyro, 0.1 m 5 s", T::None, |s| {
+            (s.gyro, s.move_s, s.distance_m) = (false, 5.0, 0.1)
         }),
-        ("cart", |s| Scene::new(s, T::Cart(0.7, 0.1))),
-        ("cart 60 s", |s| {
-            Scene::new(s, T::Cart(1.4, 0.2)).with(|s| s.rests_s = [5.0, 60.0])
+        ("spike", T::Spikes(1), |_| {}),
+        ("three spiked, 60 s", T::Spikes(3), |s| s.rests_s[1] = 60.0),
+        ("plain, rests of 1 s", T::None, |s| {
+            (s.rests_s, s.moves) = ([1.0, 1.2], 3)
         }),
-        ("varied cart", |s| Scene::new(s, T::VariedCart(1.0, 0.15))),
-        ("knocks", |s| Scene::new(s, T::Knocks)),
-        ("vibration", |s| Scene::new(s, T::Vibration(3.0))),
-        ("jerk", |s| Scene::new(s, T::Jerk).with(|s| s.move_s = 1.0)),
-        ("bias step", |s| Scene::new(s, T::BiasStep(0.05))),
-        ("tremble", |s| Scene::new(s, T::Tremble)),
-        ("clipped force", |s| {
-            Scene::new(s, T::None).with(|s| (s.move_s, s.ranges) = (0.4, [2.0 * 9.80665, 1e3]))
-        }),
-        ("clipped rate", |s| {
-            Scene::new(s, T::Tilt(2.0))
-                .with(|s| (s.ranges, s.move_s) = ([1e3, 250.0_f64.to_radians()], 1.0))
-        }),
-        ("no gyro", |s| {
-            Scene::new(s, T::None).with(|s| s.gyro = false)
-        }),
-        ("no gyro, tilt 0.5°", |s| {
-            Scene::new(s, T::Tilt(0.5_f64.to_radians())).with(|s| s.gyro = false)
-        }),
-        ("no gyro, stays 0.5°", |s| {
-            Scene::new(s, T::LastingTilt(0.5_f64.to_radians())).with(|s| s.gyro = false)
-        }),
-        ("no gyro, 0.1 m 5 s", |s| {
-            Scene::new(s, T::None).with(|s| (s.gyro, s.move_s, s.distance_m) = (false, 5.0, 0.1))
-        }),
-        ("spike", |s| Scene::new(s, T::Spikes(1))),
-        ("three spiked, 60 s", |s| {
-            Scene::new(s, T::Spikes(3)).with(|s| s.rests_s = [5.0, 60.0])
-        }),
-        ("plain, rests of 1 s", |s| {
-            Scene::new(s, T::None).with(|s| (s.rests_s, s.moves) = ([1.0, 1.2], 3))
-        }),
-        ("calibrated", |s| {
-            Scene::new(s, T::Wobble(0.05)).with(|s| s.miscalibrated = 0.2)
-        }),
-        ("16 s", |s| Scene::new(s, T::None).with(|s| s.move_s = 16.0)),
+        ("calibrated", T::Wobble(0.05), |s| s.miscalibrated = 0.2),
+        ("16 s", T::None, |s| s.move_s = 16.0),
     ]
 }

@@ -188,14 +188,13 @@ fn captures(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::svg;
     use gravical::calibrate::{CalibrateOptions, calibrate};
     use gravical::recording::{ReadOptions, read};
     use gravical::simulate::{
         PosesOptions, Scenario, SimulateOptions, SixPositionOptions, simulate_to,
     };
 
-    /// The figures of a calibration, all of which can be drawn.
+    /// A calibration and its figures.
     fn simulated(scenario: Scenario) -> (CalibrationFile, Vec<Figure>) {
         let folder = tempfile::tempdir().unwrap();
         let options = SimulateOptions::new(scenario);
@@ -207,14 +206,6 @@ mod tests {
         let recordings: Vec<Recording> = recordings.collect();
         let done = calibrate(&recordings, &CalibrateOptions::default()).unwrap();
         let drawn = figures(&done.file, Some((&recordings[..], &done.segmentation)));
-        for figure in &drawn {
-            let text = svg::standalone(figure);
-            roxmltree::Document::parse(&text).unwrap();
-            assert!(
-                !text.contains("NaN") && !text.contains("no values"),
-                "{text}"
-            );
-        }
         (done.file, drawn)
     }
 

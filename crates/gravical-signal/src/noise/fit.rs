@@ -327,33 +327,3 @@ pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
     let factor = |p: f64| (freedom / chi2.inverse_cdf(p)).sqrt();
     Some([factor(0.975), factor(0.025)])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn exact(squares: [f64; 3], samples: usize) -> NoisePoints {
-        let model = NoiseModel { squares };
-        let octaves = (0..).map(|k| 1_usize << k).take_while(|m| 2 * m < samples);
-        let points = octaves.map(|m| AllanVariance {
-            m,
-            variance: model.variance(0.01 * m as f64),
-        });
-        NoisePoints::new(&points.collect::<Vec<_>>(), &[samples], 0.01)
-    }
-
-    #[test]
-    fn what_a_short_recording_does_not_show_has_a_limit_and_a_time() {
-        let fit = fit_noise(&exact([1.09e-5, 0.0, 0.0], 12_000)).unwrap();
-        assert!(matches!(fit.estimates[0], TermEstimate::Known { .. }));
-        for estimate in &fit.estimates[1..] {
-            let TermEstimate::Unknown { at_most, record_s } = estimate else {
-                panic!("{estimate:?}");
-            };
-            assert!(
-                at_most.unwrap() > 0.0 && record_s.unwrap() >= 240.0,
-                "{estimate:?}"
-            );
-        }
-    }
-}
