@@ -218,8 +218,11 @@ def session_of(session: Any, options: dict[str, Any]) -> tuple[list[Any], dict[s
 
 def _is_columns(mapping: Mapping[Any, Any]) -> bool:
     """True for columns of one table, false for recordings by the name of their pose."""
-    values = mapping.values()
-    return not any(is_path(one) or is_table(one) or np.ndim(one) > 1 for one in values)
+
+    def is_pose(one: Any) -> bool:
+        return isinstance(one, Recording) or is_path(one) or is_table(one) or np.ndim(one) > 1
+
+    return not any(map(is_pose, mapping.values()))
 
 
 def _pose(name: str, value: Any) -> Any:

@@ -120,7 +120,7 @@ def compare(first: Any, second: Any) -> Result:
     if name_a == name_b:
         name_a, name_b = f"first {name_a}", f"second {name_b}"
     pair = [(a, name_a), (b, name_b)]
-    return Result._of(_gravical.run("compare", [], pair, None, None, keywords({})))
+    return Result._of(_gravical.run("compare", [], pair, None, keywords({})))
 
 
 def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
