@@ -1,4 +1,4 @@
-//! Reports: each result as a [`Document`](crate::document::Document). Every number is one
+//! Reports: each result as a [`Document`]. Every number is one
 //! of the JSON result.
 
 mod calibration;
