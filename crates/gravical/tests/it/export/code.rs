@@ -149,7 +149,7 @@ np.savetxt(sys.stdout, np.hstack([a, w]))
 
 #[test]
 fn python_calibrates_arrays_alike() {
-    let python = std::env::var("GRAVICAL_IMUCAL_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let python = std::env::var("GRAVICAL_NUMPY_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let numpy = Command::new(&python).args(["-c", "import numpy"]).output();
     if !numpy.is_ok_and(|o| o.status.success()) {
         println!("skipped: {python} has no NumPy");
