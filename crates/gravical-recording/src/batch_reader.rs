@@ -65,7 +65,7 @@ pub struct BatchReader {
 
 impl BatchReader {
     /// Batches by which a recording is judged: 262,144 rows.
-    pub const HEAD: usize = 4;
+    pub const HEAD: usize = 16;
     /// The recording is judged, and held, as a whole: its channels may be changed before the first
     /// rows are taken.
     pub const WHOLE: usize = usize::MAX;

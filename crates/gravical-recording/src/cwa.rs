@@ -138,7 +138,7 @@ impl Placed {
     }
 }
 
-/// Iterates over the samples of a file in batches of 65,536 or a few more: whole blocks.
+/// Iterates over the samples of a file in batches of 16,384 or a few more: whole blocks.
 pub struct Samples<R> {
     reader: BufReader<R>,
     /// Blocks read.

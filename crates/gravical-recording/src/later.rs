@@ -18,7 +18,7 @@ use crate::text::{Batch, Format, Ledger, Reason, split_hint};
 /// So many rows of other sensors alone show that the one that is read has ended.
 const MIN_ROWS_OF_OTHERS: usize = 100;
 /// Rows before a batch with which it is read, and of a recording that grows, whose batches are short.
-const TAIL_ROWS: usize = 16_384;
+const TAIL_ROWS: usize = 4096;
 const SHORT_TAIL_ROWS: usize = 1024;
 
 /// How rows are read after those by which a recording was judged.

@@ -209,7 +209,7 @@ pub enum GyroscopeOutcome {
 /// `name` is used in messages.
 ///
 /// The first 262,144 rows are held and judged as [`read`](crate::recording::read) judges a
-/// recording; nothing is written before that. The others are read alike, 65,536 at a time, so that
+/// recording; nothing is written before that. The others are read alike, 16,384 at a time, so that
 /// memory stays flat. A row that is no measurement (of another sensor, of zeros, of a sensor that
 /// hung) stays a row without calibrated values.
 ///
