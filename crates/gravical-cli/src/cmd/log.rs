@@ -25,7 +25,7 @@ pub use file::{Existing, LogFile, free_path};
 pub use session::Session;
 
 use event::{End, Ended};
-use keys::{Key, Keys};
+use keys::Keys;
 use reporter::Reporter;
 
 use crate::device::board::Wanted;
@@ -124,13 +124,6 @@ impl Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    match record(args, &mut reporter) {
-        Err(error) if args.json => reporter.fail(&error).ok_or(error),
-        done => done,
-    }
-}
-
-fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
@@ -138,18 +131,19 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let keys = Keys::new();
     reporter.screen.is_raw = keys.is_some();
     let mut done = Ok(());
-    while done.is_ok() && session.recorder.end().is_none() && !interrupted.load(Ordering::SeqCst) {
+    while done.is_ok() && session.recorder.end.is_none() && !interrupted.load(Ordering::SeqCst) {
         done = session.step().map(drop);
         match keys.as_ref().and_then(Keys::pressed) {
-            Some(Key::Pause) if done.is_ok() => done = session.toggle_pause(),
-            Some(Key::End) => break,
+            Some(b' ') if done.is_ok() => done = session.toggle_pause(),
+            // Ctrl-C and Ctrl-D, too.
+            Some(b'q' | 3 | 4) => break,
             _ => {}
         }
         reporter.report(&session.take_events());
     }
     reporter.screen.close();
     drop(keys);
-    end(args, session, done, reporter)
+    end(args, session, done, &mut reporter)
 }
 
 /// Writes everything that waits, and reports the summary.
@@ -182,17 +176,16 @@ fn end(
             }
         }
     }
-    let reason = recorder.end().filter(|_| done.is_ok());
-    reporter.ended(Ended {
+    let reason = recorder.end.filter(|_| done.is_ok());
+    // Rows that were held are written by the end.
+    let elapsed_s = recorder.elapsed_s(now_s);
+    reporter.report(&[Event::Ended(Box::new(Ended {
         file: path.display().to_string(),
         reason,
-        // Rows that were held are written by the end.
-        elapsed_s: recorder
-            .elapsed_s(now_s)
-            .min(args.duration.unwrap_or(f64::INFINITY)),
+        elapsed_s: elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         inspection,
-    });
+    }))]);
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
     Ok(ExitCode::from(match reason {

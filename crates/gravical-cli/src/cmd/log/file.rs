@@ -57,7 +57,6 @@ impl LogFile {
     ///
     /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage); the system's.
     pub fn open(path: &Path, existing: Existing) -> Result<Self> {
-        let is_new = existing == Existing::Refuse;
         let is_in_dev = || path.canonicalize().is_ok_and(|p| p.starts_with("/dev"));
         let is_device = is_special(path) && is_in_dev();
         if is_special(path) && !is_device {
@@ -65,6 +64,7 @@ impl LogFile {
             let hint = "record into a file, and follow it with tail -f";
             return Err(Error::usage("is-pipe", text).at(path, None).with_hint(hint));
         }
+        let is_new = existing == Existing::Refuse;
         check_targets(&[path.to_owned()], &[], !is_new).map_err(|error| match error.code() {
             "exists" => error.with_hint(
                 "continue it with --append, replace it with --force, or name another file with -o",
@@ -72,12 +72,9 @@ impl LogFile {
             _ => error,
         })?;
         let mut options = File::options();
-        options.write(true);
-        if !is_device {
-            // On Windows a file opened for appending cannot be cut.
-            options.read(true).append(cfg!(not(windows)));
-            options.create_new(is_new).create(true);
-        }
+        // On Windows a file opened for appending cannot be cut.
+        options.read(true).write(true).append(cfg!(not(windows)));
+        options.create(true).create_new(is_new && !is_device);
         // On Windows a lock would exclude readers; this shares reading and deleting only.
         #[cfg(windows)]
         std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
@@ -86,13 +83,13 @@ impl LogFile {
             _ => Error::io(path, e),
         })?;
         // A file system without locks is accepted.
-        let is_locked = || matches!(file.try_lock(), Err(TryLockError::WouldBlock));
-        if cfg!(not(windows)) && !is_device && is_locked() {
+        if cfg!(not(windows)) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(in_use(path));
         }
         let mut file = LogFile {
             path: path.to_owned(),
             file,
+            // A device holds nothing.
             existing: if is_device {
                 Existing::Refuse
             } else {
@@ -243,14 +240,14 @@ impl LogFile {
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
-        let beside = || self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let beside = self.path.parent().unwrap_or(Path::new("")).to_owned();
+        let mut folders = [beside, std::env::temp_dir()].into_iter();
         let rescue = if self.held.is_empty() {
             "no line was written yet".to_owned()
+        } else if let Some(path) = folders.find_map(|folder| self.rescue_in(&folder).ok()) {
+            format!("what was received is in {}", path_text(&path))
         } else {
-            match beside().or_else(|_| self.rescue_in(&std::env::temp_dir())) {
-                Ok(path) => format!("what was received is in {}", path_text(&path)),
-                Err(_) => "what was received could not be written anywhere".to_owned(),
-            }
+            "what was received could not be written anywhere".to_owned()
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))

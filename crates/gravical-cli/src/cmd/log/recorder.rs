@@ -13,7 +13,6 @@ use super::Args;
 use super::event::{Counts, End, Event};
 use super::gap::{Cause, GAP_STEPS, Gaps};
 use super::lines::{Line, Prefixes, Splitter};
-use super::status::Status;
 use crate::device::board::Settings;
 use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
@@ -37,18 +36,16 @@ const QUOTED: usize = 60;
 
 /// What becomes of the lines. In each state the port may be lost and found.
 enum State {
-    /// The board has not confirmed the settings that are wanted, which were sent at this time, s: lines
-    /// are dropped.
-    Setting { sent_s: Option<f64> },
+    /// They are dropped: the board has not confirmed the settings that are wanted.
+    Setting,
     /// They are held until the reader knows their format. When that is tried next with few rows, s.
     Holding { next_s: f64 },
     /// They are written.
     Writing,
-    /// All that was asked for is there, or the user ended it.
-    Ended(End),
 }
 
 /// A port that is open.
+#[derive(Default)]
 struct Port {
     name: String,
     opened_s: f64,
@@ -56,8 +53,8 @@ struct Port {
     /// The last bytes.
     received: Vec<u8>,
     splitter: Splitter,
-    /// Opening it may still reset the board.
-    may_reset: bool,
+    /// When the settings that are wanted were sent.
+    sent_s: Option<f64>,
     is_silent: bool,
     /// What was said to arrive in place of rows.
     said: Option<String>,
@@ -66,8 +63,6 @@ struct Port {
 /// What has to be done.
 #[derive(Default)]
 pub struct Output {
-    /// Comes before the next line for the file.
-    pub preamble: String,
     /// Whole lines for the file.
     pub text: Vec<u8>,
     /// Commands for the board.
@@ -81,8 +76,12 @@ pub struct Recorder {
     /// Time of day at the time zero, s (UTC).
     day_s: f64,
     state: State,
+    /// Why it ended.
+    pub end: Option<End>,
     port: Option<Port>,
     pub reader: Follow,
+    /// Comes before the next line of the file.
+    preamble: String,
     prefixes: Prefixes,
     /// Lines that the reader has not judged.
     waiting: VecDeque<Line>,
@@ -112,16 +111,19 @@ impl Recorder {
             reader.settle()?;
             gaps.open(Cause::Continued);
         }
-        let state = match args.board.wanted.commands().as_str() {
-            "" => State::of(&reader),
-            _ => State::Setting { sent_s: None },
+        let state = if args.board.wanted.commands().is_empty() {
+            State::of(&reader)
+        } else {
+            State::Setting
         };
         Ok(Recorder {
             args,
             day_s,
             state,
+            end: None,
             port: None,
             reader,
+            preamble: String::new(),
             prefixes: Prefixes::of_file(before, day_s),
             waiting: VecDeque::new(),
             gaps,
@@ -133,28 +135,14 @@ impl Recorder {
         })
     }
 
-    /// Why it ended.
-    pub fn end(&self) -> Option<End> {
-        match self.state {
-            State::Ended(end) => Some(end),
-            _ => None,
-        }
-    }
-
-    /// What is known without a look at the rows.
-    pub fn status(&self, now_s: f64) -> Status {
-        Status {
-            rows: self.counts.rows,
-            elapsed_s: self.elapsed_s(now_s),
-            paused: self.paused_from_s.is_some(),
-            rejected: self.counts.rejected,
-            ..Status::default()
-        }
-    }
-
     /// Whether nothing has arrived for a while, or the port is lost; not in a pause.
     pub fn is_silent(&self) -> bool {
-        self.paused_from_s.is_none() && self.port.as_ref().is_none_or(|port| port.is_silent)
+        !self.is_paused() && self.port.as_ref().is_none_or(|port| port.is_silent)
+    }
+
+    /// Whether rows are not stored, as the user wants it.
+    pub fn is_paused(&self) -> bool {
+        self.paused_from_s.is_some()
     }
 
     /// Seconds since the first row, without pauses.
@@ -167,32 +155,20 @@ impl Recorder {
         self.out.events.push(event);
     }
 
-    fn warn(&mut self, text: String) {
-        self.say(Event::Warning { text });
-    }
-
     // Inputs.
 
     /// A port was opened; `device` is the device behind it. `preamble` becomes the first line of the
     /// file.
     pub fn opened(&mut self, now_s: f64, port: &str, device: Option<String>, preamble: String) {
         if self.counts.rows == 0 {
-            self.out.preamble = preamble;
+            self.preamble = preamble;
         }
-        if let State::Setting { sent_s } = &mut self.state {
-            *sent_s = None;
-        }
-        self.port = Some(Port {
-            name: port.to_owned(),
-            opened_s: now_s,
-            last_bytes_s: None,
-            received: Vec::new(),
-            splitter: Splitter::default(),
-            may_reset: true,
-            is_silent: false,
-            said: None,
-        });
         let port = port.to_owned();
+        self.port = Some(Port {
+            name: port.clone(),
+            opened_s: now_s,
+            ..Port::default()
+        });
         self.say(Event::Opened { port, device });
     }
 
@@ -200,7 +176,7 @@ impl Recorder {
     pub fn lost(&mut self, why: &str) {
         let half = self.port.take().map(|port| port.splitter.cut());
         if let State::Writing = self.state {
-            if self.paused_from_s.is_none() {
+            if !self.is_paused() {
                 self.reject(&half.unwrap_or_default());
             }
             self.gaps.open(Cause::Unplugged);
@@ -225,14 +201,9 @@ impl Recorder {
         let old = port.received.len().saturating_sub(JUDGED_BYTES);
         port.received.drain(..old);
         let lines = port.splitter.push(bytes);
-        if port.may_reset && now_s - last_s >= RESET_SILENCE_S {
-            port.may_reset = false;
-            if now_s - port.opened_s < RESET_S {
-                let begins_word =
-                    |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
-                let keeps = |line: &Line| line.is_comment() || begins_word(line);
-                self.drop_held(keeps);
-            }
+        if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
+            let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+            self.drop_held(|line| line.is_comment() || begins_word(line));
         }
         let mut lines = lines.into_iter();
         lines.try_for_each(|(line, is_whole)| self.line(now_s, line, is_whole))
@@ -244,7 +215,7 @@ impl Recorder {
     ///
     /// Those of the reader.
     pub fn toggle_pause(&mut self, now_s: f64) -> Result<()> {
-        if self.counts.rows == 0 || self.end().is_some() {
+        if self.counts.rows == 0 || self.end.is_some() {
             return Ok(());
         }
         let Some(from_s) = self.paused_from_s.take() else {
@@ -265,7 +236,7 @@ impl Recorder {
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
         match self.state {
-            State::Setting { sent_s } => self.set(now_s, sent_s),
+            State::Setting => self.set(now_s),
             State::Holding { .. } => self.begin(now_s, false),
             State::Writing if self.counts.rows == 0 && self.is_due(now_s) => self.report_no_rows(),
             State::Writing => {
@@ -273,7 +244,6 @@ impl Recorder {
                 self.end_at(now_s);
                 Ok(())
             }
-            State::Ended(_) => Ok(()),
         }
     }
 
@@ -284,9 +254,8 @@ impl Recorder {
     /// Those of the reader.
     pub fn finish(&mut self, now_s: f64) -> Result<()> {
         self.begin(now_s, true)?;
-        if !self.end_at(now_s) {
-            self.state = State::Ended(End::User);
-        }
+        self.end_at(now_s);
+        self.end.get_or_insert(End::User);
         Ok(())
     }
 
@@ -294,27 +263,26 @@ impl Recorder {
 
     /// A line of the board, without its end.
     fn line(&mut self, now_s: f64, text: Vec<u8>, is_whole: bool) -> Result<()> {
-        let line = Line::plain(now_s, text);
-        if line.is_comment() {
-            let text = String::from_utf8_lossy(&line.text);
-            let (settings, text) = (Settings::parse(&text), shown(&text).into_owned());
-            self.say(Event::Board { text });
-            if let Some(settings) = settings {
+        if text.starts_with(b"#") {
+            let text = String::from_utf8_lossy(&text);
+            let shown = shown(&text).into_owned();
+            self.say(Event::Board { text: shown });
+            if let Some(settings) = Settings::parse(&text) {
                 self.settings_are(now_s, &settings);
             }
-        } else if self.paused_from_s.is_some() {
+        } else if self.is_paused() {
+            return Ok(());
+        }
+        if self.end.is_some() || matches!(self.state, State::Setting) {
             return Ok(());
         }
         // Of numbers whose beginning was not received the first may lack digits.
-        let is_half = !is_whole && !line.text.iter().any(u8::is_ascii_alphabetic);
-        match self.state {
-            State::Writing if is_half => self.reject(&line.text),
-            State::Writing => {
-                let line = self.prefixed(line);
-                self.add(line)?;
-            }
-            State::Holding { .. } if !is_half => self.hold(line)?,
-            _ => {}
+        if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
+            let line = self.prefixed(Line::plain(now_s, text));
+            return self.add(line);
+        }
+        if let State::Writing = self.state {
+            self.reject(&text);
         }
         Ok(())
     }
@@ -324,19 +292,16 @@ impl Recorder {
         line
     }
 
-    /// Passes a line to the reader, and writes what that has judged.
+    /// Passes a line to the reader, and writes what that has judged: from the line on by which it knows
+    /// the format.
     fn add(&mut self, line: Line) -> Result<()> {
         let read = self.reader.push(&line.in_file());
         self.waiting.push_back(line);
-        read.map_err(|error| unreadable(&error))?;
-        self.write_judged();
-        Ok(())
-    }
-
-    /// Holds a line, unless the reader knows the format by it.
-    fn hold(&mut self, line: Line) -> Result<()> {
-        let read = self.reader.push(&line.in_file());
-        self.waiting.push_back(line);
+        if let State::Writing = self.state {
+            read.map_err(|error| unreadable(&error))?;
+            self.write_judged();
+            return Ok(());
+        }
         if read.is_err() {
             // So many lines without a format are no recording.
             self.drop_held(|_| false);
@@ -399,7 +364,7 @@ impl Recorder {
             if let LineKind::Row(stamp) = kind {
                 self.begin_row(line.at_s, stamp);
             }
-            if self.end().is_some() {
+            if self.end.is_some() {
                 return;
             }
             match kind {
@@ -412,7 +377,8 @@ impl Recorder {
     /// A row follows, unless it ends here.
     fn begin_row(&mut self, at_s: f64, stamp: f64) {
         self.began_s = self.began_s.min(at_s);
-        if self.end_at(at_s) {
+        self.end_at(at_s);
+        if self.end.is_some() {
             return;
         }
         if self.counts.rows == 0 {
@@ -421,11 +387,7 @@ impl Recorder {
             self.say(Event::Started { columns });
         }
         // Times of arrival do not tell what is missing.
-        let stamp = if self.prefixes.has_clock {
-            stamp
-        } else {
-            f64::NAN
-        };
+        let stamp = Some(stamp).filter(|stamp| self.prefixes.has_clock && !stamp.is_nan());
         let (rate_hz, max_s) = (self.rate_hz(), self.silence_s());
         if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
             self.write(format!("{}\n", gap.line()).as_bytes());
@@ -438,17 +400,14 @@ impl Recorder {
         self.counts.rows += 1;
     }
 
-    /// Ends it once all that was asked for is there; whether it has ended.
-    fn end_at(&mut self, now_s: f64) -> bool {
+    /// Ends it once all that was asked for is there.
+    fn end_at(&mut self, now_s: f64) {
         let elapsed_s = self.elapsed_s(now_s);
-        if let State::Writing = self.state {
-            if self.args.rows == Some(self.counts.rows) {
-                self.state = State::Ended(End::Rows);
-            } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
-                self.state = State::Ended(End::Duration);
-            }
+        if self.args.rows == Some(self.counts.rows) {
+            self.end.get_or_insert(End::Rows);
+        } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
+            self.end.get_or_insert(End::Duration);
         }
-        self.end().is_some()
     }
 
     fn rate_hz(&self) -> Option<f64> {
@@ -457,7 +416,7 @@ impl Recorder {
 
     /// Writes a whole line.
     fn write(&mut self, line: &[u8]) {
-        let preamble = std::mem::take(&mut self.out.preamble);
+        let preamble = std::mem::take(&mut self.preamble);
         self.out.text.extend_from_slice(preamble.as_bytes());
         self.out.text.extend_from_slice(line);
     }
@@ -512,7 +471,7 @@ impl Recorder {
         if port.said.as_ref() != Some(&hint) {
             let text = format!("{}; {hint}", error.message());
             port.said = Some(hint);
-            self.warn(text);
+            self.say(Event::Warning { text });
         }
         Ok(())
     }
@@ -525,12 +484,10 @@ impl Recorder {
     /// A board that has sent rows is silent: some may be missing.
     fn notice_silence(&mut self, now_s: f64) {
         let max_s = self.silence_s();
-        if let Some(port) = &mut self.port
-            && !port.is_silent
-        {
+        if let Some(port) = self.port.as_mut().filter(|port| !port.is_silent) {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
-            if duration_s >= max_s {
-                port.is_silent = true;
+            port.is_silent = duration_s >= max_s;
+            if port.is_silent {
                 self.say(Event::Silent { duration_s });
             }
         }
@@ -541,7 +498,7 @@ impl Recorder {
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
         let is_met = self.args.board.wanted.is_met_by(settings);
         match self.state {
-            State::Setting { .. } if is_met => {
+            State::Setting if is_met => {
                 self.state = State::of(&self.reader);
                 // Rows are waited for from now on.
                 if let Some(port) = &mut self.port {
@@ -550,29 +507,32 @@ impl Recorder {
             }
             // Rows before are of another start, or have no header.
             State::Holding { .. } => self.drop_held(Line::is_comment),
-            State::Writing if !is_met => self
-                .warn("the board was reset and has other settings than those asked for".to_owned()),
+            State::Writing if !is_met => {
+                let text = "the board was reset and has other settings than those asked for";
+                let text = text.to_owned();
+                self.say(Event::Warning { text });
+            }
             _ => {}
         }
     }
 
     /// Sends the settings that are wanted, once; that they are in vain is an error.
-    fn set(&mut self, now_s: f64, sent_s: Option<f64>) -> Result<()> {
-        let port = self.port.as_ref();
-        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
-        let opened_s = port.map_or(now_s, |port| port.opened_s);
-        match sent_s {
-            _ if !is_heard && self.is_due(now_s) => self.report_no_rows(),
+    fn set(&mut self, now_s: f64) -> Result<()> {
+        let is_due = self.is_due(now_s);
+        let Some(port) = &mut self.port else {
+            return Ok(());
+        };
+        match port.sent_s {
+            _ if port.received.is_empty() && is_due => self.report_no_rows(),
+            None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
+                port.sent_s = Some(now_s);
+                self.out.commands += &self.args.board.wanted.commands();
+                Ok(())
+            }
             Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
                 let text = "the board does not report the settings that were sent to it";
                 let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
                 Err(Error::device("settings-refused", text).with_hint(hint))
-            }
-            None if is_heard && now_s - opened_s >= COMMAND_S => {
-                let sent_s = Some(now_s);
-                self.state = State::Setting { sent_s };
-                self.out.commands += &self.args.board.wanted.commands();
-                Ok(())
             }
             _ => Ok(()),
         }
@@ -679,7 +639,7 @@ mod tests {
         assert_eq!(bench.gaps(), [missing]);
         bench.pass(4.0);
         bench.pass(20.0);
-        assert_eq!(bench.recorder.end(), Some(End::Duration));
+        assert_eq!(bench.recorder.end, Some(End::Duration));
         assert!(bench.recorder.is_silent());
     }
 

@@ -9,6 +9,7 @@ use super::Args;
 use super::event::Event;
 use super::file::LogFile;
 use super::recorder::Recorder;
+use super::status::Status;
 use crate::device::ports::{Target, list, the_board};
 use crate::device::serial::Serial;
 
@@ -159,17 +160,27 @@ impl Session {
 
     fn observe(&mut self, now_s: f64) {
         let recorder = &mut self.recorder;
-        let mut status = recorder.status(now_s);
-        if status.rows == 0 || recorder.args.is_read_along {
+        let counts = recorder.counts;
+        if counts.rows == 0 || recorder.args.is_read_along {
             return;
         }
+        let mut status = Status {
+            rows: counts.rows,
+            elapsed_s: recorder.elapsed_s(now_s),
+            paused: recorder.is_paused(),
+            rejected: counts.rejected,
+            ..Status::default()
+        };
         // Without new rows nothing is known of this second.
-        if std::mem::replace(&mut self.observed_rows, status.rows) != status.rows
+        if std::mem::replace(&mut self.observed_rows, counts.rows) != counts.rows
             && let Some(Ok(recording)) = recorder.reader.recording(u32::MAX)
         {
-            let findings = status.observe(&recording, &mut self.found);
-            let findings = findings.into_iter().map(Event::Finding);
-            recorder.out.events.extend(findings);
+            status.observe(&recording);
+            for finding in recording.findings {
+                if finding.kind.is_of_samples() && self.found.insert(finding.kind.name()) {
+                    recorder.say(Event::Finding(finding));
+                }
+            }
         }
         recorder.say(Event::Status(status));
     }
