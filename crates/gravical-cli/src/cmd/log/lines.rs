@@ -40,11 +40,6 @@ impl Splitter {
         }
         lines
     }
-
-    /// The line that has begun, and stays incomplete.
-    pub fn cut(self) -> Vec<u8> {
-        self.partial
-    }
 }
 
 /// A line of the board, without its end.
@@ -175,7 +170,6 @@ mod tests {
             let lines: Vec<_> = lines.collect();
             let lines: Vec<_> = lines.iter().map(|(l, whole)| (&l[..], *whole)).collect();
             assert_eq!(lines, expected);
-            assert_eq!(splitter.cut(), b"8");
         }
         let mut splitter = Splitter::default();
         let pieces = (0..100).flat_map(|_| splitter.push(&[b'x'; 100]));

@@ -60,16 +60,6 @@ struct Port {
     said: Option<String>,
 }
 
-/// What has to be done.
-#[derive(Default)]
-pub struct Output {
-    /// Whole lines for the file.
-    pub text: Vec<u8>,
-    /// Commands for the board.
-    pub commands: String,
-    pub events: Vec<Event>,
-}
-
 /// One recording.
 pub struct Recorder {
     pub args: Args,
@@ -92,7 +82,10 @@ pub struct Recorder {
     paused_from_s: Option<f64>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
-    pub out: Output,
+    /// What has to be done: whole lines for the file, commands for the board, what is told.
+    pub text: Vec<u8>,
+    pub commands: String,
+    pub events: Vec<Event>,
 }
 
 impl Recorder {
@@ -131,7 +124,9 @@ impl Recorder {
             began_s: f64::INFINITY,
             paused_from_s: None,
             is_incomplete: false,
-            out: Output::default(),
+            text: Vec::new(),
+            commands: String::new(),
+            events: Vec::new(),
         })
     }
 
@@ -152,7 +147,7 @@ impl Recorder {
 
     /// Tells an event.
     pub fn say(&mut self, event: Event) {
-        self.out.events.push(event);
+        self.events.push(event);
     }
 
     // Inputs.
@@ -174,11 +169,8 @@ impl Recorder {
 
     /// The port is lost; `why` is the system's message.
     pub fn lost(&mut self, why: &str) {
-        let half = self.port.take().map(|port| port.splitter.cut());
-        if let State::Writing = self.state {
-            if !self.is_paused() {
-                self.reject(&half.unwrap_or_default());
-            }
+        self.port = None;
+        if self.counts.rows > 0 {
             self.gaps.open(Cause::Unplugged);
         }
         self.drop_held(|_| false);
@@ -236,15 +228,17 @@ impl Recorder {
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
         match self.state {
-            State::Setting => self.set(now_s),
-            State::Holding { .. } => self.begin(now_s, false),
-            State::Writing if self.counts.rows == 0 && self.is_due(now_s) => self.report_no_rows(),
+            State::Setting => return self.set(now_s),
+            State::Holding { .. } => self.begin(now_s, false)?,
             State::Writing => {
                 self.notice_silence(now_s);
                 self.end_at(now_s);
-                Ok(())
             }
         }
+        if self.counts.rows == 0 && self.is_due(now_s) {
+            return self.report_no_rows();
+        }
+        Ok(())
     }
 
     /// The user ends it: what is held is written.
@@ -323,9 +317,6 @@ impl Recorder {
         *next_s = now_s + RETRY_S;
         // Lines that are no recording may be one with those that follow.
         let _ = self.reader.settle();
-        if self.reader.form().is_none() && is_due && !is_last {
-            return self.report_no_rows();
-        }
         self.write_held()
     }
 
@@ -417,8 +408,8 @@ impl Recorder {
     /// Writes a whole line.
     fn write(&mut self, line: &[u8]) {
         let preamble = std::mem::take(&mut self.preamble);
-        self.out.text.extend_from_slice(preamble.as_bytes());
-        self.out.text.extend_from_slice(line);
+        self.text.extend_from_slice(preamble.as_bytes());
+        self.text.extend_from_slice(line);
     }
 
     /// Writes a line that is no row, or a part of a line.
@@ -526,7 +517,7 @@ impl Recorder {
             _ if port.received.is_empty() && is_due => self.report_no_rows(),
             None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
                 port.sent_s = Some(now_s);
-                self.out.commands += &self.args.board.wanted.commands();
+                self.commands += &self.args.board.wanted.commands();
                 Ok(())
             }
             Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
@@ -601,8 +592,8 @@ mod tests {
         fn pass(&mut self, s: f64) {
             self.now_s += s;
             self.recorder.tick(self.now_s).unwrap();
-            let out = std::mem::take(&mut self.recorder.out);
-            self.text += std::str::from_utf8(&out.text).unwrap();
+            let text = std::mem::take(&mut self.recorder.text);
+            self.text += std::str::from_utf8(&text).unwrap();
         }
 
         fn rows(&mut self, rows: u32) {

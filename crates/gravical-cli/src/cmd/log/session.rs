@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime};
 
+use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
 
 use super::Args;
@@ -10,7 +11,7 @@ use super::event::Event;
 use super::file::LogFile;
 use super::recorder::Recorder;
 use super::status::Status;
-use crate::device::ports::{Target, list, the_board};
+use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
 
 /// Longest wait for bytes of the port.
@@ -27,7 +28,7 @@ pub struct Session {
     observed_rows: u64,
     found: BTreeSet<&'static str>,
     /// The device that is open, or was.
-    target: Option<Target>,
+    target: Option<PortInfo>,
     serial: Option<Serial>,
     /// The second in which a port was searched for, and the status reported.
     second: u64,
@@ -86,7 +87,7 @@ impl Session {
 
     /// Events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.recorder.out.events)
+        std::mem::take(&mut self.recorder.events)
     }
 
     /// Waits shortly for bytes, and does what is due. Returns the lines that were written.
@@ -187,9 +188,9 @@ impl Session {
 
     /// Writes the lines that wait, and sends the commands.
     fn write(&mut self) -> Result<Vec<u8>> {
-        let lines = std::mem::take(&mut self.recorder.out.text);
+        let lines = std::mem::take(&mut self.recorder.text);
         self.file.write(&lines)?;
-        let commands = std::mem::take(&mut self.recorder.out.commands);
+        let commands = std::mem::take(&mut self.recorder.commands);
         if let Some(serial) = self.serial.as_mut().filter(|_| !commands.is_empty())
             && let Err(e) = serial.send(commands.as_bytes())
         {
@@ -212,7 +213,7 @@ impl Session {
         let board = &self.recorder.args.board;
         let ports = list().unwrap_or_default();
         let name = match (&self.target, &board.port) {
-            (Some(target), _) => match target.find(&ports) {
+            (Some(target), _) => match find_again(target, &ports) {
                 Some(name) => name,
                 None => return Ok(()),
             },
@@ -221,15 +222,14 @@ impl Session {
         };
         self.serial = Some(Serial::open(&name, board.baud)?);
         self.open_error = None;
-        let target = Target::new(&name, &ports);
+        let target = named(&name, &ports);
         let preamble = format!(
             "# gravical {} log, {}, {name}\n",
             env!("CARGO_PKG_VERSION"),
             gravical::calibration_file::creation_time(),
         );
-        let now_s = self.now_s();
-        self.recorder
-            .opened(now_s, &name, target.device(), preamble);
+        let (now_s, device) = (self.now_s(), target.device.clone());
+        self.recorder.opened(now_s, &name, device, preamble);
         self.target = Some(target);
         Ok(())
     }
