@@ -49,12 +49,8 @@ pub struct Args {
     /// File [default: AXIS_axis.csv, or recording.csv]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Append to an existing file
-    #[arg(long)]
-    append: bool,
-    /// Overwrite an existing file
-    #[arg(long, conflicts_with = "append")]
-    force: bool,
+    #[command(flatten)]
+    existing: Existing,
     /// Stop S seconds after the first row, without pauses
     #[arg(long, value_name = "S", value_parser = number(1e-3, 1e9))]
     duration: Option<f64>,
@@ -95,11 +91,11 @@ pub struct BoardArgs {
 }
 
 impl Args {
-    /// For a session that reads along: into the file `output`, which is continued with `append`.
-    pub fn of_session(board: &BoardArgs, output: PathBuf, append: bool) -> Self {
+    /// For a session that reads along: into the file `output`.
+    pub fn of_session(board: &BoardArgs, output: PathBuf, existing: Existing) -> Self {
         Args {
             output: Some(output),
-            append,
+            existing,
             board: board.clone(),
             is_read_along: true,
             ..Args::default()
@@ -110,14 +106,6 @@ impl Args {
         let axis = self.axis.as_ref().map(|axis| format!("{axis}_axis.csv"));
         let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
         self.output.clone().unwrap_or_else(|| default.into())
-    }
-
-    fn existing(&self) -> Existing {
-        match (self.append, self.force) {
-            (true, _) => Existing::Append,
-            (_, true) => Existing::Replace,
-            _ => Existing::Refuse,
-        }
     }
 }
 

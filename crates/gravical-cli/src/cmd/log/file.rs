@@ -17,21 +17,23 @@ const SHARING_VIOLATION: i32 = 32;
 /// What was received is held up to this many bytes.
 const MAX_HELD: usize = 10_000_000;
 
-/// What to do with a file that exists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    Refuse,
-    Append,
-    Replace,
+/// What to do with a file that exists; it is refused by default.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct Existing {
+    /// Append to an existing file
+    #[arg(long)]
+    append: bool,
+    /// Overwrite an existing file
+    #[arg(long, conflicts_with = "append")]
+    force: bool,
 }
 
 impl Existing {
     /// Of a session that begins, or goes on.
     pub fn of_session(resumes: bool) -> Self {
-        if resumes {
-            Existing::Append
-        } else {
-            Existing::Refuse
+        Existing {
+            append: resumes,
+            force: false,
         }
     }
 }
@@ -64,7 +66,7 @@ impl LogFile {
             let hint = "record into a file, and follow it with tail -f";
             return Err(Error::usage("is-pipe", text).at(path, None).with_hint(hint));
         }
-        let is_new = existing == Existing::Refuse;
+        let is_new = !existing.append && !existing.force;
         check_targets(&[path.to_owned()], &[], !is_new).map_err(|error| match error.code() {
             "exists" => error.with_hint(
                 "continue it with --append, replace it with --force, or name another file with -o",
@@ -91,7 +93,7 @@ impl LogFile {
             file,
             // A device holds nothing.
             existing: if is_device {
-                Existing::Refuse
+                Existing::default()
             } else {
                 existing
             },
@@ -99,7 +101,7 @@ impl LogFile {
             held: Vec::new(),
             head: 0,
         };
-        if file.existing == Existing::Append {
+        if file.existing.append {
             file.read_before().map_err(|e| Error::io(path, e))?;
         }
         Ok(file)
@@ -128,10 +130,10 @@ impl LogFile {
     }
 
     fn make_ready(&mut self) -> io::Result<()> {
-        match std::mem::replace(&mut self.existing, Existing::Refuse) {
-            Existing::Refuse => Ok(()),
-            Existing::Append => self.mend_end(),
-            Existing::Replace => self.file.set_len(0),
+        match std::mem::take(&mut self.existing) {
+            Existing { append: true, .. } => self.mend_end(),
+            Existing { force: true, .. } => self.file.set_len(0),
+            _ => Ok(()),
         }
     }
 
@@ -304,7 +306,7 @@ mod tests {
     fn what_is_rescued_has_its_head_and_its_last_lines() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut file = LogFile::open(&path, Existing::Refuse).unwrap();
+        let mut file = LogFile::open(&path, Existing::default()).unwrap();
         file.write(b"t,x,y,z\n").unwrap();
         let rows = b"1,2,3,4\n".repeat(100_000);
         for _ in 0..20 {
@@ -324,7 +326,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         std::fs::write(&path, "t,x,y,z\n1,2,3,4\n1,2").unwrap();
-        let mut file = LogFile::open(&path, Existing::Append).unwrap();
+        let mut file = LogFile::open(&path, Existing::of_session(true)).unwrap();
         file.write(b"# gap: continued\n5,6,7,8\n").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let expected = "t,x,y,z\n1,2,3,4\n# rejected: 1,2\n# gap: continued\n5,6,7,8\n";

@@ -45,7 +45,7 @@ impl Session {
     pub fn open(args: &Args) -> Result<Self> {
         args.board.wanted.validate()?;
         // Before the port, whose opening resets the board.
-        let file = LogFile::open(&args.file(), args.existing())?;
+        let file = LogFile::open(&args.file(), args.existing)?;
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let mut session = Session {
