@@ -34,16 +34,6 @@ const COMMAND_S: f64 = 2.5;
 /// Characters of a rejected line in a message.
 const QUOTED: usize = 60;
 
-/// What becomes of the lines. In each state the port may be lost and found.
-enum State {
-    /// They are dropped: the board has not confirmed the settings that are wanted.
-    Setting,
-    /// They are held until the reader knows their format. When that is tried next with few rows, s.
-    Holding { next_s: f64 },
-    /// They are written.
-    Writing,
-}
-
 /// A port that is open.
 #[derive(Default)]
 struct Port {
@@ -65,7 +55,12 @@ pub struct Recorder {
     pub args: Args,
     /// Time of day at the time zero, s (UTC).
     day_s: f64,
-    state: State,
+    /// The board has the settings that are wanted; until then its lines are dropped.
+    is_set: bool,
+    /// Lines are written; until the reader knows their format they are held.
+    is_writing: bool,
+    /// When the format of few lines is tried next, s.
+    next_s: f64,
     /// Why it ended.
     pub end: Option<End>,
     port: Option<Port>,
@@ -104,15 +99,12 @@ impl Recorder {
             reader.settle()?;
             gaps.open(Cause::Continued);
         }
-        let state = if args.board.wanted.commands().is_empty() {
-            State::of(&reader)
-        } else {
-            State::Setting
-        };
         Ok(Recorder {
+            is_set: args.board.wanted.commands().is_empty(),
+            is_writing: reader.form().is_some(),
+            next_s: 0.0,
             args,
             day_s,
-            state,
             end: None,
             port: None,
             reader,
@@ -227,13 +219,14 @@ impl Recorder {
     ///
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
-        match self.state {
-            State::Setting => return self.set(now_s),
-            State::Holding { .. } => self.begin(now_s, false)?,
-            State::Writing => {
-                self.notice_silence(now_s);
-                self.end_at(now_s);
-            }
+        if !self.is_set {
+            return self.set(now_s);
+        }
+        if self.is_writing {
+            self.notice_silence(now_s);
+            self.end_at(now_s);
+        } else {
+            self.begin(now_s, false)?;
         }
         if self.counts.rows == 0 && self.is_due(now_s) {
             return self.report_no_rows();
@@ -267,23 +260,18 @@ impl Recorder {
         } else if self.is_paused() {
             return Ok(());
         }
-        if self.end.is_some() || matches!(self.state, State::Setting) {
+        if self.end.is_some() || !self.is_set {
             return Ok(());
         }
         // Of numbers whose beginning was not received the first may lack digits.
         if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
-            let line = self.prefixed(Line::plain(now_s, text));
-            return self.add(line);
+            let (at_s, prefix) = (now_s, self.prefixes.before(&text, now_s));
+            return self.add(Line { at_s, prefix, text });
         }
-        if let State::Writing = self.state {
+        if self.is_writing {
             self.reject(&text);
         }
         Ok(())
-    }
-
-    fn prefixed(&mut self, mut line: Line) -> Line {
-        line.prefix = self.prefixes.before(&line.text, line.at_s);
-        line
     }
 
     /// Passes a line to the reader, and writes what that has judged: from the line on by which it knows
@@ -291,7 +279,7 @@ impl Recorder {
     fn add(&mut self, line: Line) -> Result<()> {
         let read = self.reader.push(&line.in_file());
         self.waiting.push_back(line);
-        if let State::Writing = self.state {
+        if self.is_writing {
             read.map_err(|error| unreadable(&error))?;
             self.write_judged();
             return Ok(());
@@ -306,15 +294,12 @@ impl Recorder {
 
     /// Takes what is held as it is, after a while or at the end.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
-        let is_due = self.is_due(now_s);
-        let State::Holding { next_s } = &mut self.state else {
-            return Ok(());
-        };
         let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-        if !is_last && (now_s < *next_s || !is_due && held_s < MAX_HELD_S) {
+        let is_time = now_s >= self.next_s && (self.is_due(now_s) || held_s >= MAX_HELD_S);
+        if self.is_writing || !is_last && !is_time {
             return Ok(());
         }
-        *next_s = now_s + RETRY_S;
+        self.next_s = now_s + RETRY_S;
         // Lines that are no recording may be one with those that follow.
         let _ = self.reader.settle();
         self.write_held()
@@ -325,7 +310,7 @@ impl Recorder {
         let Some(form) = self.reader.form() else {
             return Ok(());
         };
-        self.state = State::Writing;
+        self.is_writing = true;
         let columns = self.args.board.columns.clone();
         self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
         let mut header = self.prefixes.header(&form);
@@ -337,7 +322,7 @@ impl Recorder {
                 self.add(Line::plain(line.at_s, header))?;
             }
             if at >= form.head_lines || at + 1 == form.header_line {
-                line = self.prefixed(line);
+                line.prefix = self.prefixes.before(&line.text, line.at_s);
             }
             self.add(line)?;
         }
@@ -431,7 +416,7 @@ impl Recorder {
 
     /// Lines whose format is not known are of another start, but for those that are kept.
     fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
-        if let State::Holding { .. } = self.state {
+        if !self.is_writing {
             self.waiting.retain(keeps);
             self.reader = reader(&self.args, self.args.board.columns.clone());
             for line in &self.waiting {
@@ -488,22 +473,19 @@ impl Recorder {
 
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
         let is_met = self.args.board.wanted.is_met_by(settings);
-        match self.state {
-            State::Setting if is_met => {
-                self.state = State::of(&self.reader);
-                // Rows are waited for from now on.
-                if let Some(port) = &mut self.port {
-                    port.opened_s = now_s;
-                }
+        if !self.is_set {
+            self.is_set = is_met;
+            // Rows are waited for from now on.
+            if let Some(port) = self.port.as_mut().filter(|_| is_met) {
+                port.opened_s = now_s;
             }
+        } else if !self.is_writing {
             // Rows before are of another start, or have no header.
-            State::Holding { .. } => self.drop_held(Line::is_comment),
-            State::Writing if !is_met => {
-                let text = "the board was reset and has other settings than those asked for";
-                let text = text.to_owned();
-                self.say(Event::Warning { text });
-            }
-            _ => {}
+            self.drop_held(Line::is_comment);
+        } else if !is_met {
+            let text = "the board was reset and has other settings than those asked for";
+            let text = text.to_owned();
+            self.say(Event::Warning { text });
         }
     }
 
@@ -526,16 +508,6 @@ impl Recorder {
                 Err(Error::device("settings-refused", text).with_hint(hint))
             }
             _ => Ok(()),
-        }
-    }
-}
-
-impl State {
-    /// Of a recording whose settings are as they should be.
-    fn of(reader: &Follow) -> Self {
-        match reader.form() {
-            Some(_) => State::Writing,
-            None => State::Holding { next_s: 0.0 },
         }
     }
 }
