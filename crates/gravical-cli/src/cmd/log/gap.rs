@@ -87,9 +87,10 @@ impl Gaps {
     }
 
     /// A pause ends: its rows are not missing.
-    pub fn resume(&mut self, now_s: f64) {
-        (self.cause, self.last_stamp) = (None, None);
-        self.last_s = Some(now_s);
+    pub fn resume(&mut self) {
+        self.cause = None;
+        self.last_s = None;
+        self.last_stamp = None;
     }
 
     /// The gap before a row that arrived at `at_s` with this stamp; without one only a silence of more
