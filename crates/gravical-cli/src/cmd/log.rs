@@ -91,11 +91,11 @@ pub struct BoardArgs {
 }
 
 impl Args {
-    /// For a session that reads along: into the file `output`.
-    pub fn of_session(board: &BoardArgs, output: PathBuf, existing: Existing) -> Self {
+    /// For a session that reads along: into the file `output`, which is continued if it `resumes`.
+    pub fn of_session(board: &BoardArgs, output: PathBuf, resumes: bool) -> Self {
         Args {
             output: Some(output),
-            existing,
+            existing: Existing::of_session(resumes),
             board: board.clone(),
             is_read_along: true,
             ..Args::default()

@@ -170,23 +170,18 @@ mod tests {
     fn a_board_is_recognised_under_another_name() {
         let before = [port("/dev/ttyACM0", 0x2341, Some("A1"))];
         let target = named("/dev/ttyACM0", &before);
-        assert_eq!(
-            find_again(&target, &before).as_deref(),
-            Some("/dev/ttyACM0")
-        );
-        assert_eq!(find_again(&target, &[]), None);
+        let found = |ports: &[PortInfo]| find_again(&target, ports);
+        assert_eq!(found(&before).as_deref(), Some("/dev/ttyACM0"));
+        assert_eq!(found(&[]), None);
         let after = [
             port("/dev/ttyACM0", 0x2341, Some("B2")),
             port("/dev/ttyACM1", 0x2341, Some("A1")),
         ];
-        assert_eq!(find_again(&target, &after).as_deref(), Some("/dev/ttyACM1"));
-        assert_eq!(find_again(&target, &after[..1]), None);
+        assert_eq!(found(&after).as_deref(), Some("/dev/ttyACM1"));
+        assert_eq!(found(&after[..1]), None);
         // And back.
-        let target = named("/dev/ttyACM1", &after);
-        assert_eq!(
-            find_again(&target, &before).as_deref(),
-            Some("/dev/ttyACM0")
-        );
+        let back = find_again(&named("/dev/ttyACM1", &after), &before);
+        assert_eq!(back.as_deref(), Some("/dev/ttyACM0"));
         assert_eq!(line(&after[0]), "/dev/ttyACM0  2341:0043  Arduino  [B2]");
     }
 }

@@ -253,8 +253,7 @@ impl PortSource {
     ///
     /// Those of the port and of the file.
     pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
-        let args =
-            log::Args::of_session(board, folder.join(RECORDING), Existing::of_session(resumes));
+        let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
         let created = !folder.exists();
         make_folder(folder)?;
         let opened = log::Session::open(&args);
