@@ -55,7 +55,7 @@ static_assert(GYRO_RANGE_DEG_S == 250 || GYRO_RANGE_DEG_S == 500 || GYRO_RANGE_D
 static_assert(LOW_PASS_HZ == 184 || LOW_PASS_HZ == 94 || LOW_PASS_HZ == 44 || LOW_PASS_HZ == 21
               || LOW_PASS_HZ == 10 || LOW_PASS_HZ == 5, "LOW_PASS_HZ: 184, 94, 44, 21, 10 or 5");
 static_assert(RATE_HZ >= 4 && RATE_HZ <= 1000, "RATE_HZ: 4 to 1000");
-static_assert(FORMAT <= 3, "FORMAT: 0, 1, 2 or 3");
+static_assert(FORMAT <= 3 && FORMAT != 2, "FORMAT: 0, 1 or 3");
 
 #ifdef GRAVICAL_CALIBRATION
 #include GRAVICAL_CALIBRATION
@@ -77,7 +77,6 @@ static_assert(near(GRAVICAL_GYRO_COUNTS_PER_DEG_S * GYRO_RANGE_DEG_S, 32750),
 
 // ---- The sensor -------------------------------------------------------------
 
-const char VERSION[] PROGMEM = "1.1";
 const uint8_t WHO_AM_I_MPU6050 = 0x68;
 
 const uint8_t SMPLRT_DIV = 0x19;
@@ -90,6 +89,8 @@ const uint8_t INT_STATUS = 0x3A;
 const uint8_t ACCEL_XOUT_H = 0x3B;
 const uint8_t PWR_MGMT_1 = 0x6B;
 const uint8_t WHO_AM_I = 0x75;
+
+const uint16_t LOW_PASSES_HZ[] = {184, 94, 44, 21, 10, 5};  // by their codes, from 1
 
 // A look at the sensor and the next one are less than this apart.
 const uint32_t ONE_TURN_US = 400;
@@ -122,11 +123,9 @@ uint8_t whoAmI = WHO_AM_I_MPU6050;
 bool running = false;     // the sensor answers and is set up
 bool paused = false;
 uint32_t periodUs = 10000;
-uint32_t lastReadyUs = 0;
-uint32_t lastLookUs = 0;  // when there was no sample yet
-uint32_t dueUs = 0;       // when the last sample was ready
-uint32_t lastMicros = 0;  // for time beyond 2^32 microseconds
-uint32_t microsWraps = 0;
+uint64_t lastReadyUs = 0;
+uint64_t lastLookUs = 0;  // when there was no sample yet
+uint64_t dueUs = 0;       // when the last sample was ready
 uint32_t lastNoticeMs = 0;
 uint32_t nextTryMs = 0;   // when to look for the sensor again
 bool first = true;        // no sample yet since the last set-up
@@ -152,30 +151,14 @@ void stopWatchdog() {
   wdt_disable();  // it stays on through a reset, at its shortest
 }
 
-// ---- Lines ------------------------------------------------------------------
-
-// A line of text, sent at once. What is too long is cut.
-class Line : public Print {
- public:
-  size_t write(uint8_t c) override {
-    if (length < sizeof bytes - 1) bytes[length++] = c;
-    return 1;
-  }
-  using Print::write;
-  void send() {
-    bytes[length++] = '\n';
-    Serial.write(bytes, length);
-  }
-
- private:
-  uint8_t bytes[192];
-  uint8_t length = 0;
-};
-
-void say(const __FlashStringHelper *text) {
-  Line line;
-  line.print(text);
-  line.send();
+// Microseconds since the start. Every turn of the loop asks: micros() begins again after 71 minutes.
+uint64_t microseconds() {
+  static uint64_t total = 0;
+  static uint32_t before = 0;
+  const uint32_t now = micros();
+  total += (uint32_t)(now - before);
+  before = now;
+  return total;
 }
 
 // ---- I2C --------------------------------------------------------------------
@@ -198,17 +181,13 @@ bool writeRegister(uint8_t reg, uint8_t value) {
 bool readRegisters(uint8_t reg, uint8_t *into, uint8_t count) {
   Wire.beginTransmission(address);
   Wire.write(reg);
-  if (Wire.endTransmission(false) != 0) {
-    counters.i2cErrors++;
-    return false;
+  if (Wire.endTransmission(false) == 0 && Wire.requestFrom(address, count) == count) {
+    for (uint8_t i = 0; i < count; i++) into[i] = Wire.read();
+    return true;
   }
-  if (Wire.requestFrom(address, count) != count) {
-    counters.i2cErrors++;
-    while (Wire.available()) Wire.read();
-    return false;
-  }
-  for (uint8_t i = 0; i < count; i++) into[i] = Wire.read();
-  return true;
+  counters.i2cErrors++;
+  while (Wire.available()) Wire.read();
+  return false;
 }
 
 // A sensor that was cut off in the middle of a byte holds the data line until it
@@ -234,12 +213,9 @@ uint8_t rangeCode(uint16_t value, uint16_t smallest) {
 }
 
 uint8_t lowPassCode(uint16_t hz) {
-  if (hz >= 184) return 1;
-  if (hz >= 94) return 2;
-  if (hz >= 44) return 3;
-  if (hz >= 21) return 4;
-  if (hz >= 10) return 5;
-  return 6;
+  uint8_t code = 1;
+  while (code < 6 && hz < LOW_PASSES_HZ[code - 1]) code++;
+  return code;
 }
 
 // Once a second at most: whoever reads along must not drown.
@@ -257,6 +233,12 @@ bool isKnown(uint8_t id) {
   return id == WHO_AM_I_MPU6050 || id == 0x69 || id == 0x98 || isMpu6500(id);
 }
 
+void sayWho(uint8_t id, const __FlashStringHelper *what) {
+  Serial.print(F("# who-am-i 0x"));
+  Serial.print(id, HEX);
+  Serial.print(what);
+}
+
 // Finds the sensor and sets it up; says what is the matter when it does not work.
 bool setUp() {
   uint8_t id = 0;
@@ -269,27 +251,21 @@ bool setUp() {
   counters.i2cErrors = errors;  // asking who is there is no error
   if (!answers) {
     if (noticeDue()) {
-      say(F("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power"));
+      Serial.print(F("# no answer from a sensor at 0x68 or 0x69: check SDA (A4), SCL (A5), power\n"));
     }
     freeBus();
     return false;
   }
   if (!isKnown(id)) {
-    if (noticeDue()) {
-      Line line;
-      line.print(F("# who-am-i 0x"));
-      line.print(id, HEX);
-      line.print(F(": not an MPU6050 (0x68), nor a relative that is known"));
-      line.send();
-    }
+    if (noticeDue()) sayWho(id, F(": not an MPU6050 (0x68), nor a relative that is known\n"));
     return false;
   }
   whoAmI = id;
   const uint8_t divider = 1000 / settings.rateHz - 1;
-  const bool ok = writeRegister(PWR_MGMT_1, 0x80);  // all registers as after power-up
+  if (!writeRegister(PWR_MGMT_1, 0x80)) return false;  // all registers as after power-up
   delay(100);
   wdt_reset();
-  const bool set = ok && writeRegister(PWR_MGMT_1, 0x01)  // awake, clock of the x gyroscope
+  const bool set = writeRegister(PWR_MGMT_1, 0x01)  // awake, clock of the x gyroscope
       && writeRegister(CONFIG, lowPassCode(settings.lowPassHz))
       && writeRegister(SMPLRT_DIV, divider)
       && writeRegister(GYRO_CONFIG, rangeCode(settings.gyroRangeDegS, 250) << 3)
@@ -303,18 +279,14 @@ bool setUp() {
   readRegisters(INT_STATUS, &status, 1);  // what was ready before is old
   periodUs = 1000UL * (divider + 1);
   first = true;
-  lastReadyUs = micros();
+  lastReadyUs = microseconds();
   return true;
 }
 
 // ---- Text -------------------------------------------------------------------
 
 // Appends value / 10^decimals: an eighth of the time that printing a float takes.
-char *appendFixed(char *at, int32_t value, uint8_t decimals) {
-  if (value < 0) {
-    *at++ = '-';
-    value = -value;
-  }
+char *appendDigits(char *at, uint32_t value, uint8_t decimals) {
   char digits[11];
   uint8_t n = 0;
   do {
@@ -328,15 +300,12 @@ char *appendFixed(char *at, int32_t value, uint8_t decimals) {
   return at;
 }
 
-char *appendUnsigned(char *at, uint32_t value) {
-  char digits[10];
-  uint8_t n = 0;
-  do {
-    digits[n++] = '0' + value % 10;
-    value /= 10;
-  } while (value > 0);
-  while (n > 0) *at++ = digits[--n];
-  return at;
+char *appendFixed(char *at, int32_t value, uint8_t decimals) {
+  if (value < 0) {
+    *at++ = '-';
+    value = -value;
+  }
+  return appendDigits(at, value, decimals);
 }
 
 // value * factor / 2^shift, rounded.
@@ -353,25 +322,17 @@ const uint8_t CALIBRATED = 0x07;
 const uint8_t CALIBRATED = 0;
 #endif
 
-// Specific force in m/s^2 and angular rate in rad/s of seven counts.
-void calibrate(const int16_t *v, float *out) {
-#ifdef GRAVICAL_CALIBRATION
-  gravical_apply(v, out);
-#ifdef GRAVICAL_GYRO
-  gravical_apply_gyro(v + 4, out, out + 4);
-#endif
-#else
-  (void)v;
-  (void)out;
-#endif
-}
-
 void printText(uint32_t ms, const int16_t *v) {
   char line[96];
-  char *at = appendUnsigned(line, ms);
+  char *at = appendDigits(line, ms, 0);
   const uint8_t done = settings.format == 3 ? CALIBRATED : 0;
-  float si[7];
-  if (done) calibrate(v, si);
+  float si[7] = {};  // m/s^2 and rad/s
+#ifdef GRAVICAL_CALIBRATION
+  if (done) gravical_apply(v, si);
+#ifdef GRAVICAL_GYRO
+  if (done) gravical_apply_gyro(v + 4, si, si + 4);
+#endif
+#endif
   const uint8_t a = rangeCode(settings.accelRangeG, 2);
   const uint8_t g = rangeCode(settings.gyroRangeDegS, 250);
   for (uint8_t i = 0; i < 7; i++) {
@@ -400,59 +361,48 @@ void printText(uint32_t ms, const int16_t *v) {
 // ---- What it says of itself -------------------------------------------------
 
 void printSettings() {
+  const bool isCalibrated = settings.format == 3;
   if (whoAmI != WHO_AM_I_MPU6050) {
-    Line note;
-    note.print(F("# who-am-i 0x"));
-    note.print(whoAmI, HEX);
-    note.print(isMpu6500(whoAmI) ? F(": MPU-6500 or a clone; temperature and low-pass as for one")
-                                 : F(": not an MPU6050 (0x68), used as one"));
-    note.send();
+    sayWho(whoAmI, isMpu6500(whoAmI)
+        ? F(": MPU-6500 or a clone; temperature and low-pass as for one\n")
+        : F(": not an MPU6050 (0x68), used as one\n"));
   }
-  Line line;
-  line.print(F("# gravical mpu6050_logger "));
-  line.print((const __FlashStringHelper *)VERSION);
-  line.print(isMpu6500(whoAmI) ? F(", MPU6500") : F(", MPU6050"));
-  line.print(F(", accelerometer +-"));
-  line.print(settings.accelRangeG);
-  line.print(F(" g, gyroscope +-"));
-  line.print(settings.gyroRangeDegS);
-  line.print(F(" deg/s, low-pass "));
-  line.print(settings.lowPassHz);
-  line.print(F(" Hz, rate "));
+  Serial.print(F("# gravical mpu6050_logger 1.1, MPU6"));
+  Serial.print(isMpu6500(whoAmI) ? F("500, accelerometer +-") : F("050, accelerometer +-"));
+  Serial.print(settings.accelRangeG);
+  Serial.print(F(" g, gyroscope +-"));
+  Serial.print(settings.gyroRangeDegS);
+  Serial.print(F(" deg/s, low-pass "));
+  Serial.print(settings.lowPassHz);
+  Serial.print(F(" Hz, rate "));
   char rate[12];
   *appendFixed(rate, 100000000UL / periodUs, 2) = 0;
-  line.print(rate);
-  line.print(F(" Hz, format "));
-  line.print(settings.format);
+  Serial.print(rate);
+  Serial.print(F(" Hz, format "));
+  Serial.print(settings.format);
 #ifdef GRAVICAL_CALIBRATION
-  if (settings.format == 3) line.print(F(", calibrated " GRAVICAL_CREATED));
+  if (isCalibrated) Serial.print(F(", calibrated " GRAVICAL_CREATED));
 #endif
-  line.send();
+  Serial.print(F("\nTimestamp (ms),"));
   // Calibrated columns have the names that `gravical apply` gives them.
-  if (settings.format == 3 && (CALIBRATED & 0x70)) {
-    say(F("Timestamp (ms),ax_mps2,ay_mps2,az_mps2,Temp (C),gx_rad_s,gy_rad_s,gz_rad_s"));
-  } else if (settings.format == 3) {
-    say(F("Timestamp (ms),ax_mps2,ay_mps2,az_mps2,Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
-  } else if (settings.format == 0) {
-    say(F("Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (deg/s),gY (deg/s),gZ (deg/s)"));
-  } else if (settings.format == 1) {
-    say(F("Timestamp (ms),ax,ay,az,temp,gx,gy,gz"));
-  }
+  Serial.print(settings.format == 1 ? F("ax,ay,az,temp,")
+               : isCalibrated       ? F("ax_mps2,ay_mps2,az_mps2,Temp (C),")
+                                    : F("aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),"));
+  Serial.print(settings.format == 1                   ? F("gx,gy,gz\n")
+               : isCalibrated && (CALIBRATED & 0x70) ? F("gx_rad_s,gy_rad_s,gz_rad_s\n")
+                                                      : F("gX (deg/s),gY (deg/s),gZ (deg/s)\n"));
 }
 
 void tellCounters() {
-  const bool same = counters.overruns == reported.overruns && counters.i2cErrors == reported.i2cErrors
-      && counters.restarts == reported.restarts;
-  if (same || !noticeDue()) return;
+  if (memcmp(&counters, &reported, sizeof counters) == 0 || !noticeDue()) return;
   reported = counters;
-  Line line;
-  line.print(F("# overruns "));
-  line.print(counters.overruns);
-  line.print(F(", i2c errors "));
-  line.print(counters.i2cErrors);
-  line.print(F(", restarts "));
-  line.print(counters.restarts);
-  line.send();
+  Serial.print(F("# overruns "));
+  Serial.print(counters.overruns);
+  Serial.print(F(", i2c errors "));
+  Serial.print(counters.i2cErrors);
+  Serial.print(F(", restarts "));
+  Serial.print(counters.restarts);
+  Serial.print('\n');
 }
 
 // ---- Commands ---------------------------------------------------------------
@@ -463,28 +413,12 @@ bool isCalibratedFor(const Settings &wanted) {
       && (!(CALIBRATED & 0x70) || wanted.gyroRangeDegS == GYRO_RANGE_DEG_S);
 }
 
-void use(const Settings &wanted) {
-  if (wanted.format == 3 && !isCalibratedFor(wanted)) {
-    say(CALIBRATED ? F("# no calibration for this range: raw values, f0 f1, have all ranges")
-                   : F("# no calibration in this sketch: f0 f1"));
-    return;
-  }
-  settings = wanted;
-  running = false;  // the loop sets the sensor up again, and says how
-  nextTryMs = millis();
-}
-
 void command(char letter, uint16_t number) {
   Settings wanted = settings;
-  bool known = true;
   switch (letter) {
     case 'a': wanted.accelRangeG = 2 << rangeCode(number, 2); break;
     case 'g': wanted.gyroRangeDegS = 250 << rangeCode(number, 250); break;
-    case 'd': {
-      const uint16_t hz[] = {184, 94, 44, 21, 10, 5};
-      wanted.lowPassHz = hz[lowPassCode(number) - 1];
-      break;
-    }
+    case 'd': wanted.lowPassHz = LOW_PASSES_HZ[lowPassCode(number) - 1]; break;
     case 'r': wanted.rateHz = constrain(number, 4, 250); break;
     case 'f': wanted.format = number == 1 || number == 3 ? number : 0; break;
     case 'p': paused = true; return;
@@ -492,13 +426,18 @@ void command(char letter, uint16_t number) {
     case '?':
       if (running) printSettings();
       return;
-    default: known = false;
+    default:
+      Serial.print(F("# not a command: a g d r f with a number, p, s, ?\n"));
+      return;
   }
-  if (known) {
-    use(wanted);
-  } else {
-    say(F("# not a command: a g d r f with a number, p, s, ?"));
+  if (wanted.format == 3 && !isCalibratedFor(wanted)) {
+    Serial.print(CALIBRATED ? F("# no calibration for this range: raw values, f0 f1, have all ranges\n")
+                            : F("# no calibration in this sketch: f0 f1\n"));
+    return;
   }
+  settings = wanted;
+  running = false;  // the loop sets the sensor up again, and says how
+  nextTryMs = millis();
 }
 
 void listen() {
@@ -521,16 +460,6 @@ void listen() {
 
 // ---- The loop ---------------------------------------------------------------
 
-// Microseconds since the start in 64 bits, as milliseconds. The stamp lies within a
-// few milliseconds of lastMicros, on either side of a wrap.
-uint32_t milliseconds(uint32_t us) {
-  uint32_t wraps = microsWraps;
-  const bool later = (int32_t)(us - lastMicros) >= 0;
-  if (later && us < lastMicros) wraps++;
-  if (!later && us > lastMicros) wraps--;
-  return (((uint64_t)wraps << 32) | us) / 1000;
-}
-
 void lost() {
   running = false;
   nextTryMs = millis();
@@ -544,7 +473,7 @@ void setup() {
   Serial.write('\n');
   startBus();
   if (hung == HUNG) {
-    say(F("# restarted by the watchdog: the program had hung"));
+    Serial.print(F("# restarted by the watchdog: the program had hung\n"));
   }
   hung = 0;
 }
@@ -556,18 +485,12 @@ void loop() {
     WDTCSR |= _BV(WDIE);
   }
   listen();
-  const uint32_t now = micros();
-  if (now < lastMicros) microsWraps++;
-  lastMicros = now;
-
+  microseconds();
   if (!running) {
     if ((int32_t)(millis() - nextTryMs) < 0) return;
     running = setUp();
-    if (running) {
-      printSettings();
-    } else {
-      nextTryMs = millis() + 100;
-    }
+    if (running) printSettings();
+    nextTryMs = millis() + 100;
     return;
   }
   // Status and sample in two transfers: what is read in one is the sample of its
@@ -578,13 +501,13 @@ void loop() {
     return;
   }
   if (!(status & 0x01)) {
-    lastLookUs = micros();
+    lastLookUs = microseconds();
     // Asleep after a dip of its supply, it answers and has nothing to say.
     if (lastLookUs - lastReadyUs > 5 * periodUs + 50000UL) lost();
     tellCounters();
     return;
   }
-  const uint32_t seen = micros();
+  const uint64_t seen = microseconds();
   uint8_t bytes[14];
   if (!readRegisters(ACCEL_XOUT_H, bytes, sizeof bytes)) {
     lost();
@@ -613,6 +536,6 @@ void loop() {
   for (uint8_t i = 0; i < 7; i++) {
     v[i] = (int16_t)((uint16_t)bytes[2 * i] << 8 | bytes[2 * i + 1]);
   }
-  printText(milliseconds(dueUs), v);
+  printText(dueUs / 1000, v);
   tellCounters();
 }

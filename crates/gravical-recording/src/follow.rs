@@ -142,10 +142,13 @@ impl Follow {
             self.bytes.extend_from_slice(&rest[..=end]);
             rest = &rest[end + 1..];
             self.lines += 1;
-            if self.lines == self.needed
-                && let Some(first) = self.open()?
-            {
-                samples = first;
+            if self.lines == self.needed {
+                let is_last = self.lines >= MAX_LINES;
+                match self.open(is_last) {
+                    Ok(Some(first)) => samples = first,
+                    Err(error) if is_last => return Err(error),
+                    _ => self.needed += LOOK_LINES,
+                }
             }
         }
         self.bytes.extend_from_slice(rest);
@@ -162,26 +165,16 @@ impl Follow {
         }
     }
 
-    /// Detects the format from the lines so far; `None` if more are needed.
-    fn open(&mut self) -> Result<Option<Vec<Sample>>> {
-        let is_last = self.lines >= MAX_LINES;
-        match self.try_open() {
-            Err(error) if is_last => Err(error),
-            Ok((opened, recording)) if is_last || is_enough(&recording) => {
-                Ok(Some(self.begin(opened, recording)))
-            }
-            _ => {
-                self.needed += LOOK_LINES;
-                Ok(None)
-            }
+    /// Detects the format from the lines so far; `None` if these are too few, unless they are the last.
+    fn open(&mut self, is_last: bool) -> Result<Option<Vec<Sample>>> {
+        let (opened, mut recording) = self.try_open()?;
+        if !is_last && !is_enough(&recording) {
+            return Ok(None);
         }
-    }
-
-    fn begin(&mut self, opened: Opened, mut recording: Recording) -> Vec<Sample> {
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
         let readings = Readings::take(&mut recording);
         let opened = self.opened.insert(opened);
-        opened.samples(&recording.lines, &readings)
+        Ok(Some(opened.samples(&recording.lines, &readings)))
     }
 
     /// Detects the format from the lines so far: because the recording ends, or its sensor is slow.
@@ -194,9 +187,8 @@ impl Follow {
             opened.lines.clear();
             return Ok(Vec::new());
         }
-        let opened = self.try_open();
-        let (opened, recording) = opened.map_err(|e| e.in_file(Path::new(&self.name)))?;
-        Ok(self.begin(opened, recording))
+        let first = self.open(true).map(Option::unwrap_or_default);
+        first.map_err(|e| e.in_file(Path::new(&self.name)))
     }
 
     /// The lines that the last call read, in order: whole rows, once the format is known.

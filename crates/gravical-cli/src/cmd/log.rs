@@ -25,7 +25,7 @@ pub use file::{Existing, LogFile, free_path};
 pub use session::Session;
 
 use event::{End, Ended};
-use keys::{Key, Keys};
+use keys::Keys;
 use reporter::Reporter;
 
 use crate::device::board::Wanted;
@@ -49,12 +49,8 @@ pub struct Args {
     /// File [default: AXIS_axis.csv, or recording.csv]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Append to an existing file
-    #[arg(long)]
-    append: bool,
-    /// Overwrite an existing file
-    #[arg(long, conflicts_with = "append")]
-    force: bool,
+    #[command(flatten)]
+    existing: Existing,
     /// Stop S seconds after the first row, without pauses
     #[arg(long, value_name = "S", value_parser = number(1e-3, 1e9))]
     duration: Option<f64>,
@@ -95,11 +91,11 @@ pub struct BoardArgs {
 }
 
 impl Args {
-    /// For a session that reads along: into the file `output`, which is continued with `append`.
-    pub fn of_session(board: &BoardArgs, output: PathBuf, append: bool) -> Self {
+    /// For a session that reads along: into the file `output`, which is continued if it `resumes`.
+    pub fn of_session(board: &BoardArgs, output: PathBuf, resumes: bool) -> Self {
         Args {
             output: Some(output),
-            append,
+            existing: Existing::of_session(resumes),
             board: board.clone(),
             is_read_along: true,
             ..Args::default()
@@ -111,26 +107,11 @@ impl Args {
         let default = axis.unwrap_or_else(|| "recording.csv".to_owned());
         self.output.clone().unwrap_or_else(|| default.into())
     }
-
-    fn existing(&self) -> Existing {
-        match (self.append, self.force) {
-            (true, _) => Existing::Append,
-            (_, true) => Existing::Replace,
-            _ => Existing::Refuse,
-        }
-    }
 }
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let mut reporter = Reporter::new(args.json, args.quiet);
-    match record(args, &mut reporter) {
-        Err(error) if args.json => reporter.fail(&error).ok_or(error),
-        done => done,
-    }
-}
-
-fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
@@ -138,18 +119,19 @@ fn record(args: &Args, reporter: &mut Reporter) -> anyhow::Result<ExitCode> {
     let keys = Keys::new();
     reporter.screen.is_raw = keys.is_some();
     let mut done = Ok(());
-    while done.is_ok() && session.recorder.end().is_none() && !interrupted.load(Ordering::SeqCst) {
+    while done.is_ok() && session.recorder.end.is_none() && !interrupted.load(Ordering::SeqCst) {
         done = session.step().map(drop);
         match keys.as_ref().and_then(Keys::pressed) {
-            Some(Key::Pause) if done.is_ok() => done = session.toggle_pause(),
-            Some(Key::End) => break,
+            Some(b' ') if done.is_ok() => done = session.toggle_pause(),
+            // Ctrl-C and Ctrl-D, too.
+            Some(b'q' | 3 | 4) => break,
             _ => {}
         }
         reporter.report(&session.take_events());
     }
     reporter.screen.close();
     drop(keys);
-    end(args, session, done, reporter)
+    end(args, session, done, &mut reporter)
 }
 
 /// Writes everything that waits, and reports the summary.
@@ -182,17 +164,16 @@ fn end(
             }
         }
     }
-    let reason = recorder.end().filter(|_| done.is_ok());
-    reporter.ended(Ended {
+    let reason = recorder.end.filter(|_| done.is_ok());
+    // Rows that were held are written by the end.
+    let elapsed_s = recorder.elapsed_s(now_s);
+    reporter.report(&[Event::Ended(Box::new(Ended {
         file: path.display().to_string(),
         reason,
-        // Rows that were held are written by the end.
-        elapsed_s: recorder
-            .elapsed_s(now_s)
-            .min(args.duration.unwrap_or(f64::INFINITY)),
+        elapsed_s: elapsed_s.min(args.duration.unwrap_or(f64::INFINITY)),
         counts,
         inspection,
-    });
+    }))]);
     done?;
     let is_early = args.rows.is_some() || args.duration.is_some() || counts.rows == 0;
     Ok(ExitCode::from(match reason {

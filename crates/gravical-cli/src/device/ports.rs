@@ -95,47 +95,36 @@ pub fn the_board(ports: &[PortInfo]) -> Result<PortInfo> {
     }
 }
 
-/// The port that is recorded from, to be found again after it was unplugged.
-#[derive(Debug, Clone)]
-pub struct Target {
-    /// Its name, as given or found.
-    pub name: String,
-    /// The device behind it, if it is a USB port.
-    port: Option<PortInfo>,
+/// The port called `name`, or to which that is a link, under this name; of one that is no USB port
+/// only the name.
+pub fn named(name: &str, ports: &[PortInfo]) -> PortInfo {
+    let port = ports.iter().find(|port| is_called(port, name));
+    PortInfo {
+        name: name.to_owned(),
+        ..port
+            .filter(|port| port.usb.is_some())
+            .cloned()
+            .unwrap_or_default()
+    }
 }
 
-impl Target {
-    /// The port called `name`, or a link to it.
-    pub fn new(name: &str, ports: &[PortInfo]) -> Self {
-        let real = std::fs::canonicalize(name).unwrap_or_default();
-        let port = ports
-            .iter()
-            .find(|p| p.name == name || real == Path::new(&p.name));
-        Target {
-            name: name.to_owned(),
-            port: port.filter(|port| port.usb.is_some()).cloned(),
-        }
-    }
+fn is_called(port: &PortInfo, name: &str) -> bool {
+    port.name == name || std::fs::canonicalize(name).is_ok_and(|real| real == Path::new(&port.name))
+}
 
-    /// The device behind it, for messages.
-    pub fn device(&self) -> Option<String> {
-        self.port.as_ref()?.device.clone()
+/// The name now of a [`named`] port, which may have changed; none while it is unplugged.
+pub fn find_again(port: &PortInfo, ports: &[PortInfo]) -> Option<String> {
+    if port.usb.is_none() {
+        return Path::new(&port.name).exists().then(|| port.name.clone());
     }
-
-    /// Its name now, which may have changed; none while it is unplugged.
-    pub fn find(&self, ports: &[PortInfo]) -> Option<String> {
-        let Some(port) = &self.port else {
-            return Path::new(&self.name).exists().then(|| self.name.clone());
-        };
-        let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
-        let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
-        match same.as_slice() {
-            // A link keeps its name.
-            _ if same.iter().any(|p| p.name == port.name) => Some(self.name.clone()),
-            [one] => Some(one.name.clone()),
-            // Without a serial number two equal boards cannot be distinguished.
-            _ => None,
-        }
+    let is_same = |p: &&PortInfo| (&p.usb, &p.serial) == (&port.usb, &port.serial);
+    let same: Vec<&PortInfo> = ports.iter().filter(is_same).collect();
+    match same.as_slice() {
+        // A link keeps its name.
+        _ if same.iter().any(|p| is_called(p, &port.name)) => Some(port.name.clone()),
+        [one] => Some(one.name.clone()),
+        // Without a serial number two equal boards cannot be distinguished.
+        _ => None,
     }
 }
 
@@ -180,18 +169,19 @@ mod tests {
     #[test]
     fn a_board_is_recognised_under_another_name() {
         let before = [port("/dev/ttyACM0", 0x2341, Some("A1"))];
-        let target = Target::new("/dev/ttyACM0", &before);
-        assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));
-        assert_eq!(target.find(&[]), None);
+        let target = named("/dev/ttyACM0", &before);
+        let found = |ports: &[PortInfo]| find_again(&target, ports);
+        assert_eq!(found(&before).as_deref(), Some("/dev/ttyACM0"));
+        assert_eq!(found(&[]), None);
         let after = [
             port("/dev/ttyACM0", 0x2341, Some("B2")),
             port("/dev/ttyACM1", 0x2341, Some("A1")),
         ];
-        assert_eq!(target.find(&after).as_deref(), Some("/dev/ttyACM1"));
-        assert_eq!(target.find(&after[..1]), None);
+        assert_eq!(found(&after).as_deref(), Some("/dev/ttyACM1"));
+        assert_eq!(found(&after[..1]), None);
         // And back.
-        let target = Target::new("/dev/ttyACM1", &after);
-        assert_eq!(target.find(&before).as_deref(), Some("/dev/ttyACM0"));
+        let back = find_again(&named("/dev/ttyACM1", &after), &before);
+        assert_eq!(back.as_deref(), Some("/dev/ttyACM0"));
         assert_eq!(line(&after[0]), "/dev/ttyACM0  2341:0043  Arduino  [B2]");
     }
 }

@@ -1,7 +1,11 @@
 //! Events of a recording, for scripts and in words.
 
+use gravical::escape::shell_word;
 use gravical::inspect::Inspection;
+use gravical::numfmt::count;
 use gravical::recording::Finding;
+use gravical_report::document::Detail;
+use gravical_report::report;
 use serde::Serialize;
 
 use super::gap::Gap;
@@ -114,7 +118,32 @@ impl Event {
             Event::Silent { duration_s } => {
                 format!("! the board has sent nothing for {duration_s:.0} s")
             }
+            Event::Ended(ended) if ended.counts.rows > 0 => ended.words(),
             Event::Status(_) | Event::Ended(_) => return None,
         })
+    }
+}
+
+impl Ended {
+    /// The counts, and what `gravical inspect` says of the file.
+    fn words(&self) -> String {
+        let (file, counts) = (&self.file, &self.counts);
+        let mut text = format!("{file}: {} rows in {:.1} s", counts.rows, self.elapsed_s);
+        for (n, what) in [
+            (counts.rejected, "rejected line"),
+            (counts.gaps, "gap"),
+            (counts.missing, "missing row"),
+        ] {
+            if n > 0 {
+                text += &format!(", {}", count(n, what));
+            }
+        }
+        match &self.inspection {
+            Some(inspection) => {
+                let document = report::inspection(inspection);
+                format!("{text}\n\n{}", document.to_text(Detail::Full))
+            }
+            None => format!("{text}\nNext: gravical inspect {}", shell_word(file)),
+        }
     }
 }

@@ -17,21 +17,23 @@ const SHARING_VIOLATION: i32 = 32;
 /// What was received is held up to this many bytes.
 const MAX_HELD: usize = 10_000_000;
 
-/// What to do with a file that exists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    Refuse,
-    Append,
-    Replace,
+/// What to do with a file that exists; it is refused by default.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct Existing {
+    /// Append to an existing file
+    #[arg(long)]
+    append: bool,
+    /// Overwrite an existing file
+    #[arg(long, conflicts_with = "append")]
+    force: bool,
 }
 
 impl Existing {
     /// Of a session that begins, or goes on.
     pub fn of_session(resumes: bool) -> Self {
-        if resumes {
-            Existing::Append
-        } else {
-            Existing::Refuse
+        Existing {
+            append: resumes,
+            force: false,
         }
     }
 }
@@ -57,7 +59,6 @@ impl LogFile {
     ///
     /// `exists`, `is-folder`, `is-pipe`, `in-use`, `no-folder`, `stdout-target` (usage); the system's.
     pub fn open(path: &Path, existing: Existing) -> Result<Self> {
-        let is_new = existing == Existing::Refuse;
         let is_in_dev = || path.canonicalize().is_ok_and(|p| p.starts_with("/dev"));
         let is_device = is_special(path) && is_in_dev();
         if is_special(path) && !is_device {
@@ -65,6 +66,7 @@ impl LogFile {
             let hint = "record into a file, and follow it with tail -f";
             return Err(Error::usage("is-pipe", text).at(path, None).with_hint(hint));
         }
+        let is_new = !existing.append && !existing.force;
         check_targets(&[path.to_owned()], &[], !is_new).map_err(|error| match error.code() {
             "exists" => error.with_hint(
                 "continue it with --append, replace it with --force, or name another file with -o",
@@ -72,12 +74,9 @@ impl LogFile {
             _ => error,
         })?;
         let mut options = File::options();
-        options.write(true);
-        if !is_device {
-            // On Windows a file opened for appending cannot be cut.
-            options.read(true).append(cfg!(not(windows)));
-            options.create_new(is_new).create(true);
-        }
+        // On Windows a file opened for appending cannot be cut.
+        options.read(true).write(true).append(cfg!(not(windows)));
+        options.create(true).create_new(is_new && !is_device);
         // On Windows a lock would exclude readers; this shares reading and deleting only.
         #[cfg(windows)]
         std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, 1 | 4);
@@ -86,15 +85,15 @@ impl LogFile {
             _ => Error::io(path, e),
         })?;
         // A file system without locks is accepted.
-        let is_locked = || matches!(file.try_lock(), Err(TryLockError::WouldBlock));
-        if cfg!(not(windows)) && !is_device && is_locked() {
+        if cfg!(not(windows)) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(in_use(path));
         }
         let mut file = LogFile {
             path: path.to_owned(),
             file,
+            // A device holds nothing.
             existing: if is_device {
-                Existing::Refuse
+                Existing::default()
             } else {
                 existing
             },
@@ -102,7 +101,7 @@ impl LogFile {
             held: Vec::new(),
             head: 0,
         };
-        if file.existing == Existing::Append {
+        if file.existing.append {
             file.read_before().map_err(|e| Error::io(path, e))?;
         }
         Ok(file)
@@ -131,10 +130,10 @@ impl LogFile {
     }
 
     fn make_ready(&mut self) -> io::Result<()> {
-        match std::mem::replace(&mut self.existing, Existing::Refuse) {
-            Existing::Refuse => Ok(()),
-            Existing::Append => self.mend_end(),
-            Existing::Replace => self.file.set_len(0),
+        match std::mem::take(&mut self.existing) {
+            Existing { append: true, .. } => self.mend_end(),
+            Existing { force: true, .. } => self.file.set_len(0),
+            _ => Ok(()),
         }
     }
 
@@ -243,14 +242,14 @@ impl LogFile {
 
     /// Writes what was received to another file; the error says where it is.
     fn rescued(&self, why: &io::Error) -> Error {
-        let beside = || self.rescue_in(self.path.parent().unwrap_or(Path::new("")));
+        let beside = self.path.parent().unwrap_or(Path::new("")).to_owned();
+        let mut folders = [beside, std::env::temp_dir()].into_iter();
         let rescue = if self.held.is_empty() {
             "no line was written yet".to_owned()
+        } else if let Some(path) = folders.find_map(|folder| self.rescue_in(&folder).ok()) {
+            format!("what was received is in {}", path_text(&path))
         } else {
-            match beside().or_else(|_| self.rescue_in(&std::env::temp_dir())) {
-                Ok(path) => format!("what was received is in {}", path_text(&path)),
-                Err(_) => "what was received could not be written anywhere".to_owned(),
-            }
+            "what was received could not be written anywhere".to_owned()
         };
         let text = format!("{why}: the recording has ended; {rescue}");
         Error::io(&self.path, io::Error::new(why.kind(), text))
@@ -307,7 +306,7 @@ mod tests {
     fn what_is_rescued_has_its_head_and_its_last_lines() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
-        let mut file = LogFile::open(&path, Existing::Refuse).unwrap();
+        let mut file = LogFile::open(&path, Existing::default()).unwrap();
         file.write(b"t,x,y,z\n").unwrap();
         let rows = b"1,2,3,4\n".repeat(100_000);
         for _ in 0..20 {
@@ -327,7 +326,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.csv");
         std::fs::write(&path, "t,x,y,z\n1,2,3,4\n1,2").unwrap();
-        let mut file = LogFile::open(&path, Existing::Append).unwrap();
+        let mut file = LogFile::open(&path, Existing::of_session(true)).unwrap();
         file.write(b"# gap: continued\n5,6,7,8\n").unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let expected = "t,x,y,z\n1,2,3,4\n# rejected: 1,2\n# gap: continued\n5,6,7,8\n";

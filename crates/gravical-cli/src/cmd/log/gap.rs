@@ -78,8 +78,6 @@ pub struct Gaps {
     last_stamp: Option<f64>,
     /// Steps of the clock between the last rows.
     steps: VecDeque<f64>,
-    /// The next row is the first after a pause: the rows of the pause are not missing.
-    is_resumed: bool,
 }
 
 impl Gaps {
@@ -88,38 +86,36 @@ impl Gaps {
         self.cause.get_or_insert(cause);
     }
 
-    /// A pause ends.
-    pub fn resume(&mut self, now_s: f64) {
-        (self.cause, self.is_resumed) = (None, true);
-        self.last_s = Some(now_s);
+    /// A pause ends: its rows are not missing.
+    pub fn resume(&mut self) {
+        self.cause = None;
+        self.last_s = None;
+        self.last_stamp = None;
     }
 
-    /// The gap before a row that arrived at `at_s` with this stamp; NaN: it has none. Then only a silence
-    /// of more than `max_silence_s` tells.
+    /// The gap before a row that arrived at `at_s` with this stamp; without one only a silence of more
+    /// than `max_silence_s` tells.
     pub fn before_row(
         &mut self,
         at_s: f64,
-        stamp: f64,
+        stamp: Option<f64>,
         rate_hz: Option<f64>,
         max_silence_s: f64,
     ) -> Option<Gap> {
-        let step = self.step_to(stamp);
-        let clock_restarts = step.is_some_and(|step| step < 0.0);
-        let rejected = std::mem::take(&mut self.rejected);
-        let rows = match step.and_then(|step| self.missing(step)) {
-            _ if std::mem::take(&mut self.is_resumed) => Some(0),
-            rows => rows.map(|rows| rows.saturating_sub(rejected)),
-        };
         let silence_s = at_s - self.last_s.replace(at_s).unwrap_or(at_s);
-        let is_silence = silence_s > max_silence_s;
-        let cause = match rows {
-            _ if self.cause.is_some() => self.cause.take(),
-            _ if clock_restarts => Some(Cause::Reset),
-            Some(..MIN_MISSING) => None,
-            _ if is_silence => Some(Cause::Silent),
-            Some(_) => Some(Cause::Lost),
-            None => None,
-        }?;
+        let rejected = std::mem::take(&mut self.rejected);
+        let step = stamp.and_then(|stamp| self.step_to(stamp));
+        let clock_restarts = step.is_some_and(|step| step < 0.0);
+        let rows = step.and_then(|step| self.missing(step));
+        let rows = rows.map(|rows| rows.saturating_sub(rejected));
+        let cause = match (self.cause.take(), rows) {
+            (Some(cause), _) => cause,
+            _ if clock_restarts => Cause::Reset,
+            (_, Some(..MIN_MISSING)) => return None,
+            _ if silence_s > max_silence_s => Cause::Silent,
+            (_, Some(_)) => Cause::Lost,
+            (_, None) => return None,
+        };
         let by_clock_s = rows.zip(rate_hz).map(|(rows, hz)| (rows as f64 + 1.0) / hz);
         Some(Gap {
             cause,
@@ -131,14 +127,11 @@ impl Gaps {
 
     /// The step of the clock to this stamp, in its unit; negative where it restarts.
     fn step_to(&mut self, stamp: f64) -> Option<f64> {
-        if stamp.is_nan() {
-            return None;
-        }
         let last = self.last_stamp.replace(stamp)?;
         let wraps = |wrap: &f64| {
             (0.95 * wrap..*wrap).contains(&last) && (0.0..0.05 * wrap).contains(&stamp)
         };
-        let wrap = WRAPS.into_iter().find(wraps).filter(|_| stamp < last);
+        let wrap = WRAPS.into_iter().find(wraps);
         Some(stamp - last + wrap.unwrap_or(0.0))
     }
 
@@ -146,25 +139,20 @@ impl Gaps {
     fn missing(&mut self, step: f64) -> Option<u64> {
         let mut sorted: Vec<f64> = self.steps.iter().copied().collect();
         sorted.sort_unstable_by(f64::total_cmp);
+        let usual = sorted.get(sorted.len() / 2).copied();
         // Of a stamp that stands for several rows the steps do not tell.
-        let usual = sorted.get(sorted.len() / 2).filter(|usual| **usual > 0.0);
-        let usual = usual.filter(|_| sorted.len() >= MIN_STEPS);
-        let is_gap = step < 0.0 || usual.is_some_and(|usual| step > GAP_STEPS * usual);
-        if is_gap {
+        let usual = usual.filter(|usual| *usual > 0.0 && sorted.len() >= MIN_STEPS);
+        let steps = usual.map(|usual| step / usual);
+        if step < 0.0 || steps.is_some_and(|steps| steps > GAP_STEPS) {
             // A rate that is another one from now on is one gap.
             self.steps.clear();
         } else {
             self.steps.push_back(step);
             self.steps.drain(..self.steps.len().saturating_sub(STEPS));
         }
-        match usual {
-            Some(usual) if step >= 0.0 => Some(if is_gap {
-                (step / usual).round() as u64 - 1
-            } else {
-                0
-            }),
-            _ => None,
-        }
+        let steps = steps.filter(|steps| *steps >= 0.0)?;
+        let is_gap = steps > GAP_STEPS;
+        Some(if is_gap { steps.round() as u64 - 1 } else { 0 })
     }
 }
 
@@ -175,7 +163,9 @@ mod tests {
     /// Rows at which some are missing, or the clock restarts (none).
     fn gaps(stamps: &[f64]) -> Vec<(usize, Option<u64>)> {
         let mut gaps = Gaps::default();
-        let found = stamps.iter().map(|s| gaps.before_row(0.0, *s, None, 1.0));
+        let found = stamps
+            .iter()
+            .map(|s| gaps.before_row(0.0, Some(*s), None, 1.0));
         let found = found.enumerate().filter_map(|(at, gap)| Some((at, gap?)));
         found.map(|(at, gap)| (at, gap.rows)).collect()
     }
@@ -190,9 +180,8 @@ mod tests {
         // A counter that wraps, and midnight.
         assert_eq!(gaps(&[&even(WRAPS[0] - 195.0)[..], &[5.0]].concat()), []);
         assert_eq!(gaps(&[86_399.5, 86_399.75, 0.0, 0.25]), []);
-        // Ten rows a stamp; no stamp.
+        // Ten rows a stamp.
         let stamps = [0.0, 0.1, 0.2, 0.3, 0.4, 1.5].map(|stamp| [stamp; 10]);
         assert_eq!(gaps(&stamps.concat()), []);
-        assert_eq!(gaps(&[f64::NAN; 5]), []);
     }
 }

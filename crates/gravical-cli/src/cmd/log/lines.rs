@@ -5,8 +5,6 @@ use gravical::recording::Form;
 
 /// A longer line is no row of a board: it is passed on in pieces.
 const MAX_LINE: usize = 4096;
-/// Beginning of the line with which our firmware reports its settings.
-const OWN_LINE: &[u8] = b"# gravical mpu6050_logger";
 /// The column of arrival times.
 const HOST_TIME: &str = "t_host_ms";
 /// Between the time of arrival and a line of words, as the Arduino IDE writes it.
@@ -29,31 +27,18 @@ impl Splitter {
     /// received.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<(Vec<u8>, bool)> {
         let mut lines = Vec::new();
-        for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
-            self.partial.extend_from_slice(piece);
-            let is_end = piece.ends_with(b"\n");
-            if !is_end && self.partial.len() < MAX_LINE {
-                break;
+        for byte in bytes {
+            let is_end = *byte == b'\n';
+            if !is_end {
+                self.partial.push(*byte);
             }
-            let mut line = std::mem::take(&mut self.partial);
-            line.truncate(line.strip_suffix(b"\n").unwrap_or(&line).len());
-            line.truncate(line.strip_suffix(b"\r").unwrap_or(&line).len());
-            let is_whole = std::mem::replace(&mut self.is_synced, is_end);
-            // A board that is reset in a row continues the line with its settings.
-            let own = line.windows(OWN_LINE.len()).position(|w| w == OWN_LINE);
-            if let Some(at) = own.filter(|at| *at > 0) {
-                let settings = line.split_off(at);
-                lines.extend([(line, false), (settings, true)]);
-            } else {
-                lines.push((line, is_whole));
+            if is_end || self.partial.len() == MAX_LINE {
+                let line = std::mem::take(&mut self.partial);
+                let line = line.strip_suffix(b"\r").unwrap_or(&line).to_vec();
+                lines.push((line, std::mem::replace(&mut self.is_synced, is_end)));
             }
         }
         lines
-    }
-
-    /// The line that has begun, and stays incomplete.
-    pub fn cut(self) -> Vec<u8> {
-        self.partial
     }
 }
 
@@ -111,15 +96,15 @@ impl Prefixes {
 
     /// As in a file that begins like this, which is continued.
     pub fn of_file(head: &[u8], day_s: f64) -> Self {
-        let lines = || head.split(|b| *b == b'\n');
-        let after_name = |line: &[u8]| line.strip_prefix(HOST_TIME.as_bytes())?.first().copied();
-        let is_stamped = |line: &[u8]| {
+        let head = String::from_utf8_lossy(head);
+        let after_name = |line: &str| line.strip_prefix(HOST_TIME)?.bytes().next();
+        let delimiter = head.lines().find_map(after_name);
+        let is_stamped = |line: &str| {
             let rest = line.get(TIME_BYTES..);
-            rest.is_some_and(|rest| rest.starts_with(ARROW.as_bytes()))
+            rest.is_some_and(|rest| rest.starts_with(ARROW))
         };
-        let delimiter = lines().find_map(after_name);
         Prefixes {
-            has_clock: delimiter.is_none() && !lines().any(is_stamped),
+            has_clock: delimiter.is_none() && !head.lines().any(is_stamped),
             delimiter,
             is_named: false,
             from_s: None,
@@ -142,28 +127,31 @@ impl Prefixes {
             return String::new();
         }
         let since_s = at_s - *self.from_s.get_or_insert(at_s);
-        let Some(delimiter) = self.delimiter else {
+        let Some(delimiter) = self.delimiter.map(char::from) else {
+            // Cut, not rounded: no second has 60.000.
+            let ms = (1e3 * (self.day_s + at_s)) as u64;
+            let (h, m, s) = (ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60);
             return if self.has_clock {
                 String::new()
             } else {
-                // Cut, not rounded: no second has 60.000.
-                let ms = (1e3 * (self.day_s + at_s)) as u64;
-                let (h, m, s) = (ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60);
                 format!("{h:02}:{m:02}:{s:02}.{:03}{ARROW}", ms % 1000)
             };
         };
-        let fields: Vec<&[u8]> = line.split(|b| *b == delimiter).collect();
-        let is_row = fields.iter().any(|field| {
-            let first = field.trim_ascii_start().first();
-            first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b))
-        });
-        let is_header = !is_row && fields.len() >= MIN_FIELDS;
-        let delimiter = char::from(delimiter);
-        match (is_row, is_header, self.has_clock) {
-            (_, true, _) if self.is_named => "# ".to_owned(),
-            (_, true, false) => format!("{HOST_TIME}{delimiter}"),
-            (true, _, false) => format!("{:.1}{delimiter}", 1e3 * since_s),
-            _ => String::new(),
+        let line = String::from_utf8_lossy(line);
+        let begins_number = |field: &str| {
+            let first = field.trim_start().bytes().next();
+            first.is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(&b))
+        };
+        let is_row = line.split(delimiter).any(begins_number);
+        let is_header = !is_row && line.split(delimiter).count() >= MIN_FIELDS;
+        if is_header && self.is_named {
+            "# ".to_owned()
+        } else if is_header && !self.has_clock {
+            format!("{HOST_TIME}{delimiter}")
+        } else if is_row && !self.has_clock {
+            format!("{:.1}{delimiter}", 1e3 * since_s)
+        } else {
+            String::new()
         }
     }
 }
@@ -174,21 +162,14 @@ mod tests {
 
     #[test]
     fn lines_in_any_pieces() {
-        let text = b"9,1\r\n2,3\n\r\n1,0# gravical mpu6050_logger 1.2\n8";
-        let expected: [(&[u8], bool); 5] = [
-            (b"9,1", false),
-            (b"2,3", true),
-            (b"", true),
-            (b"1,0", false),
-            (b"# gravical mpu6050_logger 1.2", true),
-        ];
+        let text = b"9,1\r\n2,3\n\r\n8";
+        let expected: [(&[u8], bool); 3] = [(b"9,1", false), (b"2,3", true), (b"", true)];
         for piece in [1, 5, 1000] {
             let mut splitter = Splitter::default();
             let lines = text.chunks(piece).flat_map(|bytes| splitter.push(bytes));
             let lines: Vec<_> = lines.collect();
             let lines: Vec<_> = lines.iter().map(|(l, whole)| (&l[..], *whole)).collect();
             assert_eq!(lines, expected);
-            assert_eq!(splitter.cut(), b"8");
         }
         let mut splitter = Splitter::default();
         let pieces = (0..100).flat_map(|_| splitter.push(&[b'x'; 100]));

@@ -13,7 +13,6 @@ use super::Args;
 use super::event::{Counts, End, Event};
 use super::gap::{Cause, GAP_STEPS, Gaps};
 use super::lines::{Line, Prefixes, Splitter};
-use super::status::Status;
 use crate::device::board::Settings;
 use crate::device::trouble::{JUDGED_BYTES, no_rows};
 
@@ -35,20 +34,8 @@ const COMMAND_S: f64 = 2.5;
 /// Characters of a rejected line in a message.
 const QUOTED: usize = 60;
 
-/// What becomes of the lines. In each state the port may be lost and found.
-enum State {
-    /// The board has not confirmed the settings that are wanted, which were sent at this time, s: lines
-    /// are dropped.
-    Setting { sent_s: Option<f64> },
-    /// They are held until the reader knows their format. When that is tried next with few rows, s.
-    Holding { next_s: f64 },
-    /// They are written.
-    Writing,
-    /// All that was asked for is there, or the user ended it.
-    Ended(End),
-}
-
 /// A port that is open.
+#[derive(Default)]
 struct Port {
     name: String,
     opened_s: f64,
@@ -56,23 +43,11 @@ struct Port {
     /// The last bytes.
     received: Vec<u8>,
     splitter: Splitter,
-    /// Opening it may still reset the board.
-    may_reset: bool,
+    /// When the settings that are wanted were sent.
+    sent_s: Option<f64>,
     is_silent: bool,
     /// What was said to arrive in place of rows.
     said: Option<String>,
-}
-
-/// What has to be done.
-#[derive(Default)]
-pub struct Output {
-    /// Comes before the next line for the file.
-    pub preamble: String,
-    /// Whole lines for the file.
-    pub text: Vec<u8>,
-    /// Commands for the board.
-    pub commands: String,
-    pub events: Vec<Event>,
 }
 
 /// One recording.
@@ -80,9 +55,18 @@ pub struct Recorder {
     pub args: Args,
     /// Time of day at the time zero, s (UTC).
     day_s: f64,
-    state: State,
+    /// The board has the settings that are wanted; until then its lines are dropped.
+    is_set: bool,
+    /// Lines are written; until the reader knows their format they are held.
+    is_writing: bool,
+    /// When the format of few lines is tried next, s.
+    next_s: f64,
+    /// Why it ended.
+    pub end: Option<End>,
     port: Option<Port>,
     pub reader: Follow,
+    /// Comes before the next line of the file.
+    preamble: String,
     prefixes: Prefixes,
     /// Lines that the reader has not judged.
     waiting: VecDeque<Line>,
@@ -93,7 +77,10 @@ pub struct Recorder {
     paused_from_s: Option<f64>,
     /// Rows are missing, or may be.
     pub is_incomplete: bool,
-    pub out: Output,
+    /// What has to be done: whole lines for the file, commands for the board, what is told.
+    pub text: Vec<u8>,
+    pub commands: String,
+    pub events: Vec<Event>,
 }
 
 impl Recorder {
@@ -112,16 +99,16 @@ impl Recorder {
             reader.settle()?;
             gaps.open(Cause::Continued);
         }
-        let state = match args.board.wanted.commands().as_str() {
-            "" => State::of(&reader),
-            _ => State::Setting { sent_s: None },
-        };
         Ok(Recorder {
+            is_set: args.board.wanted.commands().is_empty(),
+            is_writing: reader.form().is_some(),
+            next_s: 0.0,
             args,
             day_s,
-            state,
+            end: None,
             port: None,
             reader,
+            preamble: String::new(),
             prefixes: Prefixes::of_file(before, day_s),
             waiting: VecDeque::new(),
             gaps,
@@ -129,32 +116,20 @@ impl Recorder {
             began_s: f64::INFINITY,
             paused_from_s: None,
             is_incomplete: false,
-            out: Output::default(),
+            text: Vec::new(),
+            commands: String::new(),
+            events: Vec::new(),
         })
-    }
-
-    /// Why it ended.
-    pub fn end(&self) -> Option<End> {
-        match self.state {
-            State::Ended(end) => Some(end),
-            _ => None,
-        }
-    }
-
-    /// What is known without a look at the rows.
-    pub fn status(&self, now_s: f64) -> Status {
-        Status {
-            rows: self.counts.rows,
-            elapsed_s: self.elapsed_s(now_s),
-            paused: self.paused_from_s.is_some(),
-            rejected: self.counts.rejected,
-            ..Status::default()
-        }
     }
 
     /// Whether nothing has arrived for a while, or the port is lost; not in a pause.
     pub fn is_silent(&self) -> bool {
-        self.paused_from_s.is_none() && self.port.as_ref().is_none_or(|port| port.is_silent)
+        !self.is_paused() && self.port.as_ref().is_none_or(|port| port.is_silent)
+    }
+
+    /// Whether rows are not stored, as the user wants it.
+    pub fn is_paused(&self) -> bool {
+        self.paused_from_s.is_some()
     }
 
     /// Seconds since the first row, without pauses.
@@ -164,11 +139,7 @@ impl Recorder {
 
     /// Tells an event.
     pub fn say(&mut self, event: Event) {
-        self.out.events.push(event);
-    }
-
-    fn warn(&mut self, text: String) {
-        self.say(Event::Warning { text });
+        self.events.push(event);
     }
 
     // Inputs.
@@ -177,32 +148,21 @@ impl Recorder {
     /// file.
     pub fn opened(&mut self, now_s: f64, port: &str, device: Option<String>, preamble: String) {
         if self.counts.rows == 0 {
-            self.out.preamble = preamble;
+            self.preamble = preamble;
         }
-        if let State::Setting { sent_s } = &mut self.state {
-            *sent_s = None;
-        }
-        self.port = Some(Port {
-            name: port.to_owned(),
-            opened_s: now_s,
-            last_bytes_s: None,
-            received: Vec::new(),
-            splitter: Splitter::default(),
-            may_reset: true,
-            is_silent: false,
-            said: None,
-        });
         let port = port.to_owned();
+        self.port = Some(Port {
+            name: port.clone(),
+            opened_s: now_s,
+            ..Port::default()
+        });
         self.say(Event::Opened { port, device });
     }
 
     /// The port is lost; `why` is the system's message.
     pub fn lost(&mut self, why: &str) {
-        let half = self.port.take().map(|port| port.splitter.cut());
-        if let State::Writing = self.state {
-            if self.paused_from_s.is_none() {
-                self.reject(&half.unwrap_or_default());
-            }
+        self.port = None;
+        if self.counts.rows > 0 {
             self.gaps.open(Cause::Unplugged);
         }
         self.drop_held(|_| false);
@@ -225,14 +185,9 @@ impl Recorder {
         let old = port.received.len().saturating_sub(JUDGED_BYTES);
         port.received.drain(..old);
         let lines = port.splitter.push(bytes);
-        if port.may_reset && now_s - last_s >= RESET_SILENCE_S {
-            port.may_reset = false;
-            if now_s - port.opened_s < RESET_S {
-                let begins_word =
-                    |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
-                let keeps = |line: &Line| line.is_comment() || begins_word(line);
-                self.drop_held(keeps);
-            }
+        if now_s - last_s >= RESET_SILENCE_S && now_s - port.opened_s < RESET_S {
+            let begins_word = |line: &Line| line.text.first().is_some_and(u8::is_ascii_alphabetic);
+            self.drop_held(|line| line.is_comment() || begins_word(line));
         }
         let mut lines = lines.into_iter();
         lines.try_for_each(|(line, is_whole)| self.line(now_s, line, is_whole))
@@ -244,7 +199,7 @@ impl Recorder {
     ///
     /// Those of the reader.
     pub fn toggle_pause(&mut self, now_s: f64) -> Result<()> {
-        if self.counts.rows == 0 || self.end().is_some() {
+        if self.counts.rows == 0 || self.end.is_some() {
             return Ok(());
         }
         let Some(from_s) = self.paused_from_s.take() else {
@@ -253,7 +208,7 @@ impl Recorder {
             return Ok(());
         };
         self.began_s += now_s - from_s;
-        self.gaps.resume(now_s);
+        self.gaps.resume();
         self.say(Event::Resumed);
         (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
     }
@@ -264,17 +219,19 @@ impl Recorder {
     ///
     /// Those that end the recording.
     pub fn tick(&mut self, now_s: f64) -> Result<()> {
-        match self.state {
-            State::Setting { sent_s } => self.set(now_s, sent_s),
-            State::Holding { .. } => self.begin(now_s, false),
-            State::Writing if self.counts.rows == 0 && self.is_due(now_s) => self.report_no_rows(),
-            State::Writing => {
-                self.notice_silence(now_s);
-                self.end_at(now_s);
-                Ok(())
-            }
-            State::Ended(_) => Ok(()),
+        if !self.is_set {
+            return self.set(now_s);
         }
+        if self.is_writing {
+            self.notice_silence(now_s);
+            self.end_at(now_s);
+        } else {
+            self.begin(now_s, false)?;
+        }
+        if self.counts.rows == 0 && self.is_due(now_s) {
+            return self.report_no_rows();
+        }
+        Ok(())
     }
 
     /// The user ends it: what is held is written.
@@ -284,9 +241,8 @@ impl Recorder {
     /// Those of the reader.
     pub fn finish(&mut self, now_s: f64) -> Result<()> {
         self.begin(now_s, true)?;
-        if !self.end_at(now_s) {
-            self.state = State::Ended(End::User);
-        }
+        self.end_at(now_s);
+        self.end.get_or_insert(End::User);
         Ok(())
     }
 
@@ -294,49 +250,40 @@ impl Recorder {
 
     /// A line of the board, without its end.
     fn line(&mut self, now_s: f64, text: Vec<u8>, is_whole: bool) -> Result<()> {
-        let line = Line::plain(now_s, text);
-        if line.is_comment() {
-            let text = String::from_utf8_lossy(&line.text);
-            let (settings, text) = (Settings::parse(&text), shown(&text).into_owned());
-            self.say(Event::Board { text });
-            if let Some(settings) = settings {
+        if text.starts_with(b"#") {
+            let text = String::from_utf8_lossy(&text);
+            let shown = shown(&text).into_owned();
+            self.say(Event::Board { text: shown });
+            if let Some(settings) = Settings::parse(&text) {
                 self.settings_are(now_s, &settings);
             }
-        } else if self.paused_from_s.is_some() {
+        } else if self.is_paused() {
+            return Ok(());
+        }
+        if self.end.is_some() || !self.is_set {
             return Ok(());
         }
         // Of numbers whose beginning was not received the first may lack digits.
-        let is_half = !is_whole && !line.text.iter().any(u8::is_ascii_alphabetic);
-        match self.state {
-            State::Writing if is_half => self.reject(&line.text),
-            State::Writing => {
-                let line = self.prefixed(line);
-                self.add(line)?;
-            }
-            State::Holding { .. } if !is_half => self.hold(line)?,
-            _ => {}
+        if is_whole || text.iter().any(u8::is_ascii_alphabetic) {
+            let (at_s, prefix) = (now_s, self.prefixes.before(&text, now_s));
+            return self.add(Line { at_s, prefix, text });
+        }
+        if self.is_writing {
+            self.reject(&text);
         }
         Ok(())
     }
 
-    fn prefixed(&mut self, mut line: Line) -> Line {
-        line.prefix = self.prefixes.before(&line.text, line.at_s);
-        line
-    }
-
-    /// Passes a line to the reader, and writes what that has judged.
+    /// Passes a line to the reader, and writes what that has judged: from the line on by which it knows
+    /// the format.
     fn add(&mut self, line: Line) -> Result<()> {
         let read = self.reader.push(&line.in_file());
         self.waiting.push_back(line);
-        read.map_err(|error| unreadable(&error))?;
-        self.write_judged();
-        Ok(())
-    }
-
-    /// Holds a line, unless the reader knows the format by it.
-    fn hold(&mut self, line: Line) -> Result<()> {
-        let read = self.reader.push(&line.in_file());
-        self.waiting.push_back(line);
+        if self.is_writing {
+            read.map_err(|error| unreadable(&error))?;
+            self.write_judged();
+            return Ok(());
+        }
         if read.is_err() {
             // So many lines without a format are no recording.
             self.drop_held(|_| false);
@@ -347,20 +294,14 @@ impl Recorder {
 
     /// Takes what is held as it is, after a while or at the end.
     fn begin(&mut self, now_s: f64, is_last: bool) -> Result<()> {
-        let is_due = self.is_due(now_s);
-        let State::Holding { next_s } = &mut self.state else {
-            return Ok(());
-        };
         let held_s = self.waiting.front().map_or(0.0, |line| now_s - line.at_s);
-        if !is_last && (now_s < *next_s || !is_due && held_s < MAX_HELD_S) {
+        let is_time = now_s >= self.next_s && (self.is_due(now_s) || held_s >= MAX_HELD_S);
+        if self.is_writing || !is_last && !is_time {
             return Ok(());
         }
-        *next_s = now_s + RETRY_S;
+        self.next_s = now_s + RETRY_S;
         // Lines that are no recording may be one with those that follow.
         let _ = self.reader.settle();
-        if self.reader.form().is_none() && is_due && !is_last {
-            return self.report_no_rows();
-        }
         self.write_held()
     }
 
@@ -369,7 +310,7 @@ impl Recorder {
         let Some(form) = self.reader.form() else {
             return Ok(());
         };
-        self.state = State::Writing;
+        self.is_writing = true;
         let columns = self.args.board.columns.clone();
         self.prefixes = Prefixes::new(&form, columns.is_some(), self.day_s);
         let mut header = self.prefixes.header(&form);
@@ -381,7 +322,7 @@ impl Recorder {
                 self.add(Line::plain(line.at_s, header))?;
             }
             if at >= form.head_lines || at + 1 == form.header_line {
-                line = self.prefixed(line);
+                line.prefix = self.prefixes.before(&line.text, line.at_s);
             }
             self.add(line)?;
         }
@@ -399,7 +340,7 @@ impl Recorder {
             if let LineKind::Row(stamp) = kind {
                 self.begin_row(line.at_s, stamp);
             }
-            if self.end().is_some() {
+            if self.end.is_some() {
                 return;
             }
             match kind {
@@ -412,7 +353,8 @@ impl Recorder {
     /// A row follows, unless it ends here.
     fn begin_row(&mut self, at_s: f64, stamp: f64) {
         self.began_s = self.began_s.min(at_s);
-        if self.end_at(at_s) {
+        self.end_at(at_s);
+        if self.end.is_some() {
             return;
         }
         if self.counts.rows == 0 {
@@ -421,11 +363,7 @@ impl Recorder {
             self.say(Event::Started { columns });
         }
         // Times of arrival do not tell what is missing.
-        let stamp = if self.prefixes.has_clock {
-            stamp
-        } else {
-            f64::NAN
-        };
+        let stamp = Some(stamp).filter(|stamp| self.prefixes.has_clock && !stamp.is_nan());
         let (rate_hz, max_s) = (self.rate_hz(), self.silence_s());
         if let Some(gap) = self.gaps.before_row(at_s, stamp, rate_hz, max_s) {
             self.write(format!("{}\n", gap.line()).as_bytes());
@@ -438,17 +376,14 @@ impl Recorder {
         self.counts.rows += 1;
     }
 
-    /// Ends it once all that was asked for is there; whether it has ended.
-    fn end_at(&mut self, now_s: f64) -> bool {
+    /// Ends it once all that was asked for is there.
+    fn end_at(&mut self, now_s: f64) {
         let elapsed_s = self.elapsed_s(now_s);
-        if let State::Writing = self.state {
-            if self.args.rows == Some(self.counts.rows) {
-                self.state = State::Ended(End::Rows);
-            } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
-                self.state = State::Ended(End::Duration);
-            }
+        if self.args.rows == Some(self.counts.rows) {
+            self.end.get_or_insert(End::Rows);
+        } else if self.args.duration.is_some_and(|max_s| elapsed_s >= max_s) {
+            self.end.get_or_insert(End::Duration);
         }
-        self.end().is_some()
     }
 
     fn rate_hz(&self) -> Option<f64> {
@@ -457,9 +392,9 @@ impl Recorder {
 
     /// Writes a whole line.
     fn write(&mut self, line: &[u8]) {
-        let preamble = std::mem::take(&mut self.out.preamble);
-        self.out.text.extend_from_slice(preamble.as_bytes());
-        self.out.text.extend_from_slice(line);
+        let preamble = std::mem::take(&mut self.preamble);
+        self.text.extend_from_slice(preamble.as_bytes());
+        self.text.extend_from_slice(line);
     }
 
     /// Writes a line that is no row, or a part of a line.
@@ -481,7 +416,7 @@ impl Recorder {
 
     /// Lines whose format is not known are of another start, but for those that are kept.
     fn drop_held(&mut self, keeps: impl Fn(&Line) -> bool) {
-        if let State::Holding { .. } = self.state {
+        if !self.is_writing {
             self.waiting.retain(keeps);
             self.reader = reader(&self.args, self.args.board.columns.clone());
             for line in &self.waiting {
@@ -512,7 +447,7 @@ impl Recorder {
         if port.said.as_ref() != Some(&hint) {
             let text = format!("{}; {hint}", error.message());
             port.said = Some(hint);
-            self.warn(text);
+            self.say(Event::Warning { text });
         }
         Ok(())
     }
@@ -525,12 +460,10 @@ impl Recorder {
     /// A board that has sent rows is silent: some may be missing.
     fn notice_silence(&mut self, now_s: f64) {
         let max_s = self.silence_s();
-        if let Some(port) = &mut self.port
-            && !port.is_silent
-        {
+        if let Some(port) = self.port.as_mut().filter(|port| !port.is_silent) {
             let duration_s = now_s - port.last_bytes_s.unwrap_or(port.opened_s);
-            if duration_s >= max_s {
-                port.is_silent = true;
+            port.is_silent = duration_s >= max_s;
+            if port.is_silent {
                 self.say(Event::Silent { duration_s });
             }
         }
@@ -540,51 +473,41 @@ impl Recorder {
 
     fn settings_are(&mut self, now_s: f64, settings: &Settings) {
         let is_met = self.args.board.wanted.is_met_by(settings);
-        match self.state {
-            State::Setting { .. } if is_met => {
-                self.state = State::of(&self.reader);
-                // Rows are waited for from now on.
-                if let Some(port) = &mut self.port {
-                    port.opened_s = now_s;
-                }
+        if !self.is_set {
+            self.is_set = is_met;
+            // Rows are waited for from now on.
+            if let Some(port) = self.port.as_mut().filter(|_| is_met) {
+                port.opened_s = now_s;
             }
+        } else if !self.is_writing {
             // Rows before are of another start, or have no header.
-            State::Holding { .. } => self.drop_held(Line::is_comment),
-            State::Writing if !is_met => self
-                .warn("the board was reset and has other settings than those asked for".to_owned()),
-            _ => {}
+            self.drop_held(Line::is_comment);
+        } else if !is_met {
+            let text = "the board was reset and has other settings than those asked for";
+            let text = text.to_owned();
+            self.say(Event::Warning { text });
         }
     }
 
     /// Sends the settings that are wanted, once; that they are in vain is an error.
-    fn set(&mut self, now_s: f64, sent_s: Option<f64>) -> Result<()> {
-        let port = self.port.as_ref();
-        let is_heard = port.is_some_and(|port| port.last_bytes_s.is_some());
-        let opened_s = port.map_or(now_s, |port| port.opened_s);
-        match sent_s {
-            _ if !is_heard && self.is_due(now_s) => self.report_no_rows(),
+    fn set(&mut self, now_s: f64) -> Result<()> {
+        let is_due = self.is_due(now_s);
+        let Some(port) = &mut self.port else {
+            return Ok(());
+        };
+        match port.sent_s {
+            _ if port.received.is_empty() && is_due => self.report_no_rows(),
+            None if !port.received.is_empty() && now_s - port.opened_s >= COMMAND_S => {
+                port.sent_s = Some(now_s);
+                self.commands += &self.args.board.wanted.commands();
+                Ok(())
+            }
             Some(sent_s) if now_s - sent_s >= NO_ROWS_S => {
                 let text = "the board does not report the settings that were sent to it";
                 let hint = "upload firmware/mpu6050_logger to the board, or leave the settings out";
                 Err(Error::device("settings-refused", text).with_hint(hint))
             }
-            None if is_heard && now_s - opened_s >= COMMAND_S => {
-                let sent_s = Some(now_s);
-                self.state = State::Setting { sent_s };
-                self.out.commands += &self.args.board.wanted.commands();
-                Ok(())
-            }
             _ => Ok(()),
-        }
-    }
-}
-
-impl State {
-    /// Of a recording whose settings are as they should be.
-    fn of(reader: &Follow) -> Self {
-        match reader.form() {
-            Some(_) => State::Writing,
-            None => State::Holding { next_s: 0.0 },
         }
     }
 }
@@ -641,8 +564,8 @@ mod tests {
         fn pass(&mut self, s: f64) {
             self.now_s += s;
             self.recorder.tick(self.now_s).unwrap();
-            let out = std::mem::take(&mut self.recorder.out);
-            self.text += std::str::from_utf8(&out.text).unwrap();
+            let text = std::mem::take(&mut self.recorder.text);
+            self.text += std::str::from_utf8(&text).unwrap();
         }
 
         fn rows(&mut self, rows: u32) {
@@ -679,7 +602,7 @@ mod tests {
         assert_eq!(bench.gaps(), [missing]);
         bench.pass(4.0);
         bench.pass(20.0);
-        assert_eq!(bench.recorder.end(), Some(End::Duration));
+        assert_eq!(bench.recorder.end, Some(End::Duration));
         assert!(bench.recorder.is_silent());
     }
 

@@ -1,16 +1,11 @@
 //! Where the events of a recording go: JSON for scripts, messages and a status line for people.
 
 use std::io;
-use std::process::ExitCode;
 
-use gravical::escape::{shell_word, shown, shown_json};
-use gravical::numfmt::count;
-use gravical_report::document::Detail;
-use gravical_report::report;
+use gravical::escape::{shown, shown_json};
 use serde::Serialize;
 
-use super::event::{Ended, Event};
-use crate::failure::RenderedError;
+use super::event::Event;
 use crate::outlet::Outlet;
 use crate::screen::Screen;
 
@@ -80,43 +75,5 @@ impl Reporter {
             Event::Status(_) => self.out.status(line),
             _ => self.out.send(line),
         };
-    }
-
-    /// The end: for people the counts, and what `gravical inspect` says of the file.
-    pub fn ended(&mut self, ended: Ended) {
-        if !self.json && !self.quiet && ended.counts.rows > 0 {
-            self.screen.line(&shown(&summary(&ended)));
-        }
-        self.report(&[Event::Ended(Box::new(ended))]);
-    }
-
-    /// Reports an error as a line of its own; its exit code. None for a closed pipe.
-    pub fn fail(&mut self, error: &anyhow::Error) -> Option<ExitCode> {
-        let error = RenderedError::of(error)?;
-        let _ = self.out.drain();
-        let line = format!("{}\n", shown_json(&error.object.to_string()));
-        let _ = self.out.send(line);
-        Some(ExitCode::from(error.exit))
-    }
-}
-
-fn summary(ended: &Ended) -> String {
-    let (file, counts) = (&ended.file, &ended.counts);
-    let mut text = format!("{file}: {} rows in {:.1} s", counts.rows, ended.elapsed_s);
-    for (n, what) in [
-        (counts.rejected, "rejected line"),
-        (counts.gaps, "gap"),
-        (counts.missing, "missing row"),
-    ] {
-        if n > 0 {
-            text += &format!(", {}", count(n, what));
-        }
-    }
-    match &ended.inspection {
-        Some(inspection) => {
-            let document = report::inspection(inspection);
-            format!("{text}\n\n{}", document.to_text(Detail::Full))
-        }
-        None => format!("{text}\nNext: gravical inspect {}", shell_word(file)),
     }
 }

@@ -3,13 +3,15 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime};
 
+use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
 
 use super::Args;
 use super::event::Event;
 use super::file::LogFile;
 use super::recorder::Recorder;
-use crate::device::ports::{Target, list, the_board};
+use super::status::Status;
+use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
 
 /// Longest wait for bytes of the port.
@@ -26,7 +28,7 @@ pub struct Session {
     observed_rows: u64,
     found: BTreeSet<&'static str>,
     /// The device that is open, or was.
-    target: Option<Target>,
+    target: Option<PortInfo>,
     serial: Option<Serial>,
     /// The second in which a port was searched for, and the status reported.
     second: u64,
@@ -43,7 +45,7 @@ impl Session {
     pub fn open(args: &Args) -> Result<Self> {
         args.board.wanted.validate()?;
         // Before the port, whose opening resets the board.
-        let file = LogFile::open(&args.file(), args.existing())?;
+        let file = LogFile::open(&args.file(), args.existing)?;
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let day_s = now.map_or(0.0, |now| now.as_secs_f64() % 86_400.0);
         let mut session = Session {
@@ -85,7 +87,7 @@ impl Session {
 
     /// Events since the last call.
     pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.recorder.out.events)
+        std::mem::take(&mut self.recorder.events)
     }
 
     /// Waits shortly for bytes, and does what is due. Returns the lines that were written.
@@ -159,26 +161,36 @@ impl Session {
 
     fn observe(&mut self, now_s: f64) {
         let recorder = &mut self.recorder;
-        let mut status = recorder.status(now_s);
-        if status.rows == 0 || recorder.args.is_read_along {
+        let counts = recorder.counts;
+        if counts.rows == 0 || recorder.args.is_read_along {
             return;
         }
+        let mut status = Status {
+            rows: counts.rows,
+            elapsed_s: recorder.elapsed_s(now_s),
+            paused: recorder.is_paused(),
+            rejected: counts.rejected,
+            ..Status::default()
+        };
         // Without new rows nothing is known of this second.
-        if std::mem::replace(&mut self.observed_rows, status.rows) != status.rows
+        if std::mem::replace(&mut self.observed_rows, counts.rows) != counts.rows
             && let Some(Ok(recording)) = recorder.reader.recording(u32::MAX)
         {
-            let findings = status.observe(&recording, &mut self.found);
-            let findings = findings.into_iter().map(Event::Finding);
-            recorder.out.events.extend(findings);
+            status.observe(&recording);
+            for finding in recording.findings {
+                if finding.kind.is_of_samples() && self.found.insert(finding.kind.name()) {
+                    recorder.say(Event::Finding(finding));
+                }
+            }
         }
         recorder.say(Event::Status(status));
     }
 
     /// Writes the lines that wait, and sends the commands.
     fn write(&mut self) -> Result<Vec<u8>> {
-        let lines = std::mem::take(&mut self.recorder.out.text);
+        let lines = std::mem::take(&mut self.recorder.text);
         self.file.write(&lines)?;
-        let commands = std::mem::take(&mut self.recorder.out.commands);
+        let commands = std::mem::take(&mut self.recorder.commands);
         if let Some(serial) = self.serial.as_mut().filter(|_| !commands.is_empty())
             && let Err(e) = serial.send(commands.as_bytes())
         {
@@ -201,7 +213,7 @@ impl Session {
         let board = &self.recorder.args.board;
         let ports = list().unwrap_or_default();
         let name = match (&self.target, &board.port) {
-            (Some(target), _) => match target.find(&ports) {
+            (Some(target), _) => match find_again(target, &ports) {
                 Some(name) => name,
                 None => return Ok(()),
             },
@@ -210,15 +222,14 @@ impl Session {
         };
         self.serial = Some(Serial::open(&name, board.baud)?);
         self.open_error = None;
-        let target = Target::new(&name, &ports);
+        let target = named(&name, &ports);
         let preamble = format!(
             "# gravical {} log, {}, {name}\n",
             env!("CARGO_PKG_VERSION"),
             gravical::calibration_file::creation_time(),
         );
-        let now_s = self.now_s();
-        self.recorder
-            .opened(now_s, &name, target.device(), preamble);
+        let (now_s, device) = (self.now_s(), target.device.clone());
+        self.recorder.opened(now_s, &name, device, preamble);
         self.target = Some(target);
         Ok(())
     }

@@ -1,11 +1,9 @@
 //! The state of the recording for the person who records: rate, magnitude, the side that is up; in one
 //! line.
 
-use std::collections::BTreeSet;
-
 use gravical::core::matrix3::norm;
 use gravical::poses::face::Face;
-use gravical::recording::{AccelScale, Finding, Recording};
+use gravical::recording::{AccelScale, Recording};
 use serde::Serialize;
 
 /// Magnitude and direction are means over this time, s.
@@ -37,12 +35,8 @@ pub struct Status {
 }
 
 impl Status {
-    /// Adds what the last rows say; returns what may spoil them and is not in `said` yet.
-    pub fn observe(
-        &mut self,
-        recording: &Recording,
-        said: &mut BTreeSet<&'static str>,
-    ) -> Vec<Finding> {
+    /// Adds what the last rows say.
+    pub fn observe(&mut self, recording: &Recording) {
         self.rate_hz = recording.timing.rate_hz();
         let rows = (RECENT_S * self.rate_hz.unwrap_or(1.0)).ceil().max(1.0);
         let mean = recording.accel.each_ref().map(|axis| {
@@ -55,9 +49,6 @@ impl Status {
         self.accel = Some(recording.accel_scale);
         let temperatures = recording.temperature_c.iter().flatten();
         self.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
-        let findings = recording.findings.iter();
-        let new = findings.filter(|f| f.kind.is_of_samples() && said.insert(f.kind.name()));
-        new.cloned().collect()
     }
 
     /// One line of at most 79 columns: what is needed most comes first, and the rest where there is
