@@ -33,7 +33,6 @@ const PAUSE_S: f64 = 2.0;
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub struct InteractiveSensor {
-    options: SimulateOptions,
     part: Part,
     builder: Builder,
     draws: Draws,
@@ -60,7 +59,6 @@ impl InteractiveSensor {
         let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &builder.path, 0.0);
         let last = part.read(&builder.path, 0.0, 0.0);
         Ok(Self {
-            options: options.clone(),
             part,
             builder,
             draws,
@@ -77,7 +75,7 @@ impl InteractiveSensor {
         while (self.steps as f64) < due {
             self.steps += 1;
             let (path, now_s) = (&self.builder.path, self.steps as f64 / INSIDE_HZ);
-            let warm_c = warmer_c(&self.options, now_s);
+            let warm_c = warmer_c(&self.part.truth.options, now_s);
             if (self.steps as f64) < due {
                 self.part.update(path, now_s, warm_c);
             } else {
@@ -137,7 +135,7 @@ impl InteractiveSensor {
     /// The true parameters; without recordings.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        self.part.sensor.truth(&self.options)
+        self.part.truth.clone()
     }
 
     fn carry(&mut self, up: Vector3<f64>) -> f64 {
