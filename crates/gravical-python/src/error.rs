@@ -2,7 +2,7 @@
 
 use gravical::finding::Advice;
 use gravical::{Category, Error};
-use pyo3::exceptions::{PyRuntimeError, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 /// Code of a keyword that does not exist: an exception of Python itself.
@@ -46,18 +46,6 @@ fn raised(py: Python<'_>, error: &Error) -> PyErr {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
     }
-}
-
-/// A panic is a fault of this package, and no reason to end the interpreter.
-pub fn panicked(panic: &(dyn std::any::Any + Send)) -> PyErr {
-    let what = panic
-        .downcast_ref::<String>()
-        .map(String::as_str)
-        .or_else(|| panic.downcast_ref::<&str>().copied())
-        .unwrap_or("unknown");
-    PyRuntimeError::new_err(format!(
-        "gravical failed internally: {what}; please report it with what it was called with"
-    ))
 }
 
 /// Shorthand.
