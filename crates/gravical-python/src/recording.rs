@@ -60,7 +60,7 @@ pub fn read(
     mut keywords: Keywords,
 ) -> PyResult<Recording> {
     let given = name.clone().unwrap_or_default();
-    let mut rows = match source {
+    let rows = match source {
         Source::One(inputs) => task::run(py, move |meter| {
             let reading = Reading::new(inputs, &mut keywords, meter)?;
             keywords.end()?;
@@ -83,13 +83,10 @@ pub fn read(
                 .or_raise(py)?
         }
     };
-    if let Some(name) = name {
-        for finding in &mut rows.findings {
-            finding.file = Some(name.clone());
-        }
-        rows.name = name;
-    }
-    let shared = Arc::new(rows);
+    let shared = Arc::new(match name {
+        Some(name) => rows.with_name(&name),
+        None => rows,
+    });
     Ok(Recording { shared })
 }
 
