@@ -163,18 +163,11 @@ pub fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
 /// Opens a device or pipe. Standard output is written at its current position even if it is a
 /// file; opened again it would be overwritten from its start.
 fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
-    let names = |n: u8| ["/dev/fd", "/proc/self/fd"].map(|folder| format!("{folder}/{n}"));
-    let is = |name: &str, n: u8| {
-        path == Path::new(name) || names(n).iter().any(|p| path == Path::new(p))
-    };
-    if is("/dev/stdout", 1) {
-        return Ok(Box::new(io::stdout()));
-    }
-    if is("/dev/stderr", 2) {
-        return Ok(Box::new(io::stderr()));
-    }
-    let file = File::options().write(true).open(path)?;
-    Ok(Box::new(file))
+    Ok(match path.to_str() {
+        Some("/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => Box::new(io::stdout()),
+        Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => Box::new(io::stderr()),
+        _ => Box::new(File::options().write(true).open(path)?),
+    })
 }
 
 /// A new file of a hidden name in `folder`; deleted with this value.
