@@ -51,6 +51,12 @@ fn exists(path: &Path) -> Error {
         .advise("force", "true")
 }
 
+/// Whether the name of a file has this ending, in small letters or capitals.
+pub(crate) fn ends_in(path: &Path, ending: &str) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case(ending))
+}
+
 /// The folder of a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
@@ -114,8 +120,7 @@ pub fn write_atomic<T>(
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
-    let extension = path.extension();
-    let packed = extension.is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let packed = ends_in(path, "gz");
     let fill = |out: &mut dyn Write| {
         if !packed {
             return fill(out);
