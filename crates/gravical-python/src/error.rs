@@ -20,7 +20,7 @@ fn keyword(option: &Advice) -> String {
 }
 
 /// The exception for an error, of a class of `_errors.py`.
-fn raised(py: Python<'_>, error: &Error) -> PyErr {
+pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     if error.code() == UNEXPECTED {
         return PyTypeError::new_err(error.message().to_owned());
     }
@@ -45,17 +45,5 @@ fn raised(py: Python<'_>, error: &Error) -> PyErr {
     match module.and_then(|module| module.call_method1(class, arguments)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
-    }
-}
-
-/// Shorthand.
-pub trait OrRaise<T> {
-    /// The value, or the exception.
-    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
-}
-
-impl<T> OrRaise<T> for gravical::Result<T> {
-    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
-        self.map_err(|error| raised(py, &error))
     }
 }

@@ -20,7 +20,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::Serialize;
 
-use crate::error::OrRaise;
+use crate::error::raised;
 use crate::keywords::Keywords;
 use crate::recording::{Recording, view};
 
@@ -164,7 +164,8 @@ impl Outcome {
 
     /// What the program writes with `-o`: a calibration, the table of a motion, else `json`.
     fn write(&self, py: Python<'_>, path: PathBuf, force: bool, json: &str) -> PyResult<()> {
-        py.detach(|| self.write_to(&path, force, json)).or_raise(py)
+        py.detach(|| self.write_to(&path, force, json))
+            .map_err(|e| raised(py, &e))
     }
 
     /// Text for another program, and what it cannot hold.
@@ -176,7 +177,7 @@ impl Outcome {
     ) -> PyResult<(String, Vec<String>)> {
         let options: Result<ExportOptions> = keywords.last();
         let text = options.and_then(|options| self.export_to(to, &options));
-        text.or_raise(py)
+        text.map_err(|e| raised(py, &e))
     }
 
     /// The table beside the document: names of its columns, and its values row by row.
@@ -238,7 +239,7 @@ pub fn read_calibration(
         None => CalibrationFile::parse(text.unwrap_or_default().as_bytes()),
     };
     file.and_then(|file| Outcome::calibration(file, None))
-        .or_raise(py)
+        .map_err(|e| raised(py, &e))
 }
 
 /// Targets of an export, and what each holds.
@@ -251,5 +252,5 @@ pub fn export_targets() -> Vec<(&'static str, &'static str)> {
 #[pyfunction]
 pub fn write_text(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
     py.detach(|| output::write_text(&path, force, text))
-        .or_raise(py)
+        .map_err(|e| raised(py, &e))
 }

@@ -9,7 +9,7 @@ use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
-use crate::error::OrRaise;
+use crate::error::raised;
 use crate::keywords::Keywords;
 use crate::task;
 
@@ -72,15 +72,16 @@ pub fn read(
             recording::read_bytes(&bytes, &given, &options)
         })?,
         Source::Table(names, columns) => {
-            let options = keywords.reading(&Meter::default()).or_raise(py)?;
-            keywords.end().or_raise(py)?;
+            let failed = |e: Error| raised(py, &e);
+            let options = keywords.reading(&Meter::default()).map_err(failed)?;
+            keywords.end().map_err(failed)?;
             let columns = columns.iter().map(|column| match column {
                 Column::Numbers(numbers) => Ok(TableColumn::Numbers(numbers.as_slice()?)),
                 Column::Texts(texts) => Ok(TableColumn::Texts(texts)),
             });
             let columns = columns.collect::<PyResult<Vec<_>>>()?;
             py.detach(|| recording::Recording::from_table(&given, &names, &columns, &options))
-                .or_raise(py)?
+                .map_err(failed)?
         }
     };
     let shared = Arc::new(match name {

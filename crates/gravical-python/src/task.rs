@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use gravical::recording::Meter;
 use pyo3::prelude::*;
 
-use crate::error::OrRaise;
+use crate::error::raised;
 
 /// How often signals are looked at.
 const SIGNAL_PERIOD: Duration = Duration::from_millis(50);
@@ -56,7 +56,7 @@ pub fn run<T: Send + 'static>(
     }
     // The allocator gives the memory of a thread that has ended to the next one.
     match py.detach(|| thread.join()) {
-        Ok(result) => result.or_raise(py),
+        Ok(result) => result.map_err(|e| raised(py, &e)),
         Err(panic) => std::panic::resume_unwind(panic),
     }
 }
