@@ -103,11 +103,16 @@ pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 ///
 /// What the file system says; `no-recordings` when there is none.
 pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut paths = entries(folder)?;
-    paths.retain(|p| p.is_file() && may_be_recording(p));
+    let paths = listed(folder)?;
     if paths.is_empty() {
         return Err(no_recordings(folder, &folders_in(folder)?));
     }
+    Ok(paths)
+}
+
+fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut paths = entries(folder)?;
+    paths.retain(|p| p.is_file() && may_be_recording(p));
     Ok(axes::group(&paths))
 }
 
@@ -167,8 +172,9 @@ fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
 fn folders_in(folder: &Path) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
-        if let Ok(files) = files_in(&path) {
-            let files = count(files.len(), "file");
+        let files = listed(&path).map_or(0, |files| files.len());
+        if files > 0 {
+            let files = count(files, "file");
             let left = finding!(
                 FolderLeftOut,
                 "a folder with {files} that may be recordings; not read"
