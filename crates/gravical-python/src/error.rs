@@ -2,7 +2,7 @@
 
 use gravical::finding::Advice;
 use gravical::{Category, Error};
-use pyo3::exceptions::{PyRuntimeError, PyTypeError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 /// Code of a keyword that does not exist: an exception of Python itself.
@@ -20,7 +20,7 @@ fn keyword(option: &Advice) -> String {
 }
 
 /// The exception for an error, of a class of `_errors.py`.
-fn raised(py: Python<'_>, error: &Error) -> PyErr {
+pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     if error.code() == UNEXPECTED {
         return PyTypeError::new_err(error.message().to_owned());
     }
@@ -45,29 +45,5 @@ fn raised(py: Python<'_>, error: &Error) -> PyErr {
     match module.and_then(|module| module.call_method1(class, arguments)) {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
-    }
-}
-
-/// A panic is a fault of this package, and no reason to end the interpreter.
-pub fn panicked(panic: &(dyn std::any::Any + Send)) -> PyErr {
-    let what = panic
-        .downcast_ref::<String>()
-        .map(String::as_str)
-        .or_else(|| panic.downcast_ref::<&str>().copied())
-        .unwrap_or("unknown");
-    PyRuntimeError::new_err(format!(
-        "gravical failed internally: {what}; please report it with what it was called with"
-    ))
-}
-
-/// Shorthand.
-pub trait OrRaise<T> {
-    /// The value, or the exception.
-    fn or_raise(self, py: Python<'_>) -> PyResult<T>;
-}
-
-impl<T> OrRaise<T> for gravical::Result<T> {
-    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
-        self.map_err(|error| raised(py, &error))
     }
 }

@@ -63,7 +63,8 @@ impl Keywords {
         for name in names {
             if let Some((name, value)) = self.given.remove_entry(*name) {
                 let value = fitting::<T>(&name, value)
-                    .map_err(|what| Error::usage("usage", format!("{name}=: {what}")))?;
+                    // An array of samples in place of an option is not shown in full.
+                    .map_err(|what| Error::usage("usage", format!("{name}=: {what:.500}")))?;
                 taken.insert(name, value);
             }
         }

@@ -20,7 +20,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use serde::Serialize;
 
-use crate::error::OrRaise;
+use crate::error::raised;
 use crate::keywords::Keywords;
 use crate::recording::{Recording, view};
 
@@ -32,9 +32,9 @@ pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
     Calibration(Arc<CalibrationFile>, Option<Session>),
     /// Of `noise`.
-    Noise(Arc<NoiseResult>),
+    Noise(Box<NoiseResult>),
     /// Of `motion`, with its recording.
-    Motion(Arc<Motion>, Arc<recording::Recording>),
+    Motion(Box<Motion>, Arc<recording::Recording>),
     /// The report of any other verb, which has no figures.
     Plain(Document<'static>),
 }
@@ -53,29 +53,28 @@ pub struct Outcome {
     pub filtered: Option<Arc<recording::Recording>>,
 }
 
+/// The JSON of the program.
+pub fn json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(|e| Error::io(Path::new("the result"), e.into()))
+}
+
 impl Outcome {
     /// A result of these files.
-    pub fn new(kind: Kind, result: &impl Serialize, inputs: Vec<InputFile>) -> Result<Self> {
-        let json = serde_json::to_string(result);
-        Ok(Outcome {
+    pub fn new(kind: Kind, json: String, inputs: Vec<InputFile>) -> Self {
+        Outcome {
             kind,
-            json: json.map_err(|e| Error::io(Path::new("the result"), e.into()))?,
+            json,
             inputs,
             table: None,
             filtered: None,
-        })
+        }
     }
 
     /// A calibration.
     pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
-        let (inputs, file) = (file.inputs.clone(), Arc::new(file));
-        Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
-    }
-
-    /// The noise of a sensor.
-    pub fn of_noise(result: NoiseResult, inputs: Vec<InputFile>) -> Result<Self> {
-        let result = Arc::new(result);
-        Self::new(Kind::Noise(result.clone()), &*result, inputs)
+        let (json, inputs) = (json(&file)?, file.inputs.clone());
+        let kind = Kind::Calibration(Arc::new(file), session);
+        Ok(Self::new(kind, json, inputs))
     }
 
     /// The calibration that this is.
@@ -165,7 +164,8 @@ impl Outcome {
 
     /// What the program writes with `-o`: a calibration, the table of a motion, else `json`.
     fn write(&self, py: Python<'_>, path: PathBuf, force: bool, json: &str) -> PyResult<()> {
-        py.detach(|| self.write_to(&path, force, json)).or_raise(py)
+        py.detach(|| self.write_to(&path, force, json))
+            .map_err(|e| raised(py, &e))
     }
 
     /// Text for another program, and what it cannot hold.
@@ -177,7 +177,7 @@ impl Outcome {
     ) -> PyResult<(String, Vec<String>)> {
         let options: Result<ExportOptions> = keywords.last();
         let text = options.and_then(|options| self.export_to(to, &options));
-        text.or_raise(py)
+        text.map_err(|e| raised(py, &e))
     }
 
     /// The table beside the document: names of its columns, and its values row by row.
@@ -202,12 +202,6 @@ pub struct Table {
 }
 
 impl Table {
-    fn new(columns: Vec<String>, rows: usize, numbers: impl Iterator<Item = f64>) -> Self {
-        let mut values = Vec::with_capacity(rows * columns.len());
-        values.extend(numbers);
-        Table { columns, values }
-    }
-
     /// The calibrated channels of a recording.
     pub fn of_applied(applied: &Applied, time_s: Option<&[f64]>) -> Self {
         let channels = applied.accel.iter().chain(applied.gyro.iter().flatten());
@@ -217,18 +211,19 @@ impl Table {
         if time_s.is_some() {
             columns.insert(0, "t_s".to_owned());
         }
-        let rows = applied.accel[0].len();
-        let values = (0..rows).flat_map(|i| all.iter().map(move |column| column[i]));
-        Table::new(columns, rows, values)
+        let rows = 0..applied.accel[0].len();
+        let values = rows.flat_map(|i| all.iter().map(move |column| column[i]));
+        let values = values.collect();
+        Table { columns, values }
     }
 
     /// The table of a motion.
     pub fn of_motion(motion: &Motion) -> Self {
         let columns: Vec<String> = table_columns(motion).map(str::to_owned).collect();
         let (samples, width) = (motion.samples(), columns.len());
-        let rows = samples.size_hint().0;
         let values = samples.flat_map(|sample| sample.numbers().take(width));
-        Table::new(columns, rows, values)
+        let values = values.collect();
+        Table { columns, values }
     }
 }
 
@@ -244,7 +239,7 @@ pub fn read_calibration(
         None => CalibrationFile::parse(text.unwrap_or_default().as_bytes()),
     };
     file.and_then(|file| Outcome::calibration(file, None))
-        .or_raise(py)
+        .map_err(|e| raised(py, &e))
 }
 
 /// Targets of an export, and what each holds.
@@ -257,5 +252,5 @@ pub fn export_targets() -> Vec<(&'static str, &'static str)> {
 #[pyfunction]
 pub fn write_text(py: Python<'_>, path: PathBuf, text: &str, force: bool) -> PyResult<()> {
     py.detach(|| output::write_text(&path, force, text))
-        .or_raise(py)
+        .map_err(|e| raised(py, &e))
 }

@@ -7,10 +7,9 @@ use gravical::recording::{self, Meter, ReadOptions, TableColumn, read_joined};
 use gravical::{Error, Result};
 use numpy::ndarray::ArrayView1;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
-use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::error::OrRaise;
+use crate::error::raised;
 use crate::keywords::Keywords;
 use crate::task;
 
@@ -30,11 +29,6 @@ pub fn view<'py>(values: &[f64], owner: Bound<'py, PyAny>) -> Bound<'py, PyArray
     let array = unsafe { PyArray1::borrow_from_array(&view, owner) };
     array.readwrite().make_nonwriteable();
     array
-}
-
-/// The JSON of the program.
-pub fn json(value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|e| PyRuntimeError::new_err(e.to_string()))
 }
 
 /// What a recording is made of.
@@ -65,38 +59,35 @@ pub fn read(
     name: Option<String>,
     mut keywords: Keywords,
 ) -> PyResult<Recording> {
-    let meter = Meter::default();
     let given = name.clone().unwrap_or_default();
-    let mut rows = match source {
-        Source::One(inputs) => task::run(py, &meter.clone(), move || {
-            let reading = Reading::new(inputs, &mut keywords, &meter)?;
+    let rows = match source {
+        Source::One(inputs) => task::run(py, move |meter| {
+            let reading = Reading::new(inputs, &mut keywords, meter)?;
             keywords.end()?;
             Ok(Arc::unwrap_or_clone(reading.one(recording::read)?))
         })?,
-        Source::Bytes(bytes) => task::run(py, &meter.clone(), move || {
-            let options = keywords.reading(&meter)?;
+        Source::Bytes(bytes) => task::run(py, move |meter| {
+            let options = keywords.reading(meter)?;
             keywords.end()?;
             recording::read_bytes(&bytes, &given, &options)
         })?,
         Source::Table(names, columns) => {
-            let options = keywords.reading(&meter).or_raise(py)?;
-            keywords.end().or_raise(py)?;
+            let failed = |e: Error| raised(py, &e);
+            let options = keywords.reading(&Meter::default()).map_err(failed)?;
+            keywords.end().map_err(failed)?;
             let columns = columns.iter().map(|column| match column {
                 Column::Numbers(numbers) => Ok(TableColumn::Numbers(numbers.as_slice()?)),
                 Column::Texts(texts) => Ok(TableColumn::Texts(texts)),
             });
             let columns = columns.collect::<PyResult<Vec<_>>>()?;
             py.detach(|| recording::Recording::from_table(&given, &names, &columns, &options))
-                .or_raise(py)?
+                .map_err(failed)?
         }
     };
-    if let Some(name) = name {
-        for finding in &mut rows.findings {
-            finding.file = Some(name.clone());
-        }
-        rows.name = name;
-    }
-    let shared = Arc::new(rows);
+    let shared = Arc::new(match name {
+        Some(name) => rows.with_name(&name),
+        None => rows,
+    });
     Ok(Recording { shared })
 }
 
@@ -166,9 +157,9 @@ pub fn owned(recordings: &[Py<Recording>]) -> Vec<recording::Recording> {
 #[pymethods]
 impl Recording {
     /// What is known of it, as JSON.
-    fn facts(&self) -> PyResult<String> {
+    fn facts(&self) -> String {
         let r = &*self.shared;
-        json(&serde_json::json!({
+        let facts = serde_json::json!({
             "name": r.name,
             "description": r.description,
             "rows": r.rows(),
@@ -180,7 +171,8 @@ impl Recording {
             "rate_hz": r.timing.rate_hz(),
             "recorded": r.recorded_at().map(|time| time.to_string()),
             "findings": r.findings,
-        }))
+        });
+        facts.to_string()
     }
 
     /// The channels that there are, as read-only views.

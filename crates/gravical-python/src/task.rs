@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use gravical::recording::Meter;
 use pyo3::prelude::*;
 
-use crate::error::{OrRaise, panicked};
+use crate::error::raised;
 
 /// How often signals are looked at.
 const SIGNAL_PERIOD: Duration = Duration::from_millis(50);
@@ -22,40 +22,41 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// to its end, and its result is dropped.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
-    meter: &Meter,
-    work: impl FnOnce() -> gravical::Result<T> + Send + 'static,
+    work: impl FnOnce(&Meter) -> gravical::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (caller, is_done) = (thread::current(), Arc::new(AtomicBool::new(false)));
-    let done = is_done.clone();
+    let meter = Meter::default();
+    let (done, own_meter) = (is_done.clone(), meter.clone());
     let thread = thread::Builder::new()
         .name("gravical".to_owned())
         // That of a main thread.
         .stack_size(8 << 20)
         .spawn(move || {
-            let result = work();
+            let result = work(&own_meter);
             done.store(true, Ordering::Release);
             caller.unpark();
             result
         })?;
     // A panic is no end of the work, but one of the thread.
     let has_ended = || is_done.load(Ordering::Acquire) || thread.is_finished();
-    while !has_ended() {
+    let mut stopped: Option<(PyErr, Instant)> = None;
+    let has_waited = |(_, since): &(PyErr, Instant)| since.elapsed() > PATIENCE;
+    while !(has_ended() || stopped.as_ref().is_some_and(has_waited)) {
         py.detach(|| thread::park_timeout(SIGNAL_PERIOD));
         if let Err(signal) = py.check_signals() {
             meter.stop();
-            let stopped = Instant::now();
-            while !has_ended() && stopped.elapsed() < PATIENCE {
-                py.detach(|| thread::park_timeout(SIGNAL_PERIOD));
-            }
-            if has_ended() {
-                let _ = py.detach(|| thread.join());
-            }
-            return Err(signal);
+            stopped.get_or_insert((signal, Instant::now()));
         }
+    }
+    if let Some((signal, _)) = stopped {
+        if has_ended() {
+            let _ = py.detach(|| thread.join());
+        }
+        return Err(signal);
     }
     // The allocator gives the memory of a thread that has ended to the next one.
     match py.detach(|| thread.join()) {
-        Ok(result) => result.or_raise(py),
-        Err(panic) => Err(panicked(panic.as_ref())),
+        Ok(result) => result.map_err(|e| raised(py, &e)),
+        Err(panic) => std::panic::resume_unwind(panic),
     }
 }

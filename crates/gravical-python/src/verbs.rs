@@ -1,6 +1,6 @@
 //! The verbs of the program: each takes its options from the keywords, then it runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use gravical::denoise::DenoiseOptions;
 use gravical::inspect::InspectOptions;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
-use gravical::noise::{noise, noise_of};
+use gravical::noise::noise_of;
 use gravical::output::write_atomic;
-use gravical::recording::{Meter, ReadOptions, read, read_samples, source};
+use gravical::recording::{Meter, read, read_samples, source};
 use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
@@ -25,8 +25,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::keywords::Keywords;
-use crate::outcome::{Kind, Outcome, Table};
-use crate::recording::{Inputs, Reading, json, owned};
+use crate::outcome::{Kind, Outcome, Table, json};
+use crate::recording::{Inputs, Reading, owned};
 use crate::task;
 
 /// What a verb is given.
@@ -72,15 +72,14 @@ pub fn run(
     };
     let named = |(outcome, name): (Py<Outcome>, String)| Ok((outcome.get().file()?, name));
     let calibrations: Result<Vec<_>> = calibrations.into_iter().map(named).collect();
-    let meter = Meter::default();
-    task::run(py, &meter.clone(), move || {
-        let reading = Reading::new(inputs, &mut keywords, &meter)?;
+    task::run(py, move |meter| {
+        let reading = Reading::new(inputs, &mut keywords, meter)?;
         work(Call {
             keywords,
             reading,
             calibrations: calibrations?,
             output,
-            meter,
+            meter: meter.clone(),
         })
     })
 }
@@ -90,7 +89,8 @@ fn inspect(mut call: Call) -> Result<Outcome> {
     let rows = call.reading.one(read)?;
     let found = gravical::inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
-    Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
+    let kind = Kind::Plain(report::inspection(&found));
+    Ok(Outcome::new(kind, json(&found)?, inputs))
 }
 
 fn calibrate(mut call: Call) -> Result<Outcome> {
@@ -122,26 +122,40 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {
-    let mut options: ApplyOptions = call.keywords.last()?;
+    let options: ApplyOptions = call.keywords.last()?;
     let (file, _) = call.calibration()?;
-    let reading = call.reading;
-    let outcome = |summary: &ApplySummary| {
-        let said = format!("{}: {} rows calibrated", summary.input, summary.rows);
-        let mut document = Document::new(&said).with_findings(&summary.findings, false);
-        document.subject.push(said);
-        Outcome::new(Kind::Plain(document), summary, Vec::new())
-    };
-    let Some((path, force)) = call.output else {
-        if options.keep_raw {
+    let (summary, table) = match call.output {
+        Some((path, force)) => {
+            let summary = apply_to_file(&file, &call.reading, options, &path, force)?;
+            (summary, None)
+        }
+        None if options.keep_raw => {
             let what = "keep_raw=: columns in memory stay as they are";
             return Err(Error::usage("usage", what).with_hint("it needs output="));
         }
-        let rows = reading.one(read_samples)?;
-        let done = apply_recording(&file, &rows, &options)?;
-        let mut outcome = outcome(&done.summary)?;
-        outcome.table = Some(Table::of_applied(&done, rows.time_s.as_deref()));
-        return Ok(outcome);
+        None => {
+            let rows = call.reading.one(read_samples)?;
+            let done = apply_recording(&file, &rows, &options)?;
+            let table = Table::of_applied(&done, rows.time_s.as_deref());
+            (done.summary, Some(table))
+        }
     };
+    let said = format!("{}: {} rows calibrated", summary.input, summary.rows);
+    let mut document = Document::new(&said).with_findings(&summary.findings, false);
+    document.subject.push(said);
+    let mut outcome = Outcome::new(Kind::Plain(document), json(&summary)?, Vec::new());
+    outcome.table = table;
+    Ok(outcome)
+}
+
+/// From one file to another, as the program does.
+fn apply_to_file(
+    file: &CalibrationFile,
+    reading: &Reading,
+    mut options: ApplyOptions,
+    path: &Path,
+    force: bool,
+) -> Result<ApplySummary> {
     let input = match &reading.inputs {
         Inputs::Paths(paths) if paths.len() == 1 => &paths[0],
         _ => {
@@ -150,19 +164,16 @@ fn apply(mut call: Call) -> Result<Outcome> {
             return Err(Error::usage("usage", what).with_hint(hint));
         }
     };
-    let inputs: Vec<PathBuf> = [input].into_iter().chain(&reading.gyro).cloned().collect();
-    check_targets(from_ref(&path), &inputs, force)?;
     options.gyro.clone_from(&reading.gyro);
-    options.read = ReadOptions {
-        hash: false,
-        ..reading.options.clone()
-    };
+    options.read = reading.options.clone();
+    options.read.hash = false;
+    let inputs: Vec<PathBuf> = [input].into_iter().chain(&options.gyro).cloned().collect();
+    check_targets(&[path.to_owned()], &inputs, force)?;
     let source = source::open(input, &options.read)?;
     let name = input.display().to_string();
-    let summary = write_atomic(&path, force, |out| {
-        gravical::apply::apply(&file, source, &name, out, &options)
-    })?;
-    outcome(&summary)
+    write_atomic(path, force, |out| {
+        gravical::apply::apply(file, source, &name, out, &options)
+    })
 }
 
 fn denoise(mut call: Call) -> Result<Outcome> {
@@ -172,20 +183,17 @@ fn denoise(mut call: Call) -> Result<Outcome> {
     let inputs = InputFile::of(from_ref(&recording));
     let summary = gravical::denoise::denoise(&mut recording, &options)?;
     let kind = Kind::Plain(report::denoise(&summary));
-    let mut outcome = Outcome::new(kind, &summary, inputs)?;
+    let mut outcome = Outcome::new(kind, json(&summary)?, inputs);
     outcome.filtered = Some(Arc::new(recording));
     Ok(outcome)
 }
 
 fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
-    let reading = call.reading;
-    let result = match (&reading.inputs, &reading.gyro) {
-        (Inputs::Paths(paths), None) if paths.len() == 1 => noise(&paths[0], &reading.options)?,
-        _ => noise_of(Arc::unwrap_or_clone(reading.one(read_samples)?))?,
-    };
-    let inputs = result.inputs.clone();
-    Outcome::of_noise(result, inputs)
+    let rows = call.reading.one(read_samples)?;
+    let result = noise_of(Arc::unwrap_or_clone(rows))?;
+    let (json, inputs) = (json(&result)?, result.inputs.clone());
+    Ok(Outcome::new(Kind::Noise(Box::new(result)), json, inputs))
 }
 
 fn check(mut call: Call) -> Result<Outcome> {
@@ -203,7 +211,8 @@ fn check(mut call: Call) -> Result<Outcome> {
     let mut result = gravical::check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
     let inputs = InputFile::of(&rows);
-    Outcome::new(Kind::Plain(report::check(&result)), &result, inputs)
+    let kind = Kind::Plain(report::check(&result));
+    Ok(Outcome::new(kind, json(&result)?, inputs))
 }
 
 fn compare(mut call: Call) -> Result<Outcome> {
@@ -213,7 +222,7 @@ fn compare(mut call: Call) -> Result<Outcome> {
     let names = [first_name.as_str(), second_name.as_str()];
     let result = gravical::compare::compare(&first, &second, names)?;
     let kind = Kind::Plain(report::comparison(&result));
-    Outcome::new(kind, &result, Vec::new())
+    Ok(Outcome::new(kind, json(&result)?, Vec::new()))
 }
 
 fn motion(mut call: Call) -> Result<Outcome> {
@@ -236,10 +245,10 @@ fn motion(mut call: Call) -> Result<Outcome> {
         add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());
     }
-    let motion = Arc::new(motion);
-    let kind = Kind::Motion(motion.clone(), rows);
-    let mut outcome = Outcome::new(kind, &motion.result, inputs)?;
-    outcome.table = Some(Table::of_motion(&motion));
+    let (json, table) = (json(&motion.result)?, Table::of_motion(&motion));
+    let kind = Kind::Motion(Box::new(motion), rows);
+    let mut outcome = Outcome::new(kind, json, inputs);
+    outcome.table = Some(table);
     Ok(outcome)
 }
 
@@ -250,10 +259,10 @@ pub fn simulate(
     scenario: String,
     output: PathBuf,
     force: bool,
-    keywords: Keywords,
+    mut keywords: Keywords,
 ) -> PyResult<(String, Vec<PathBuf>)> {
-    let mut k = keywords;
-    let (truth, paths) = task::run(py, &Meter::default(), move || {
+    task::run(py, move |_| {
+        let k = &mut keywords;
         let scenario = match scenario.as_str() {
             "six-position" => Scenario::SixPosition(k.take()?),
             "poses" => Scenario::Poses(k.take()?),
@@ -270,7 +279,7 @@ pub fn simulate(
             file: k.take()?,
             ..k.last()?
         };
-        simulate_to(&options, &output, force)
-    })?;
-    Ok((json(&truth)?, paths))
+        let (truth, paths) = simulate_to(&options, &output, force)?;
+        Ok((json(&truth)?, paths))
+    })
 }

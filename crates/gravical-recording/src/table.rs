@@ -92,9 +92,11 @@ fn table(
     let rows = columns.first().map_or(0, |c| c.rows());
     let named = names.is_empty() || names.len() == columns.len();
     if columns.iter().any(|c| c.rows() != rows) || !named {
+        let lengths: Vec<String> = columns.iter().map(|c| c.rows().to_string()).collect();
+        let lengths = lengths.join(", ");
         return Err(Error::usage(
             "samples-length",
-            "the columns of the table have different lengths",
+            format!("the columns of the table have different lengths: {lengths}"),
         )
         .at(name.as_ref(), None)
         .with_hint(

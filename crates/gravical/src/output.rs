@@ -51,6 +51,12 @@ fn exists(path: &Path) -> Error {
         .advise("force", "true")
 }
 
+/// Whether the name of a file has this ending, in small letters or capitals.
+pub(crate) fn ends_in(path: &Path, ending: &str) -> bool {
+    let extension = path.extension();
+    extension.is_some_and(|e| e.eq_ignore_ascii_case(ending))
+}
+
 /// The folder of a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
@@ -114,8 +120,7 @@ pub fn write_atomic<T>(
     check_target(path, force)?;
     let folder = folder_of(path);
     let io = |e| Error::io(path, e);
-    let extension = path.extension();
-    let packed = extension.is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let packed = ends_in(path, "gz");
     let fill = |out: &mut dyn Write| {
         if !packed {
             return fill(out);
@@ -163,18 +168,11 @@ pub fn write_text(path: &Path, force: bool, text: &str) -> Result<()> {
 /// Opens a device or pipe. Standard output is written at its current position even if it is a
 /// file; opened again it would be overwritten from its start.
 fn open_special(path: &Path) -> io::Result<Box<dyn Write>> {
-    let names = |n: u8| ["/dev/fd", "/proc/self/fd"].map(|folder| format!("{folder}/{n}"));
-    let is = |name: &str, n: u8| {
-        path == Path::new(name) || names(n).iter().any(|p| path == Path::new(p))
-    };
-    if is("/dev/stdout", 1) {
-        return Ok(Box::new(io::stdout()));
-    }
-    if is("/dev/stderr", 2) {
-        return Ok(Box::new(io::stderr()));
-    }
-    let file = File::options().write(true).open(path)?;
-    Ok(Box::new(file))
+    Ok(match path.to_str() {
+        Some("/dev/stdout" | "/dev/fd/1" | "/proc/self/fd/1") => Box::new(io::stdout()),
+        Some("/dev/stderr" | "/dev/fd/2" | "/proc/self/fd/2") => Box::new(io::stderr()),
+        _ => Box::new(File::options().write(true).open(path)?),
+    })
 }
 
 /// A new file of a hidden name in `folder`; deleted with this value.

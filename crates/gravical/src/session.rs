@@ -13,6 +13,7 @@ use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::numfmt::count;
+use crate::output::ends_in;
 use crate::poses::sections::read_sections;
 use crate::recording::{
     Finding, FindingKind, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope,
@@ -102,11 +103,16 @@ pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 ///
 /// What the file system says; `no-recordings` when there is none.
 pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut paths = entries(folder)?;
-    paths.retain(|p| p.is_file() && may_be_recording(p));
+    let paths = listed(folder)?;
     if paths.is_empty() {
         return Err(no_recordings(folder, &folders_in(folder)?));
     }
+    Ok(paths)
+}
+
+fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut paths = entries(folder)?;
+    paths.retain(|p| p.is_file() && may_be_recording(p));
     Ok(axes::group(&paths))
 }
 
@@ -119,11 +125,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// True for a name with the ending of a recording.
 pub fn may_be_recording(path: &Path) -> bool {
-    let is = |ending: &str| {
-        path.extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
-    };
-    ENDINGS.into_iter().any(is)
+    ENDINGS.into_iter().any(|ending| ends_in(path, ending))
 }
 
 /// Columns that begin the summary of many sessions.
@@ -150,9 +152,10 @@ pub fn is_summary(path: &Path) -> bool {
 /// The error of a folder without a recording, with the first that was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
     let error = Error::input("no-recordings", "there is no recording in this folder");
+    let error = error.at(folder, None);
     let Some(first) = left_out.first() else {
-        let hint = format!("recordings are files that end in .{}", ENDINGS.join(", ."));
-        return error.at(folder, None).with_hint(hint);
+        let endings = ENDINGS.join(", .");
+        return error.with_hint(format!("recordings are files that end in .{endings}"));
     };
     let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
     let hint = if first.kind == FindingKind::FolderLeftOut {
@@ -161,18 +164,17 @@ fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
     } else {
         "`gravical inspect` says of each file what helps".to_owned()
     };
-    error
-        .with_detail(&format!("; {file}: {why}"))
-        .at(folder, None)
-        .with_hint(hint)
+    let detail = format!("; {file}: {why}");
+    error.with_detail(&detail).with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
 fn folders_in(folder: &Path) -> Result<Vec<Finding>> {
     let mut findings = Vec::new();
     for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
-        if let Ok(files) = files_in(&path) {
-            let files = count(files.len(), "file");
+        let files = listed(&path).map_or(0, |files| files.len());
+        if files > 0 {
+            let files = count(files, "file");
             let left = finding!(
                 FolderLeftOut,
                 "a folder with {files} that may be recordings; not read"
@@ -215,10 +217,7 @@ fn ends_in_words(path: &Path) -> bool {
         file.take(TAIL).read_to_end(&mut tail)?;
         Ok(tail)
     };
-    let packed = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    !packed && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
+    !ends_in(path, "gz") && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
 }
 
 /// True for `walk.rescued.csv` and `walk.rescued-2.csv`, by which `gravical log` saves what it
@@ -380,8 +379,7 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {
-    match (a.canonicalize(), b.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => a == b,
-    }
+    a == b
+        || a.canonicalize()
+            .is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }

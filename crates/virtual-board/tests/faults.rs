@@ -4,6 +4,7 @@
 mod board;
 
 use board::{board, notices, rows};
+use virtual_board::sensor::FaultKind::{Dip, Hang, Identity, NoAnswer, StuckBus};
 
 /// How many lines begin so.
 fn count(said: &[&str], start: &str) -> usize {
@@ -21,7 +22,7 @@ fn seconds(text: &str) -> Vec<usize> {
 
 #[test]
 fn a_sensor_that_comes_and_goes() {
-    let Some(mut board) = board("no-answer@2-4") else {
+    let Some(mut board) = board(&[(NoAnswer, 2.0..4.0)]) else {
         return;
     };
     let text = board.text(7.0);
@@ -40,7 +41,7 @@ fn a_sensor_that_comes_and_goes() {
 
 #[test]
 fn no_sensor_at_all_and_another_one() {
-    let Some(mut board) = board("no-answer@0-2.2,who-am-i=0x33@2.2-5") else {
+    let Some(mut board) = board(&[(NoAnswer, 0.0..2.2), (Identity(0x33), 2.2..5.0)]) else {
         return;
     };
     let text = board.text(7.0);
@@ -61,30 +62,30 @@ fn no_sensor_at_all_and_another_one() {
 /// temperature shows.
 #[test]
 fn relatives_of_the_mpu6050_are_used_with_a_note() {
-    let celsius = |faults: &str| -> Option<(f64, String)> {
-        let text = board(faults)?.text(2.0);
+    let celsius = |id: u8| -> Option<(f64, String)> {
+        let text = board(&[(Identity(id), 0.0..90.0)])?.text(2.0);
         let row = text.lines().filter(|l| l.split(',').count() == 8).nth(5);
         let cell = row.unwrap().split(',').nth(4).unwrap().parse();
         Some((cell.unwrap(), text))
     };
-    let Some((plain, _)) = celsius("") else {
+    let Some((plain, _)) = celsius(0x68) else {
         return;
     };
     for (id, note, settings, wanted) in [
         (
-            "0x70",
+            0x70,
             "# who-am-i 0x70: MPU-6500 or a clone;",
             ", MPU6500, accelerometer",
             (plain - 36.53) * 340.0 / 333.87 + 21.0,
         ),
         (
-            "0x98",
+            0x98,
             "# who-am-i 0x98: not an MPU6050 (0x68), used as one",
             ", MPU6050, accelerometer",
             plain,
         ),
     ] {
-        let (found, text) = celsius(&format!("who-am-i={id}@0-90")).unwrap();
+        let (found, text) = celsius(id).unwrap();
         assert!(text.contains(note) && text.contains(settings), "{text}");
         assert!((found - wanted).abs() < 0.2, "{found} {wanted}");
     }
@@ -92,7 +93,7 @@ fn relatives_of_the_mpu6050_are_used_with_a_note() {
 
 #[test]
 fn a_stuck_bus_and_a_dip_of_the_supply() {
-    let Some(mut board) = board("stuck-bus@2-3,dip@5") else {
+    let Some(mut board) = board(&[(StuckBus, 2.0..3.0), (Dip, 5.0..6.0)]) else {
         return;
     };
     let text = board.text(8.0);
@@ -107,7 +108,7 @@ fn a_stuck_bus_and_a_dip_of_the_supply() {
 
 #[test]
 fn the_watchdog_ends_a_hang() {
-    let Some(mut board) = board("hang@2") else {
+    let Some(mut board) = board(&[(Hang, 2.0..3.0)]) else {
         return;
     };
     let text = board.text(7.0);
@@ -123,7 +124,7 @@ fn the_watchdog_ends_a_hang() {
 
 #[test]
 fn time_goes_on_after_microseconds_wrap() {
-    let Some(mut board) = board("") else {
+    let Some(mut board) = board(&[]) else {
         return;
     };
     let Ok(symbols) = std::process::Command::new("avr-nm")

@@ -28,7 +28,7 @@ fn are_fed(rows: &[Vec<f64>], fed: &[Reading], fits: impl Fn(&[f64], &Reading) -
 
 #[test]
 fn it_says_what_it_is_and_the_reader_reads_it() {
-    let Some(mut board) = board("") else {
+    let Some(mut board) = board(&[]) else {
         return;
     };
     let text = board.text(6.0);
@@ -77,7 +77,7 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
 #[test]
 fn stamps_show_the_clock_of_the_sensor() {
     for ppm in [8000.0, -8000.0] {
-        let Some(mut board) = board("") else {
+        let Some(mut board) = board(&[]) else {
             return;
         };
         board.uno.sensor().clock_error_ppm = ppm;
@@ -100,7 +100,7 @@ fn stamps_show_the_clock_of_the_sensor() {
 
 #[test]
 fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
-    let Some(mut board) = board("") else {
+    let Some(mut board) = board(&[]) else {
         return;
     };
     board.text(0.5);
@@ -122,7 +122,7 @@ fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
 
 #[test]
 fn commands() {
-    let Some(mut board) = board("") else {
+    let Some(mut board) = board(&[]) else {
         return;
     };
     board.text(0.5);
@@ -168,7 +168,7 @@ fn commands() {
 /// What gets through at which rate, and that the rest is counted.
 #[test]
 fn too_fast_is_said() {
-    let Some(mut board) = board("") else {
+    let Some(mut board) = board(&[]) else {
         return;
     };
     board.text(0.5);

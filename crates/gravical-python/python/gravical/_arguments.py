@@ -47,7 +47,7 @@ def _plain(name: str, value: Any) -> Any:
     raise UsageError(f"{name}=: a {type(value).__name__} is no option")
 
 
-def vectors(values: Any, name: str, rows: int | None = None) -> Floats:
+def vectors(values: Any, name: str) -> Floats:
     """Three columns: an array of shape (n, 3), or a tuple of three arrays."""
     array = _numbers(values, name)
     if isinstance(values, tuple) and len(values) == 3 and array.ndim == 2:
@@ -56,16 +56,7 @@ def vectors(values: Any, name: str, rows: int | None = None) -> Floats:
         turned = array.ndim == 2 and array.shape[0] == 3
         hint = f"transpose it: {name}.T" if turned else "one row for each sample, x, y and z in it"
         raise UsageError(f"{name}= has the shape {array.shape}; (n, 3) is needed", hint=hint)
-    return _of_length(array, name, len(array) if rows is None else rows)
-
-
-def scalars(values: Any, name: str, rows: int) -> Floats:
-    """One number for each sample."""
-    dates = np.asarray(values).dtype.kind in "Mm"
-    array = _column(name, values)[0] if dates else _numbers(values, name)
-    if array.ndim != 1:
-        raise UsageError(f"{name}= has the shape {array.shape}; ({rows},) is needed")
-    return _of_length(array, name, rows)
+    return array
 
 
 def _numbers(values: Any, name: str) -> Floats:
@@ -75,16 +66,6 @@ def _numbers(values: Any, name: str) -> Floats:
     except (TypeError, ValueError) as error:
         hint = "give one row of numbers for each sample"
         raise UsageError(f"{name}= is no array of numbers: {error}", hint=hint) from None
-
-
-def _of_length(array: Floats, name: str, rows: int) -> Floats:
-    if len(array) != rows:
-        raise UsageError(
-            f"{name}= has {len(array)} samples; {rows} are needed",
-            "samples-length",
-            "give one value of each for every sample, NaN where there is none",
-        )
-    return array
 
 
 def is_table(value: Any) -> bool:
@@ -114,16 +95,15 @@ def table_columns(table: Any) -> tuple[list[str], list[Any], bool]:
 
 def _column(name: str, values: Any) -> tuple[Any, bool]:
     """Numbers or texts, and whether they are dates."""
-    dtype = str(getattr(values, "dtype", ""))
-    if dtype.startswith(("Int", "UInt", "Float", "boolean")) and hasattr(values, "iloc"):
-        # Pandas' own types with missing values.
-        values = values.to_numpy(dtype=np.float64, na_value=np.nan)
-    elif dtype.startswith("datetime64") and "," in dtype:
-        # A zone: an index has tz_convert itself, a series below dt.
-        values = getattr(values, "dt", values).tz_convert(None)
-    array = np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
+    # Dates of pandas in a zone, datetime64[ns, Europe/Berlin], become UTC.
+    words = str(getattr(values, "dtype", "")).split(",")
+    is_zoned = words[0].startswith("datetime64[") and len(words) > 1
+    hint = "give one number for each row: an array with one axis"
+    try:
+        array = np.asarray(values, "datetime64[ns]" if is_zoned else None)
+    except ValueError as error:
+        raise UsageError(f"column {name!r} is no array: {error}", hint=hint) from None
     if array.ndim != 1:
-        hint = "give one number for each row: an array with one axis"
         raise UsageError(f"column {name!r} has the shape {array.shape}", hint=hint)
     if array.dtype.kind == "M":
         seconds = array.astype("datetime64[ns]")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import _gravical
-from ._arguments import Floats, is_path, is_table, keywords, scalars, table_columns, vectors
+from ._arguments import Floats, is_path, is_table, keywords, table_columns, vectors
 from ._errors import UsageError
 from ._result import Record, parsed
 
@@ -90,21 +90,12 @@ class Recording:
         >>> recording.rows, recording.rate_hz
         (200, 100.0)
         """
-        xyz = vectors(accel, "accel")
-        columns: dict[str, Any] = {} if t is None else {"t": scalars(t, "t", len(xyz))}
-        columns.update(zip(("ax", "ay", "az"), xyz.T))
+        columns = {"t": t, **dict(zip(("ax", "ay", "az"), vectors(accel, "accel").T))}
         if gyro is not None:
-            columns.update(zip(("gx", "gy", "gz"), vectors(gyro, "gyro", len(xyz)).T))
-        if temperature is not None:
-            columns["temperature_c"] = scalars(temperature, "temperature", len(xyz))
-        if labels is not None:
-            if isinstance(labels, (str, bytes)) or np.shape(labels) != (len(xyz),):
-                message = f"labels=: {len(xyz)} texts are needed, one for every sample"
-                raise UsageError(message, "samples-length")
-            columns["label"] = [str(label) for label in labels]
-        if t is not None and np.asarray(t).dtype.kind in "Mm":
-            reading.setdefault("time_unit", "s")
-        return read(columns, name=name, **reading)
+            columns.update(zip(("gx", "gy", "gz"), vectors(gyro, "gyro").T))
+        columns.update(temperature_c=temperature, label=labels)
+        given = {name: values for name, values in columns.items() if values is not None}
+        return read(given, name=name, **reading)
 
     @property
     def columns(self) -> dict[str, Floats]:

@@ -259,7 +259,10 @@ class Calibration(Result):
         raw = vectors(np.atleast_2d(gyro), "gyro")
         rate = raw - sensor.bias
         if accel is not None:
-            force = vectors(np.atleast_2d(accel), "accel", len(raw))
+            force = vectors(np.atleast_2d(accel), "accel")
+            if len(force) != len(raw):
+                message = f"accel= has {len(force)} samples, gyro= {len(raw)}"
+                raise UsageError(message, "samples-length", "give one of each for every sample")
             rate = rate - _product(sensor.g_sensitivity, force)
         calibrated = _product(sensor.matrix, rate)
         return calibrated[0] if np.ndim(gyro) == 1 else calibrated

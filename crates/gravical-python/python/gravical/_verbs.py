@@ -157,11 +157,8 @@ def simulate(
     with tempfile.TemporaryDirectory(prefix="gravical-") as folder:
         target = folder if output is None else output
         truth, paths = _gravical.simulate(str(scenario), target, force, keywords(options))
-        recordings: dict[str, Recording] = {}
-        for path in map(str, paths[:-1]):
-            name = os.path.basename(path)
-            with open(path, "rb") as file:
-                recordings[name] = read(file.read(), name=name)
+        named = [(os.path.basename(path), path) for path in paths[:-1]]
+        recordings = {name: read(path, name=name) for name, path in named}
     kept = [] if output is None else [str(path) for path in paths]
     summary = f"simulated: {', '.join(recordings)}"
     return Result(parsed(truth), recordings=recordings, paths=kept, _summary=summary)

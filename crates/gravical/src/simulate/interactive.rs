@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
 use super::poses::{Draws, Z_UP, attitude_of};
 use super::record::{INSIDE_HZ, warmer_c};
-use super::scenario::Builder;
+use super::scenario::Plan;
 use super::sensor::{Part, Reading};
 use super::truth::Truth;
 use crate::Result;
@@ -33,9 +33,8 @@ const PAUSE_S: f64 = 2.0;
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub struct InteractiveSensor {
-    options: SimulateOptions,
     part: Part,
-    builder: Builder,
+    plan: Plan,
     draws: Draws,
     /// Number of completed internal time steps.
     steps: u64,
@@ -55,14 +54,13 @@ impl InteractiveSensor {
         options.validate()?;
         let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
         let (nominal, up) = draws.face_pose(Z_UP);
-        let mut builder = Builder::new(options, up);
-        builder.rest(nominal, 1.0 / INSIDE_HZ);
-        let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &builder.path, 0.0);
-        let last = part.read(&builder.path, 0.0, 0.0);
+        let mut plan = Plan::new(options, "", up);
+        plan.rest(nominal, 1.0 / INSIDE_HZ);
+        let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &plan.path, 0.0);
+        let last = part.read(&plan.path, 0.0, 0.0);
         Ok(Self {
-            options: options.clone(),
             part,
-            builder,
+            plan,
             draws,
             steps: 0,
             last,
@@ -76,8 +74,8 @@ impl InteractiveSensor {
         let due = (t_s * INSIDE_HZ + 1e-6).floor();
         while (self.steps as f64) < due {
             self.steps += 1;
-            let (path, now_s) = (&self.builder.path, self.steps as f64 / INSIDE_HZ);
-            let warm_c = warmer_c(&self.options, now_s);
+            let (path, now_s) = (&self.plan.path, self.steps as f64 / INSIDE_HZ);
+            let warm_c = warmer_c(&self.part.truth.options, now_s);
             if (self.steps as f64) < due {
                 self.part.update(path, now_s, warm_c);
             } else {
@@ -124,39 +122,39 @@ impl InteractiveSensor {
     pub fn push(&mut self, line: &LineOptions) -> Result<f64> {
         Scenario::Line(*line).validate()?;
         self.begin();
-        let attitude = self.builder.attitude;
+        let attitude = self.plan.attitude;
         let up = attitude.inverse_transform_vector(&Vector3::z());
         // From the frame of the scenario to the world.
         let turned = attitude * attitude_of(up).inverse();
         let displacement = turned * Vector3::new(LINE_OFFSET_M, line.distance_m, 0.0);
-        self.builder
+        self.plan
             .go(Vector3::zeros(), displacement, line.move_time_s);
-        Ok(self.builder.now_s() - self.now_s())
+        Ok(self.plan.now_s() - self.now_s())
     }
 
     /// The true parameters; without recordings.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        self.part.sensor.truth(&self.options)
+        self.part.truth.clone()
     }
 
     fn carry(&mut self, up: Vector3<f64>) -> f64 {
         self.begin();
-        self.builder.move_to(up);
-        self.builder.now_s() - self.now_s()
+        self.plan.move_to(up);
+        self.plan.now_s() - self.now_s()
     }
 
     /// The next move starts now, or after a pause if another one is in progress.
     fn begin(&mut self) {
         let now_s = self.now_s();
-        let free_s = self.builder.now_s();
+        let free_s = self.plan.now_s();
         let begins_s = if free_s > now_s {
             free_s + PAUSE_S
         } else {
             now_s
         };
         if begins_s > free_s {
-            self.builder
+            self.plan
                 .rest(Vector3::from(Z_UP.direction()), begins_s - free_s);
         }
     }

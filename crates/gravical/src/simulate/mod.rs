@@ -110,5 +110,5 @@ fn planned(options: &SimulateOptions, max: usize) -> Result<(Truth, Vec<scenario
             "{rows} rows; {max} at most: lower the rate or the duration"
         )));
     }
-    Ok((sensor::Sensor::draw(options).truth(options), plans))
+    Ok((Truth::draw(options), plans))
 }

@@ -16,10 +16,8 @@ pub(super) fn bad(message: impl Into<String>) -> Error {
 fn check(options: &[(&str, f64, f64, f64, &str)]) -> Result<()> {
     for (name, value, low, high, unit) in options {
         if !(low..=high).contains(&value) {
-            let value = format!("{value} {unit}");
             return Err(bad(format!(
-                "{name} is {}; it has to be between {low} and {high}",
-                value.trim_end()
+                "{name} is {value} {unit}; it has to be between {low} and {high}"
             )));
         }
     }
@@ -245,6 +243,8 @@ impl SimulateOptions {
     /// `simulate-option` (usage), with the option, its value and its range.
     pub fn validate(&self) -> Result<()> {
         self.scenario.validate()?;
+        let sensor = &self.sensor;
+        let (rise_c, drift) = (sensor.temperature_rise_c, sensor.bias_drift_mg_per_c);
         let decimals = f64::from(self.file.decimals);
         let max_jitter_ms = 400.0 / self.rate_hz;
         check(&[
@@ -254,11 +254,20 @@ impl SimulateOptions {
             ("drop", self.dropped_fraction, 0.0, 0.9, "of the rows"),
             ("tilt", self.tilt_sd_deg, 0.0, 20.0, "°"),
             ("decimals", decimals, 1.0, 9.0, "digits"),
+            ("noise", sensor.noise_factor, 0.0, 100.0, "times the usual"),
+            ("scale-sd", sensor.scale_sd_percent, 0.0, 10.0, "%"),
+            ("temperature-rise", rise_c, -40.0, 40.0, "°C"),
+            ("temperature-drift", drift, 0.0, 10.0, "mg/°C"),
         ])?;
+        if ![2, 4, 8, 16].contains(&sensor.accel_range_g) {
+            let range_g = sensor.accel_range_g;
+            let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
+            return Err(bad(text));
+        }
         if self.file.raw && self.file.wrong_header {
             return Err(bad("raw counts have no header of units"));
         }
-        self.sensor.validate()
+        Ok(())
     }
 }
 
@@ -322,23 +331,6 @@ impl Default for SensorOptions {
             accel_matrix: None,
             accel_bias_mps2: None,
         }
-    }
-}
-
-impl SensorOptions {
-    fn validate(&self) -> Result<()> {
-        let range_g = self.accel_range_g;
-        if ![2, 4, 8, 16].contains(&range_g) {
-            let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
-            return Err(bad(text));
-        }
-        let (rise_c, drift) = (self.temperature_rise_c, self.bias_drift_mg_per_c);
-        check(&[
-            ("noise", self.noise_factor, 0.0, 100.0, ""),
-            ("scale-sd", self.scale_sd_percent, 0.0, 10.0, "%"),
-            ("temperature-rise", rise_c, -40.0, 40.0, "°C"),
-            ("temperature-drift", drift, 0.0, 10.0, "mg/°C"),
-        ])
     }
 }
 

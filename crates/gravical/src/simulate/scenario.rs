@@ -21,15 +21,6 @@ const BETWEEN_FILES_S: f64 = 10.0;
 const TURN_DEG: f64 = -360.0;
 const TURN_S: f64 = 4.0;
 
-/// One planned recording.
-pub(super) struct Plan {
-    pub path: MotionPath,
-    /// The part was switched on that long before, s.
-    pub on_s: f64,
-    /// Its name and its events; rows are counted while it is recorded.
-    pub truth: FileTruth,
-}
-
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
     let mut draws = Draws::new(options.seed, options.tilt_sd_deg);
@@ -52,95 +43,101 @@ fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draw
     let mut plans = Vec::with_capacity(6);
     for face in Face::all() {
         let (nominal, up) = draws.face_pose(face);
-        let mut build = Builder::new(options, up);
-        build.hold(&face.name(), PoseKind::Face, Some(nominal), o.hold_s);
         let letter = ["x", "y", "z"][face.axis];
         let sign = if face.up { "pos" } else { "neg" };
-        plans.push(build.finish(&format!("{letter}_axis_{sign}.csv")));
+        let mut plan = Plan::new(options, &format!("{letter}_axis_{sign}.csv"), up);
+        plan.hold(&face.name(), PoseKind::Face, Some(nominal), o.hold_s);
+        plans.push(plan);
     }
     plans
 }
 
 fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Plan {
-    let mut build = faces(options, o.hold_s, draws);
+    let mut plan = faces(options, "session.csv", o.hold_s, draws);
     for axis in 0..3 {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
-        build.move_to(up);
-        build.rest(nominal, o.turn_rest_s);
+        plan.move_to(up);
+        plan.rest(nominal, o.turn_rest_s);
         // About the vertical, which is `up` in the sensor, its tilt included.
-        build.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
-        build.rest(nominal, o.turn_rest_s);
+        plan.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
+        plan.rest(nominal, o.turn_rest_s);
     }
-    build.finish("session.csv")
+    plan
 }
 
 fn poses(options: &SimulateOptions, o: &PosesOptions, draws: &mut Draws) -> Plan {
-    let mut build = faces(options, o.hold_s, draws);
+    let mut plan = faces(options, "poses.csv", o.hold_s, draws);
     for (i, up) in spread_directions(o.free as usize, options.seed)
         .into_iter()
         .enumerate()
     {
-        build.move_to(up.into());
-        build.hold(&format!("free{}", i + 1), PoseKind::Free, None, o.hold_s);
+        plan.move_to(up.into());
+        plan.hold(&format!("free{}", i + 1), PoseKind::Free, None, o.hold_s);
     }
-    build.finish("poses.csv")
+    plan
 }
 
 /// The six faces one after the other, moved by hand.
-fn faces(options: &SimulateOptions, hold_s: f64, draws: &mut Draws) -> Builder {
+fn faces(options: &SimulateOptions, name: &str, hold_s: f64, draws: &mut Draws) -> Plan {
     let placed = Face::all().map(|face| {
         let (nominal, up) = draws.face_pose(face);
         (nominal, up, face.name())
     });
-    let mut build = Builder::new(options, placed[0].1);
+    let mut plan = Plan::new(options, name, placed[0].1);
     for (nominal, up, label) in placed {
-        if !build.path.pieces.is_empty() {
-            build.move_to(up);
+        if !plan.path.pieces.is_empty() {
+            plan.move_to(up);
         }
-        build.hold(&label, PoseKind::Face, Some(nominal), hold_s);
+        plan.hold(&label, PoseKind::Face, Some(nominal), hold_s);
     }
-    build
+    plan
 }
 
 fn still(options: &SimulateOptions, o: &StaticOptions, draws: &mut Draws) -> Plan {
     let (nominal, up) = draws.face_pose(Z_UP);
-    let mut build = Builder::new(options, up);
-    build.hold("+z", PoseKind::Face, Some(nominal), o.duration_s);
-    build.finish("static.csv")
+    let mut plan = Plan::new(options, "static.csv", up);
+    plan.hold("+z", PoseKind::Face, Some(nominal), o.duration_s);
+    plan
 }
 
 fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
     let (nominal, up) = draws.face_pose(Z_UP);
-    let mut build = Builder::new(options, up);
-    build.rest(nominal, o.rest_s);
+    let mut plan = Plan::new(options, "line.csv", up);
+    plan.rest(nominal, o.rest_s);
     let displacement = Vector3::new(LINE_OFFSET_M, o.distance_m, 0.0);
-    build.go(Vector3::zeros(), displacement, o.move_time_s);
-    build.rest(nominal, o.rest_s);
-    build.finish("line.csv")
+    plan.go(Vector3::zeros(), displacement, o.move_time_s);
+    plan.rest(nominal, o.rest_s);
+    plan
 }
 
-/// Appends pieces to a path and records the events.
-pub(super) struct Builder {
+/// One recording, planned piece by piece with the true events on it.
+pub(super) struct Plan {
     pub path: MotionPath,
+    /// The part was switched on that long before, s.
+    pub on_s: f64,
+    /// Its name and its events; rows are counted while it is recorded.
+    pub truth: FileTruth,
+    /// At the end of the path.
     pub attitude: UnitQuaternion<f64>,
     position: Vector3<f64>,
     hands: ChaCha8Rng,
-    truth: FileTruth,
-    rests: usize,
 }
 
-impl Builder {
-    pub(super) fn new(options: &SimulateOptions, up: Vector3<f64>) -> Self {
+impl Plan {
+    pub(super) fn new(options: &SimulateOptions, name: &str, up: Vector3<f64>) -> Self {
         Self {
             path: MotionPath {
                 pieces: Vec::new(),
                 gravity_mps2: options.gravity_mps2,
             },
+            on_s: 0.0,
+            truth: FileTruth {
+                name: name.to_owned(),
+                ..FileTruth::default()
+            },
             attitude: attitude_of(up),
             position: Vector3::zeros(),
             hands: stream(options.seed, Purpose::Hands, 0),
-            truth: FileTruth::default(),
-            rests: 0,
         }
     }
 
@@ -181,8 +178,9 @@ impl Builder {
     }
 
     pub(super) fn rest(&mut self, nominal: Vector3<f64>, duration_s: f64) {
-        self.rests += 1;
-        let label = format!("rest{}", self.rests);
+        let poses = self.truth.poses.iter();
+        let rests = poses.filter(|pose| pose.kind == PoseKind::Rest).count();
+        let label = format!("rest{}", rests + 1);
         self.hold(&label, PoseKind::Rest, Some(nominal), duration_s);
     }
 
@@ -214,16 +212,5 @@ impl Builder {
         let displacement = target_position - self.position;
         let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
         self.go(rotation, displacement, duration_s);
-    }
-
-    fn finish(self, name: &str) -> Plan {
-        Plan {
-            path: self.path,
-            on_s: 0.0,
-            truth: FileTruth {
-                name: name.to_owned(),
-                ..self.truth
-            },
-        }
     }
 }

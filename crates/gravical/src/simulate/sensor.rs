@@ -40,16 +40,9 @@ pub(super) const LOW_PASS_HZ: f64 = 44.0;
 
 type Matrix = [[f64; 3]; 3];
 
-/// Errors and scales of one part.
-#[derive(Debug, Clone)]
-pub(super) struct Sensor {
-    pub accel: AccelerometerTruth,
-    pub gyro: GyroscopeTruth,
-}
-
-impl Sensor {
-    /// Everything is always drawn, in this order, so that giving one parameter or changing one
-    /// width leaves the others unaffected.
+impl Truth {
+    /// The errors and scales of one part, without recordings. Everything is always drawn, in this order, so
+    /// that giving one parameter or changing one width leaves the others unaffected.
     pub(super) fn draw(options: &SimulateOptions) -> Self {
         let o = &options.sensor;
         let mut rng = stream(options.seed, Purpose::Parameters, 0);
@@ -61,7 +54,7 @@ impl Sensor {
         let matrix = scaled_and_misaligned(scale, cross);
         let bias = from_fn(|_| ACCEL_BIAS_MPS2 * uniform(&mut rng));
         let drift = o.bias_drift_mg_per_c * 1e-3 * STANDARD_GRAVITY_MPS2;
-        let accel = AccelerometerTruth {
+        let accelerometer = AccelerometerTruth {
             matrix: o.accel_matrix.unwrap_or(matrix),
             bias_mps2: o.accel_bias_mps2.unwrap_or(bias),
             bias_drift_mps2_per_c: from_fn(|_| drift.copysign(uniform(&mut rng))),
@@ -77,25 +70,20 @@ impl Sensor {
         let per_g = G_SENSITIVITY_SD_DEG_S.to_radians();
         let per_mps2 = per_g / STANDARD_GRAVITY_MPS2;
         let g_sensitivity = from_fn(|_| from_fn(|_| per_mps2 * normal(&mut rng)));
-        let gyro = GyroscopeTruth {
+        let gyroscope = GyroscopeTruth {
             matrix,
             bias_rad_s: bias,
             g_sensitivity_rad_s_per_mps2: g_sensitivity,
             noise_rad_rts: o.noise_factor * GYRO_NOISE_DEG_RTS.to_radians(),
             lsb_rad_s: GYRO_LSB_DEG_S.to_radians(),
         };
-        Self { accel, gyro }
-    }
-
-    /// The truth, without recordings.
-    pub(super) fn truth(&self, options: &SimulateOptions) -> Truth {
-        Truth {
+        Self {
             format: "gravical-truth/1".to_owned(),
             tool: crate::TOOL.to_owned(),
             seed: options.seed,
             gravity_mps2: options.gravity_mps2,
-            accelerometer: self.accel.clone(),
-            gyroscope: self.gyro.clone(),
+            accelerometer,
+            gyroscope,
             files: Vec::new(),
             options: options.clone(),
         }
@@ -103,7 +91,7 @@ impl Sensor {
 
     /// Accelerometer, m/s², then gyroscope, rad/s, without noise.
     fn measure(&self, [force, rate]: [[f64; 3]; 2], warmer_c: f64) -> [f64; 6] {
-        let (a, g) = (&self.accel, &self.gyro);
+        let (a, g) = (&self.accelerometer, &self.gyroscope);
         let accel = mul_vec(&a.matrix, &force);
         let turned = mul_vec(&g.matrix, &rate);
         let bent = mul_vec(&g.g_sensitivity_rad_s_per_mps2, &force);
@@ -149,8 +137,7 @@ impl Reading {
 
 /// A sensor that is switched on.
 pub(super) struct Part {
-    pub sensor: Sensor,
-    quantise: bool,
+    pub truth: Truth,
     filters: [Biquad<f64>; 6],
     noise: rand_chacha::ChaCha8Rng,
     /// Of a sample of accelerometer and gyroscope, and of the thermometer.
@@ -168,9 +155,8 @@ impl Part {
         path: &MotionPath,
         warmer_c: f64,
     ) -> Self {
-        let o = &options.sensor;
-        let sensor = Sensor::draw(options);
-        let first = sensor.measure(path.force_and_rate(0.0), 0.0);
+        let truth = Truth::draw(options);
+        let first = truth.measure(path.force_and_rate(0.0), 0.0);
         let mut filter = [Biquad::default()];
         let designed = low_pass(2, LOW_PASS_HZ, 1.0 / step_s, &mut filter);
         debug_assert!(designed.is_ok(), "a step is a millisecond at most");
@@ -180,14 +166,16 @@ impl Part {
         }
         // White noise whose means over t have the standard deviation N/√t.
         let per_step = 1.0 / step_s.sqrt();
-        let densities = [sensor.accel.noise_mps_rts, sensor.gyro.noise_rad_rts];
+        let densities = [
+            truth.accelerometer.noise_mps_rts,
+            truth.gyroscope.noise_rad_rts,
+        ];
         let mut part = Self {
-            sensor,
-            quantise: o.quantise,
+            truth,
             filters,
             noise: stream(options.seed, Purpose::Noise, file),
             noise_sd: densities.map(|n| n * per_step),
-            temperature_sd_c: o.noise_factor * TEMPERATURE_NOISE_C,
+            temperature_sd_c: options.sensor.noise_factor * TEMPERATURE_NOISE_C,
         };
         // The initial state of the low-pass must already be noise.
         for _ in 0..(5.0 / (LOW_PASS_HZ * step_s)).ceil() as usize {
@@ -198,7 +186,7 @@ impl Part {
 
     /// One internal time step: accelerometer, then gyroscope.
     pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
-        let mut values = self.sensor.measure(path.force_and_rate(t_s), warmer_c);
+        let mut values = self.truth.measure(path.force_and_rate(t_s), warmer_c);
         for (channel, value) in values.iter_mut().enumerate() {
             // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
             // not depend on the noise of the other.
@@ -212,17 +200,17 @@ impl Part {
 
     /// The same, as read from the registers.
     pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
-        let lsb = [self.sensor.accel.lsb_mps2, self.sensor.gyro.lsb_rad_s];
+        let quantise = self.truth.options.sensor.quantise;
+        let lsb = [
+            self.truth.accelerometer.lsb_mps2,
+            self.truth.gyroscope.lsb_rad_s,
+        ];
         let mut values = self.update(path, t_s, warmer_c);
         let mut is_clipped = false;
         for (channel, value) in values.iter_mut().enumerate() {
             let lsb = lsb[channel / 3];
             let counts = *value / lsb;
-            let counts = if self.quantise {
-                counts.round()
-            } else {
-                counts
-            };
+            let counts = if quantise { counts.round() } else { counts };
             let limited = counts.clamp(f64::from(i16::MIN), f64::from(i16::MAX));
             is_clipped |= limited <= f64::from(i16::MIN) || limited >= f64::from(i16::MAX);
             *value = limited * lsb;
@@ -233,7 +221,7 @@ impl Part {
         Reading {
             accel_mps2: [ax, ay, az],
             gyro_rad_s: [gx, gy, gz],
-            temperature_c: if self.quantise {
+            temperature_c: if quantise {
                 temperature_counts(temperature_c) / TEMPERATURE_LSB_PER_C + TEMPERATURE_AT_ZERO_C
             } else {
                 temperature_c

@@ -2,13 +2,14 @@
 #![allow(dead_code)] // each test file takes its part
 
 use std::cell::RefCell;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
 use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
-use virtual_board::sensor::{Mpu6050, Reading};
+use virtual_board::sensor::{FaultKind, Mpu6050, Reading};
 use virtual_board::uno::Uno;
 
 /// `GRAVICAL_FIRMWARE`, else built here where there is a compiler for it.
@@ -60,15 +61,15 @@ pub struct Board {
     pub fed: Rc<RefCell<Vec<Reading>>>,
 }
 
-/// A board whose sensor is at rest, with these faults; none, with a word, where there is no
-/// firmware.
-pub fn board(faults: &str) -> Option<Board> {
+/// A board whose sensor is at rest, with these faults from and to so many seconds; none, with a word,
+/// where there is no firmware.
+pub fn board(faults: &[(FaultKind, Range<f64>)]) -> Option<Board> {
     let Some(elf) = firmware() else {
         eprintln!("skipped: neither GRAVICAL_FIRMWARE nor avr-gcc");
         return None;
     };
     let mut board = on(elf, at_rest());
-    board.uno.sensor().faults = faults.parse().unwrap();
+    board.uno.sensor().faults = faults.to_vec();
     Some(board)
 }
 

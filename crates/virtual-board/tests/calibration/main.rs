@@ -182,7 +182,7 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
     assert!(say("f3\n").contains("format 3, calibrated "));
 
     // A sketch without a calibration says so.
-    let mut board = board::board("").unwrap();
+    let mut board = board::board(&[]).unwrap();
     board.text(0.5);
     let text = board.say("f3\n", 0.5);
     assert_eq!(notices(&text), ["# no calibration in this sketch: f0 f1"]);

@@ -21,9 +21,7 @@
 //! [`read`]: Mpu6050::read
 //! [`stop`]: Mpu6050::stop
 
-mod faults;
-
-pub use faults::{FaultKind, Faults};
+use std::ops::Range;
 
 use gravical_core::unit::{
     MPU6050_ACCELEROMETER_LSB_PER_G, MPU6050_GYROSCOPE_LSB_PER_DEG_S, STANDARD_GRAVITY_MPS2,
@@ -82,10 +80,26 @@ impl Default for Reading {
     }
 }
 
+/// One thing that can go wrong with the sensor or the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultKind {
+    /// The sensor does not answer: a wire is off.
+    NoAnswer,
+    /// The data line is held low: no transfer ends.
+    StuckBus,
+    /// `WHO_AM_I` reads this.
+    Identity(u8),
+    /// The sensor's supply dips at the start: all registers as after power-up,
+    /// asleep.
+    Dip,
+    /// The program stops going on at the start.
+    Hang,
+}
+
 /// One MPU6050.
 pub struct Mpu6050 {
-    /// What goes wrong.
-    pub faults: Faults,
+    /// What goes wrong, and when, s after the start. The end of a dip or a hang has no meaning.
+    pub faults: Vec<(FaultKind, Range<f64>)>,
     /// How much faster its clock runs than the board's, parts per million;
     /// the data sheet allows ±10 000 with the gyroscope's clock.
     pub clock_error_ppm: f64,
@@ -113,7 +127,7 @@ impl Mpu6050 {
     /// the start.
     pub fn new(source: impl FnMut(f64) -> Reading + 'static) -> Self {
         let mut sensor = Self {
-            faults: Faults::default(),
+            faults: Vec::new(),
             clock_error_ppm: 0.0,
             source: Box::new(source),
             registers: [0; COUNT],
@@ -147,29 +161,40 @@ impl Mpu6050 {
         divider / base_hz / (1.0 + self.clock_error_ppm * 1e-6)
     }
 
-    /// Seconds since the start.
+    /// The faults that last now.
+    fn faults_now(&self) -> impl Iterator<Item = FaultKind> {
+        let now = self
+            .faults
+            .iter()
+            .filter(|(_, span)| span.contains(&self.now_s));
+        now.map(|(kind, _)| *kind)
+    }
+
+    /// Whether `kind` lasts now.
     #[must_use]
-    pub fn elapsed_s(&self) -> f64 {
-        self.now_s
+    pub fn has(&self, kind: FaultKind) -> bool {
+        self.faults_now().any(|k| k == kind)
+    }
+
+    /// Whether `kind` has begun after `from_s`.
+    #[must_use]
+    pub fn has_begun(&self, kind: FaultKind, from_s: f64) -> bool {
+        let is_new = |span: &Range<f64>| from_s < span.start && span.start <= self.now_s;
+        self.faults
+            .iter()
+            .any(|(k, span)| *k == kind && is_new(span))
     }
 
     /// Lets time go on to `now_s` on the board's clock.
     pub fn advance(&mut self, now_s: f64) {
         let from_s = std::mem::replace(&mut self.now_s, now_s);
-        if self.faults.begins(FaultKind::Dip, from_s, now_s) {
+        if self.has_begun(FaultKind::Dip, from_s) {
             self.power_up();
         }
-        if self.next_s > now_s {
-            return;
+        while self.next_s <= now_s {
+            self.measure(self.next_s);
+            self.next_s += self.period_s();
         }
-        let period_s = self.period_s();
-        // Of those that nobody looked at only the last is worth computing.
-        let skipped = ((now_s - self.next_s) / period_s).floor();
-        let sample_s = self.next_s + skipped * period_s;
-        self.samples += skipped as u64;
-        self.unread += skipped as u64;
-        self.measure(sample_s);
-        self.next_s = sample_s + period_s;
     }
 
     /// A start condition with an address; true when the part answers.
@@ -181,9 +206,8 @@ impl Mpu6050 {
             self.shadow
                 .copy_from_slice(&self.registers[from..from + SAMPLE_BYTES]);
         }
-        let is_off = |kind: FaultKind| kind == FaultKind::NoAnswer;
-        let silent = self.faults.at(now_s).any(is_off);
-        self.selected = address == ADDRESS && !silent && now_s >= self.busy_until_s;
+        let silent = self.has(FaultKind::NoAnswer) || now_s < self.busy_until_s;
+        self.selected = address == ADDRESS && !silent;
         if self.selected && !read {
             self.pointer = None;
         }
@@ -213,8 +237,7 @@ impl Mpu6050 {
         let register = self.pointer.unwrap_or(0);
         self.pointer = Some((register + 1) & 0x7f);
         if register == WHO_AM_I {
-            let mut faults = self.faults.at(self.now_s);
-            let other = faults.find_map(|kind| match kind {
+            let other = self.faults_now().find_map(|kind| match kind {
                 FaultKind::Identity(id) => Some(id),
                 _ => None,
             });

@@ -16,7 +16,6 @@ use std::ffi::CString;
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::Path;
 
-use gravical::{Error, Result};
 use simavr_ffi as ffi;
 
 use crate::sensor::{FaultKind, Mpu6050};
@@ -46,17 +45,12 @@ pub struct Uno {
     twi_vector: *mut ffi::avr_int_vector_t,
     incoming: VecDeque<u8>,
     next_byte: u64,
-    /// Where the program hangs, and the instruction there.
-    hung: Option<(usize, [u8; 2])>,
+    /// Where the program hangs in the flash, and the instruction that was there.
+    hung: Option<(*mut [u8; 2], [u8; 2])>,
     hang_due: bool,
     /// When faults were looked at last, on their own time.
     looked_s: f64,
     resets: u32,
-}
-
-/// As `AVR_IOCTL_DEF` of sim_io.h.
-const fn ioctl(name: [u8; 4]) -> u32 {
-    u32::from_be_bytes(name)
 }
 
 unsafe extern "C" fn silent(
@@ -72,15 +66,9 @@ impl Uno {
     ///
     /// # Errors
     ///
-    /// `firmware` (input) for a file that cannot be loaded.
-    pub fn new(firmware: &Path, sensor: Mpu6050) -> Result<Self> {
-        let cannot = |why: &str| {
-            Error::input("firmware", format!("{}: {why}", firmware.display()))
-                .with_hint("firmware/build makes it: mpu6050_logger.elf")
-        };
-        if !firmware.is_file() {
-            return Err(cannot("there is no such file"));
-        }
+    /// Why the file cannot be loaded.
+    pub fn new(firmware: &Path, sensor: Mpu6050) -> Result<Self, String> {
+        let cannot = |why: &str| format!("{}: {why}", firmware.display());
         let path = CString::new(firmware.as_os_str().as_bytes())
             .map_err(|_| cannot("a zero in the name"))?;
         // SAFETY: the strings outlive the calls; the firmware is a plain C struct
@@ -90,7 +78,7 @@ impl Uno {
             ffi::avr_global_logger_set(Some(silent));
             let mut code: ffi::elf_firmware_t = std::mem::zeroed();
             if ffi::elf_read_firmware(path.as_ptr(), &raw mut code) != 0 {
-                return Err(cannot("not an ELF file of an AVR"));
+                return Err(cannot("no ELF file of an AVR; firmware/build makes it"));
             }
             let avr = ffi::avr_make_mcu_by_name(c"atmega328p".as_ptr());
             if avr.is_null() || ffi::avr_init(avr) != 0 {
@@ -129,19 +117,20 @@ impl Uno {
                 .take(count)
                 .copied()
                 .find(|v| (**v).vector == TWI_VECTOR)?;
-            let irq = |name, index: u32| ffi::avr_io_getirq(avr, ioctl(name), index as i32);
-            let (uart_name, twi_name) = (*b"uar0", *b"twi\0");
-            let uart_input = irq(uart_name, ffi::UART_IRQ_INPUT);
-            let uart_output = irq(uart_name, ffi::UART_IRQ_OUTPUT);
-            let twi_input = irq(twi_name, ffi::TWI_IRQ_INPUT);
-            let twi_output = irq(twi_name, ffi::TWI_IRQ_OUTPUT);
-            if uart.is_null()
-                || [uart_input, uart_output, twi_input, twi_output]
-                    .iter()
-                    .any(|irq| irq.is_null())
-            {
+            let irqs = [
+                (b"uar0", ffi::UART_IRQ_INPUT),
+                (b"uar0", ffi::UART_IRQ_OUTPUT),
+                (b"twi\0", ffi::TWI_IRQ_INPUT),
+                (b"twi\0", ffi::TWI_IRQ_OUTPUT),
+            ];
+            // The name as `AVR_IOCTL_DEF` of sim_io.h.
+            let irqs = irqs.map(|(name, index)| {
+                ffi::avr_io_getirq(avr, u32::from_be_bytes(*name), index as i32)
+            });
+            if uart.is_null() || irqs.iter().any(|irq| irq.is_null()) {
                 return None;
             }
+            let [uart_input, uart_output, twi_input, twi_output] = irqs;
             // Neither printed here nor slowed down while it polls.
             (*uart).flags = 0;
             let shared = Box::into_raw(Box::new(Shared {
@@ -207,9 +196,8 @@ impl Uno {
             if end > usize::from((*self.avr).ramend) + 1 {
                 return false;
             }
-            for (offset, byte) in bytes.iter().enumerate() {
-                *(*self.avr).data.add(usize::from(address) + offset) = *byte;
-            }
+            let to = (*self.avr).data.add(usize::from(address));
+            to.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
         }
         true
     }
@@ -254,10 +242,8 @@ impl Uno {
             (*self.avr).run_cycle_limit = SLICE;
             // The boot loader of the Uno clears it before the sketch starts.
             *(*self.avr).data.add(MCUSR) = 0;
-            if let Some((at, bytes)) = self.hung.take() {
-                for (offset, byte) in bytes.iter().enumerate() {
-                    *(*self.avr).flash.add(at + offset) = *byte;
-                }
+            if let Some((at, instruction)) = self.hung.take() {
+                *at = instruction;
             }
         }
         self.hang_due = false;
@@ -267,15 +253,12 @@ impl Uno {
     fn outside(&mut self) {
         let now = self.cycles();
         let now_s = now as f64 / FREQUENCY_HZ;
-        let looked_s = self.looked_s;
+        let looked_s = std::mem::replace(&mut self.looked_s, now_s);
         let sensor = self.sensor();
         sensor.advance(now_s);
-        let to_s = sensor.elapsed_s();
-        let faults = &sensor.faults;
-        let stuck = faults.at(to_s).any(|kind| kind == FaultKind::StuckBus);
-        let hangs = faults.begins(FaultKind::Hang, looked_s, to_s);
+        let stuck = sensor.has(FaultKind::StuckBus);
+        let hangs = sensor.has_begun(FaultKind::Hang, looked_s);
         self.hang_due |= hangs;
-        self.looked_s = to_s;
         // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`
         // lies within the flash, which has room for a word behind its end.
         unsafe {
@@ -288,11 +271,9 @@ impl Uno {
             }
             let in_program = (*self.avr).sreg[7] != 0 && (*self.avr).interrupts.running_ptr == 0;
             if self.hang_due && in_program && self.hung.is_none() {
-                let at = (*self.avr).pc as usize;
-                let flash = (*self.avr).flash;
-                self.hung = Some((at, [*flash.add(at), *flash.add(at + 1)]));
-                *flash.add(at) = HANG[0];
-                *flash.add(at + 1) = HANG[1];
+                let at = (*self.avr).flash.add((*self.avr).pc as usize);
+                let at = at.cast::<[u8; 2]>();
+                self.hung = Some((at, std::mem::replace(&mut *at, HANG)));
                 self.hang_due = false;
             }
             let per_byte = 10 * cycles_per_bit(self.avr);
