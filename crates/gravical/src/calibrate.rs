@@ -44,7 +44,7 @@ use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::{Basis, accelerometer};
+use estimate::accelerometer;
 use session::Session;
 
 pub use crate::calibration_file::Method;
@@ -156,10 +156,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let estimate = accelerometer(&session, drift)
+    let mut estimate = accelerometer(&session, drift)
         .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
         .map_err(lost)?;
-    if let Basis::Fit(_, Some(test)) = estimate.basis {
+    if let Some(test) = estimate.drift_test {
         temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
     }
     let session = Session {
@@ -170,7 +170,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let gyroscope = gyro::of_session(&session, &estimate.calibration);
 
     // What do the placements say of the result, and what can they not say?
-    let accelerometer = section::accelerometer(&session, &estimate);
+    section::complete(&session, &mut estimate);
     let placements = &segmentation.poses;
 
     // Everything odd, gathered; the verdict follows from it.
@@ -178,19 +178,16 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
     findings.extend(checks::names(&options.segment.axes, placements));
-    findings.extend(checks::accelerometer(
-        &accelerometer,
-        &estimate,
-        placements,
-        session.zero_offset(),
-    ));
+    let offset = session.zero_offset();
+    findings.extend(checks::accelerometer(&estimate, placements, offset));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
-    if gyroscope.scale_found {
+    let nominal = segmentation.gyro_scale.and_then(|scale| scale.nominal());
+    if gyroscope.section.is_some() && nominal.is_none() {
         // Motions or turns have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
-    let verdict = verdict::verdict(&accelerometer, &estimate, &findings);
+    let verdict = verdict::verdict(&estimate, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
     let mut inputs = InputFile::of(recordings);
@@ -210,7 +207,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,
         temperature_c: TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c)),
-        accelerometer,
+        accelerometer: estimate.section,
         gyroscope: gyroscope.section,
         inputs,
         findings,

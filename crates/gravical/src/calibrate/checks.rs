@@ -1,6 +1,7 @@
 //! Checks that can show a calibration wrong.
 
 use gravical_core::matrix3::unit;
+use gravical_fit::Fit;
 
 use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
@@ -28,16 +29,12 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
-pub(super) fn accelerometer(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-    offset: f64,
-) -> Vec<Finding> {
-    let mut findings = of_poses(section, estimate, placements);
+pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f64) -> Vec<Finding> {
+    let section = &estimate.section;
+    let mut findings = of_poses(estimate, placements);
     // What is wrong with the session comes before what is wrong with the result.
     findings.extend(orientations(section));
-    findings.extend(of_fit(section, estimate, placements));
+    findings.extend(of_fit(estimate, placements));
     findings.extend(scale(section));
     // The zero of unsigned counts is a way of reading, which no data sheet limits.
     findings.extend(bias(section).filter(|_| offset == 0.0));
@@ -47,13 +44,10 @@ pub(super) fn accelerometer(
 }
 
 /// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
-fn of_poses(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-) -> Vec<Finding> {
+fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(&section.poses) {
+    let poses = &estimate.section.poses;
+    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(poses) {
         let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
         if used.fitted && placement.clipped > 0 {
             tell(finding!(
@@ -164,12 +158,8 @@ fn orientations(section: &AccelerometerSection) -> Option<Finding> {
 }
 
 /// What the joint fit itself shows to be odd.
-fn of_fit(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-) -> Vec<Finding> {
-    let Some(fit) = section.fit else {
+fn of_fit(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
+    let Some((fit, _)) = &estimate.fit else {
         return Vec::new();
     };
     let mut findings = Vec::new();
@@ -179,15 +169,15 @@ fn of_fit(
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
         ));
     }
-    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate)));
-    if fit.model_error_mps2 > MODEL_ERROR_NOTE {
+    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, fit)));
+    if fit.quality.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
             ModelError,
             "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
-            1000.0 * fit.model_error_mps2
+            1000.0 * fit.quality.model_error_mps2
         ));
     }
-    if !fit.oriented {
+    if !fit.quality.oriented {
         findings.push(finding!(
             OrientationOpen,
             "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
@@ -225,8 +215,7 @@ fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(estimate: &Estimate) -> Option<Finding> {
-    let (fit, _) = estimate.fit()?;
+fn missing_face(estimate: &Estimate, fit: &Fit) -> Option<Finding> {
     let uses = estimate.uses.iter().filter(|u| u.fitted);
     let missing = missing(uses.clone().map(|u| u.face));
     if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {

@@ -65,6 +65,10 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 /// `sensors-differ`, at the first recording that contradicts one before it.
 pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
     let placements = &session.segmentation.poses;
+    let without_drift = Options {
+        drift: false,
+        ..*options
+    };
     let mut alone: Vec<(&str, Sensor)> = Vec::new();
     for (index, recording) in session.recordings.iter().enumerate() {
         let each = poses.iter().zip(placements);
@@ -72,7 +76,7 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
         let own: Vec<Pose> = own.map(|(pose, _)| pose.clone()).collect();
         let Some(fit) = Some(own)
             .filter(|own| own.len() >= MIN_POSES)
-            .and_then(|own| fit(&own, options).ok())
+            .and_then(|own| fit(&own, &without_drift).ok())
         else {
             continue;
         };

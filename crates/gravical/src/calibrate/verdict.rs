@@ -12,13 +12,10 @@ const OPEN_ANGLE_DEG: f64 = 0.3;
 
 /// Grade and reasons: the session, the error of the result and what it could hide, what poses
 /// contradict, and what would improve it.
-pub(super) fn verdict(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    findings: &[Finding],
-) -> Verdict {
+pub(super) fn verdict(estimate: &Estimate, findings: &[Finding]) -> Verdict {
+    let section = &estimate.section;
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
-    let grade = match (estimate.fit(), section.predicted_norm_error_mps2) {
+    let grade = match (&estimate.fit, section.predicted_norm_error_mps2) {
         _ if gates().next().is_some() => Grade::Poor,
         (Some((_, trust)), _) => trust.grade(),
         // The closed form tests no single pose: it is never verified.
