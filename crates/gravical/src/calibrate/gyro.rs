@@ -14,8 +14,8 @@ use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
 use crate::finding::{Finding, FindingKind, finding};
 use crate::poses::face::axes_where;
-use crate::recording::units::GyroUnit;
 use crate::recording::LineSpans;
+use crate::recording::units::GyroUnit;
 
 use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S, Readings};
 
