@@ -10,7 +10,7 @@ use crate::poses::face::{AXES, AxisMap, Claim, Face};
 use crate::poses::{MANY_POSES, Pose};
 use crate::recording::{Recording, already_calibrated};
 
-use super::estimate::{Estimate, UNUSUAL_TILT};
+use super::estimate::{Estimate, UNUSUAL_TILT, Use};
 
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
@@ -31,16 +31,62 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 /// offset in its bias.
 pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f64) -> Vec<Finding> {
     let section = &estimate.section;
-    let mut findings = of_poses(estimate, placements);
     // What is wrong with the session comes before what is wrong with the result.
+    let mut findings = of_poses(estimate, placements);
     findings.extend(orientations(section));
-    findings.extend(of_fit(estimate, placements));
-    findings.extend(scale(section));
+    if let Some((fit, _)) = &estimate.fit {
+        findings.extend(of_fit(estimate, fit, placements));
+    }
+    let deviation = section.scale_deviation_percent.unwrap_or_default();
+    if let Some(off) = beyond(deviation, SCALE_GATE_PERCENT, |v| format!("{v:+.1} %")) {
+        findings.push(finding!(
+            ScaleOff,
+            "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
+        ));
+    }
+    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
     // The zero of unsigned counts is a way of reading, which no data sheet limits.
-    findings.extend(bias(section).filter(|_| offset == 0.0));
-    findings.extend(oblique(section));
-    findings.extend(tilt(section));
+    if let Some(large) = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))
+        && offset == 0.0
+    {
+        findings.push(finding!(
+            LargeBias,
+            "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
+        ));
+    }
+    // Placements that took no part in the fit and contradict it.
+    if let Some(predicted) = section.predicted_norm_error_mps2
+        && let Some((error, count)) = section.free_norm_error()
+        && section.method == Method::Ferraris
+        && error > OBLIQUE_GATE * predicted
+    {
+        findings.push(finding!(
+            FreePoseOff,
+            "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+            milli_g(error)
+        ));
+    }
+    // A tilt that is larger than a box on a table leaves.
+    if let Some(tilt) = section.pose_tilt_deg
+        && tilt.source == TiltSource::Estimated
+        && tilt.value > UNUSUAL_TILT
+    {
+        findings.push(finding!(
+            PoseTilt,
+            "the poses lie {:.1}° off their faces in each of two components. A box or a jig would help",
+            tilt.value
+        ));
+    }
     findings
+}
+
+/// The axes on which a value is beyond the limit, and these values.
+fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option<String> {
+    let axes = (0..3).filter(|&i| values[i].abs() > limit);
+    let list: Vec<String> = axes
+        .map(|i| format!("{} {}", AXES[i], shown(values[i])))
+        .collect();
+    (!list.is_empty()).then(|| list.join(", "))
 }
 
 /// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
@@ -78,60 +124,6 @@ fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     findings
 }
 
-/// The axes on which a value is beyond the limit, and these values.
-fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option<String> {
-    let axes = (0..3).filter(|&i| values[i].abs() > limit);
-    let list: Vec<String> = axes
-        .map(|i| format!("{} {}", AXES[i], shown(values[i])))
-        .collect();
-    (!list.is_empty()).then(|| list.join(", "))
-}
-
-fn scale(section: &AccelerometerSection) -> Option<Finding> {
-    let deviation = section.scale_deviation_percent?;
-    let off = beyond(deviation, SCALE_GATE_PERCENT, |v| format!("{v:+.1} %"))?;
-    Some(finding!(
-        ScaleOff,
-        "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
-    ))
-}
-
-fn bias(section: &AccelerometerSection) -> Option<Finding> {
-    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
-    let large = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))?;
-    Some(finding!(
-        LargeBias,
-        "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
-    ))
-}
-
-/// Placements that took no part in the fit and contradict it.
-fn oblique(section: &AccelerometerSection) -> Option<Finding> {
-    let predicted = section.predicted_norm_error_mps2?;
-    let (error, count) = section.free_norm_error()?;
-    let is_off = section.method == Method::Ferraris && error > OBLIQUE_GATE * predicted;
-    is_off.then(|| {
-        finding!(
-            FreePoseOff,
-            "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
-            milli_g(error)
-        )
-    })
-}
-
-/// A tilt that is larger than a box on a table leaves.
-fn tilt(section: &AccelerometerSection) -> Option<Finding> {
-    let tilt = section.pose_tilt_deg?;
-    let is_unusual = tilt.source == TiltSource::Estimated && tilt.value > UNUSUAL_TILT;
-    is_unusual.then(|| {
-        finding!(
-            PoseTilt,
-            "the poses lie {:.1}° off their faces in each of two components. A box or a jig would help",
-            tilt.value
-        )
-    })
-}
-
 /// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
 /// no plan: where it never points, nothing tests the result, and what bends the readings of a
 /// restless wrist is not the noise that the covariance knows.
@@ -158,10 +150,7 @@ fn orientations(section: &AccelerometerSection) -> Option<Finding> {
 }
 
 /// What the joint fit itself shows to be odd.
-fn of_fit(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
-    let Some((fit, _)) = &estimate.fit else {
-        return Vec::new();
-    };
+fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
     if placements.iter().any(|p| p.standard_error.is_none()) {
         findings.push(finding!(
@@ -169,7 +158,8 @@ fn of_fit(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
         ));
     }
-    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate, fit)));
+    let twice = face_twice(&estimate.uses, placements);
+    findings.extend(twice.or_else(|| missing_face(&estimate.uses, fit)));
     if fit.quality.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
             ModelError,
@@ -187,38 +177,37 @@ fn of_fit(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
 }
 
 /// The faces that none of some poses has up.
-fn missing(up: impl Iterator<Item = Option<Face>> + Clone) -> Vec<Face> {
-    let is_missing = |face: &Face| up.clone().all(|up| up != Some(*face));
-    Face::all().into_iter().filter(is_missing).collect()
+fn missing<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Vec<Face> {
+    let is_up = |face: Face| uses.clone().any(|u| u.face == Some(face));
+    let faces = Face::all().into_iter();
+    faces.filter(|face| !is_up(*face)).collect()
 }
 
 /// A face that was recorded twice, once under the name of one that is missing.
-fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
-    let all = 0..placements.len();
-    let up = |k: usize| estimate.uses[k].face;
-    let missing = missing(all.clone().map(up));
-    let (first, again, face, meant) = all.clone().rev().find_map(|again| {
-        let Some(Claim::Face(meant)) = placements[again].claim else {
+fn face_twice(uses: &[Use], placements: &[Pose]) -> Option<Finding> {
+    let missing = missing(uses.iter());
+    (0..uses.len()).rev().find_map(|index| {
+        let again = &placements[index];
+        let Some(Claim::Face(meant)) = again.claim else {
             return None;
         };
-        let face = up(again).filter(|_| missing.contains(&meant))?;
-        let first = all.clone().find(|k| *k != again && up(*k) == Some(face))?;
-        Some((&placements[first], &placements[again], face, meant.name()))
-    })?;
-    let (one, other) = (&first.label, &again.label);
-    let twice = finding!(
-        SameFaceTwice,
-        "{} points up in \"{one}\" and in \"{other}\", and no pose has {meant} up: record \"{other}\" with {meant} up",
-        face.name()
-    );
-    Some(twice.in_file(&again.source))
+        let face = uses[index].face.filter(|_| missing.contains(&meant))?;
+        let first = (0..uses.len()).find(|k| *k != index && uses[*k].face == Some(face))?;
+        let (one, other) = (&placements[first].label, &again.label);
+        let (face, meant) = (face.name(), meant.name());
+        let twice = finding!(
+            SameFaceTwice,
+            "{face} points up in \"{one}\" and in \"{other}\", and no pose has {meant} up: record \"{other}\" with {meant} up"
+        );
+        Some(twice.in_file(&again.source))
+    })
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(estimate: &Estimate, fit: &Fit) -> Option<Finding> {
-    let uses = estimate.uses.iter().filter(|u| u.fitted);
-    let missing = missing(uses.clone().map(|u| u.face));
-    if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {
+fn missing_face(uses: &[Use], fit: &Fit) -> Option<Finding> {
+    let mut fitted = uses.iter().filter(|u| u.fitted);
+    let missing = missing(fitted.clone());
+    if missing.is_empty() || fitted.any(|u| u.face.is_none()) {
         return None;
     }
     let directions = missing.iter().map(|face| face.direction().into());
@@ -270,10 +259,8 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
             sent[face.index()] = Some(claimed);
         }
     }
-    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = sent else {
-        return None;
-    };
-    let all = [a, b, c, d, e, f];
+    let all: Vec<Face> = sent.into_iter().flatten().collect();
+    let all: [Face; 6] = all.try_into().ok()?;
     if all == Face::all() {
         return None;
     }
