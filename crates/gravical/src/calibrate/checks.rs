@@ -10,7 +10,7 @@ use crate::poses::face::{AXES, AxisMap, Claim, Face};
 use crate::poses::{MANY_POSES, Pose};
 use crate::recording::{Recording, already_calibrated};
 
-use super::estimate::{Estimate, UNUSUAL_TILT, Use};
+use super::estimate::{Estimate, UNUSUAL_TILT};
 
 /// Scale further from nominal than this is wrong rather than inaccurate, %.
 /// The data sheet allows 3 %, a second range is 100 % away.
@@ -92,10 +92,11 @@ fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option
 /// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
 fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let poses = &estimate.section.poses;
-    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(poses) {
+    let fit = estimate.fit.as_ref();
+    let fitted = fit.map(|(fit, _)| fit.poses()).unwrap_or_default();
+    for (index, (placement, pose)) in placements.iter().zip(&estimate.section.poses).enumerate() {
         let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
-        if used.fitted && placement.clipped > 0 {
+        if pose.fitted && placement.clipped > 0 {
             tell(finding!(
                 ClippedPose,
                 "{}: {} samples at the end of the range; its mean is too small",
@@ -104,14 +105,14 @@ fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
             ));
         }
         let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
-        if let Some(chance) = used.bad {
+        if let Some(chance) = fitted.get(index).and_then(|p| p.bad) {
             tell(finding!(
                 BadPose,
                 "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
                 pose.called(),
                 milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
             ));
-        } else if is_named && used.face.is_none() {
+        } else if is_named && estimate.faces[index].is_none() {
             let no_face = finding!(
                 NoFace,
                 "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
@@ -158,8 +159,8 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
         ));
     }
-    let twice = face_twice(&estimate.uses, placements);
-    findings.extend(twice.or_else(|| missing_face(&estimate.uses, fit)));
+    let twice = face_twice(&estimate.faces, placements);
+    findings.extend(twice.or_else(|| missing_face(fit)));
     if fit.quality.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
             ModelError,
@@ -177,22 +178,21 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
 }
 
 /// The faces that none of some poses has up.
-fn missing<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Vec<Face> {
-    let is_up = |face: Face| uses.clone().any(|u| u.face == Some(face));
+fn missing(up: &[Option<Face>]) -> Vec<Face> {
     let faces = Face::all().into_iter();
-    faces.filter(|face| !is_up(*face)).collect()
+    faces.filter(|face| !up.contains(&Some(*face))).collect()
 }
 
 /// A face that was recorded twice, once under the name of one that is missing.
-fn face_twice(uses: &[Use], placements: &[Pose]) -> Option<Finding> {
-    let missing = missing(uses.iter());
-    (0..uses.len()).rev().find_map(|index| {
+fn face_twice(up: &[Option<Face>], placements: &[Pose]) -> Option<Finding> {
+    let missing = missing(up);
+    (0..up.len()).rev().find_map(|index| {
         let again = &placements[index];
         let Some(Claim::Face(meant)) = again.claim else {
             return None;
         };
-        let face = uses[index].face.filter(|_| missing.contains(&meant))?;
-        let first = (0..uses.len()).find(|k| *k != index && uses[*k].face == Some(face))?;
+        let face = up[index].filter(|_| missing.contains(&meant))?;
+        let first = (0..up.len()).find(|k| *k != index && up[*k] == Some(face))?;
         let (one, other) = (&placements[first].label, &again.label);
         let (face, meant) = (face.name(), meant.name());
         let twice = finding!(
@@ -204,10 +204,12 @@ fn face_twice(uses: &[Use], placements: &[Pose]) -> Option<Finding> {
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(uses: &[Use], fit: &Fit) -> Option<Finding> {
-    let mut fitted = uses.iter().filter(|u| u.fitted);
-    let missing = missing(fitted.clone());
-    if missing.is_empty() || fitted.any(|u| u.face.is_none()) {
+fn missing_face(fit: &Fit) -> Option<Finding> {
+    let poses = fit.poses();
+    let fitted = poses.iter().filter(|p| p.bad.is_none());
+    let up: Vec<Option<Face>> = fitted.map(|p| p.face).collect();
+    let missing = missing(&up);
+    if missing.is_empty() || up.contains(&None) {
         return None;
     }
     let directions = missing.iter().map(|face| face.direction().into());

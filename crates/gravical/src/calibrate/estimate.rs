@@ -91,19 +91,6 @@ pub enum Prior {
     Off,
 }
 
-/// What a placement was used for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Use {
-    /// The face it was fitted as, axes of the case.
-    pub face: Option<Face>,
-    /// It took part in the fit.
-    pub fitted: bool,
-    /// Tilt off the face in degrees (raw angle by Ferraris' method), and its standard deviation.
-    pub tilt_deg: Option<(f64, Option<f64>)>,
-    /// Left out because it does not fit: chance of that.
-    pub bad: Option<f64>,
-}
-
 /// An estimated accelerometer, axes of the case.
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
@@ -111,8 +98,8 @@ pub(crate) struct Estimate {
     pub section: AccelerometerSection,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
-    /// For every placement.
-    pub uses: Vec<Use>,
+    /// The face that each placement was fitted as, axes of the case; by the closed form the others are not fitted.
+    pub faces: Vec<Option<Face>>,
     /// The joint fit, and how far it can be trusted; none by the closed form.
     pub fit: Option<(Fit, Trust)>,
     /// Where many poses tell: whether a drift of the bias with temperature helps.
@@ -283,22 +270,14 @@ fn by_fit(
         let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
         Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
-    let fitted = fit.poses();
-    let uses = fitted.iter().map(|pose| Use {
-        face: pose.face,
-        fitted: pose.bad.is_none(),
-        tilt_deg: pose
-            .tilt
-            .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
-        bad: pose.bad,
-    });
+    let faces: Vec<Option<Face>> = fit.poses().iter().map(|pose| pose.face).collect();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
         None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
-    let has_faces = fitted.iter().any(|p| p.face.is_some());
+    let has_faces = faces.iter().any(Option::is_some);
     let tilt = has_faces.then(|| PoseTilt {
         value: fit.tilt().to_degrees(),
         source,
@@ -321,7 +300,7 @@ fn by_fit(
     Ok(Estimate {
         section,
         calibration,
-        uses: uses.collect(),
+        faces,
         fit: Some((fit, trust)),
         drift_test,
     })
@@ -345,15 +324,6 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
         None => (USUAL_TILT_DEG, TiltSource::Assumed),
     };
-    let on_face = |(index, placement): (usize, &Pose)| {
-        let face = faces.face_of(index);
-        Use {
-            face,
-            fitted: face.is_some(),
-            tilt_deg: face.map(|_| (placement.angle_deg, None)),
-            bad: None,
-        }
-    };
     let model = parameters.model();
     let mut section = section(
         session,
@@ -375,7 +345,7 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
     Ok(Estimate {
         section,
         calibration,
-        uses: placements.iter().enumerate().map(on_face).collect(),
+        faces: (0..placements.len()).map(|i| faces.face_of(i)).collect(),
         fit: None,
         drift_test: None,
     })

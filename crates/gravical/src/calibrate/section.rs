@@ -8,7 +8,7 @@ use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source
 use crate::poses::Pose;
 use crate::stats::pooled_deviation;
 
-use super::estimate::{Estimate, Use, standard_error};
+use super::estimate::{Estimate, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
@@ -89,11 +89,21 @@ fn drift_sd(estimate: &Estimate) -> f64 {
 /// their own direction. The zero offset is added back to the raw means, so that they are the file's numbers.
 fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
     let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
-    let trust = estimate.fit.as_ref().map(|(_, trust)| trust);
-    let one = |(index, (placement, used)): (usize, (&Pose, &Use))| {
+    let fit = estimate.fit.as_ref();
+    let fitted = fit.map(|(fit, trust)| (fit.poses(), &trust.left_out));
+    let one = |(index, placement): (usize, &Pose)| {
+        let by_fit = fitted.as_ref();
+        let by_fit = by_fit.map(|(poses, left_out)| (poses[index], left_out[index]));
+        let face = estimate.faces[index];
+        let degrees = |(tilt, sd): (f64, f64)| (tilt.to_degrees(), sd.to_degrees());
+        let (tilt_deg, tilt_sd_deg) = match by_fit {
+            Some((pose, _)) => pose.tilt.map(degrees).unzip(),
+            None => (face.map(|_| placement.angle_deg), None),
+        };
+        let left_out = by_fit.and_then(|(_, left_out)| left_out);
         let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
-        let (label, kind, expected) = match used.face {
+        let (label, kind, expected) = match face {
             Some(face) => {
                 let expected = face.direction().map(|d| d * gravity);
                 (face.name(), PoseKind::Face, expected)
@@ -104,7 +114,6 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             }
         };
         let error = matrix3::sub(&calibrated, &expected);
-        let left_out = trust.and_then(|trust| trust.left_out[index]);
         PoseResult {
             label,
             kind,
@@ -116,15 +125,14 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             calibrated,
             error,
             error_norm: matrix3::norm(&error),
-            tilt_deg: used.tilt_deg.map(|(tilt, _)| tilt),
-            tilt_sd_deg: used.tilt_deg.and_then(|(_, sd)| sd),
+            tilt_deg,
+            tilt_sd_deg,
             magnitude_error_mps2: Some(length - gravity),
             left_out_error_mps2: left_out.map(|l| l.error_mps2),
             left_out_sd_mps2: left_out.map(|l| l.sd_mps2),
-            fitted: used.fitted,
+            fitted: by_fit.map_or(face.is_some(), |(pose, _)| pose.bad.is_none()),
         }
     };
     let placements = session.segmentation.poses.iter();
-    let each = placements.zip(&estimate.uses).enumerate();
-    each.map(one).collect()
+    placements.enumerate().map(one).collect()
 }
