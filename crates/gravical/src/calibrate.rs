@@ -104,13 +104,12 @@ impl CalibrateOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        match self.estimate.pose_tilt_deg {
-            Some(tilt) if !(0.0..=10.0).contains(&tilt) => {
-                let what = format!("{tilt}° is not possible; 0 to 10° is");
-                Err(Error::range("pose_tilt", what))
-            }
-            _ => Ok(()),
+        let tilt = self.estimate.pose_tilt_deg.unwrap_or_default();
+        if (0.0..=10.0).contains(&tilt) {
+            return Ok(());
         }
+        let what = format!("{tilt}° is not possible; 0 to 10° is");
+        Err(Error::range("pose_tilt", what))
     }
 }
 
