@@ -15,7 +15,6 @@ use crate::recording::AccelUnit;
 use crate::{Error, Result};
 
 use super::ferraris;
-use super::section::COVERAGE;
 use super::session::{Session, explain, one_sensor};
 
 /// What the user says about estimating.
@@ -306,6 +305,8 @@ fn by_fit(
     })
 }
 
+/// k of an expanded uncertainty.
+pub(super) const COVERAGE: f64 = 2.0;
 /// Tilt of placements that nobody gave, degrees.
 const USUAL_TILT_DEG: f64 = 1.0;
 /// So many times the usual tilt is more than chance and a good board explain.

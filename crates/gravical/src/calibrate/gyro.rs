@@ -55,8 +55,8 @@ pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>
 /// where they do not determine more: that is a finding. Neither section nor finding where there is no
 /// gyroscope.
 ///
-/// `accelerometer` calibrates the values of [`Recording::accel`](crate::recording::Recording::accel) (its zero offset taken off) to m/s²; its
-/// axes become those of the gyroscope.
+/// `accelerometer` calibrates the values of the recordings (their zero offset taken off) to m/s²; its axes
+/// become those of the gyroscope.
 fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
     let nominal = readings.nominal();
     let options = GyroOptions {

@@ -8,14 +8,12 @@ use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source
 use crate::poses::Pose;
 use crate::stats::pooled_deviation;
 
-use super::estimate::{Estimate, standard_error};
+use super::estimate::{COVERAGE, Estimate, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
 /// its data sheet, 0.4 mg/°C in the middle.
 pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
-/// k of the expanded uncertainty.
-pub(super) const COVERAGE: f64 = 2.0;
 
 /// Adds to the section of an estimate what placements and budget say; the means may have been brought to
 /// one temperature meanwhile.
