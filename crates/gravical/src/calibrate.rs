@@ -33,8 +33,8 @@ mod verdict;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, RecordingTimeSource, SensorInfo,
-    TemperatureRange, creation_time,
+    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, SensorInfo, TemperatureRange,
+    creation_time,
 };
 use crate::finding::after;
 use crate::gravity::Gravity;
@@ -220,9 +220,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 /// When a session was recorded, as far as that is known.
 fn recorded(recordings: &[Recording], options: &CalibrateOptions) -> Option<RecordingTime> {
     let first = || recordings.iter().filter_map(Recording::recorded_at).min();
-    let (time, source) = match options.record.recorded {
-        Some(time) => (time, RecordingTimeSource::Given),
-        None => (first()?, RecordingTimeSource::TimeStamps),
-    };
-    Some(RecordingTime { time, source })
+    let time = options.record.recorded.or_else(first)?;
+    Some(RecordingTime { time })
 }

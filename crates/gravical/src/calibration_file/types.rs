@@ -46,26 +46,12 @@ pub struct CalibrationFile {
     pub temperature_model: Option<TemperatureModel>,
 }
 
-/// When a session was recorded.
+/// When a session was recorded: given, or by the first time stamp; a date without a zone is UTC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingTime {
     /// The time, RFC 3339, UTC.
     pub time: UtcTime,
-    /// Source of the time.
-    pub source: RecordingTimeSource,
-}
-
-/// Source of the time of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum RecordingTimeSource {
-    /// Given by the user.
-    Given,
-    /// The first time stamp of the recordings, which are dates or seconds since 1970. A date
-    /// without a zone counts as UTC.
-    TimeStamps,
 }
 
 /// The sensor that a calibration belongs to.
