@@ -119,24 +119,19 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let nearest = |pose: &Pose| Face::nearest(session.axes().to_case(pose.mean)).0.axis;
     let is_up = |axis: usize| poses.iter().any(|pose| nearest(pose) == axis);
     let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
-    let direction = in_words(open.direction);
-    let (coverage, pose) = if missing.is_empty() {
-        let coverage = "all three axes are covered, but parameters remain undetermined".to_owned();
-        (coverage, direction.clone())
-    } else {
-        let (covered, axes) = (covered.join(" and "), missing.join(" and "));
-        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-        let coverage = if missing.len() > 1 {
-            format!("only the {covered} axis is covered; {axes} are missing")
-        } else {
-            format!("only {covered} are covered; {axes} is missing")
-        };
-        (coverage, both.collect::<Vec<_>>().join(", "))
-    };
-    let mut message = format!("{}: {coverage}", count(poses.len(), "pose"));
+    let mut message = format!(
+        "{}; axes covered: {}",
+        count(poses.len(), "pose"),
+        covered.join(", ")
+    );
+    let mut pose = in_words(open.direction);
     if open.sd_mps2.is_finite() {
         let sd = milli_g(open.sd_mps2);
-        message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
+        message += &format!("; ‖a‖ with {pose} would be known to ±{sd:.0} mg only");
+    }
+    if !missing.is_empty() {
+        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
+        pose = both.collect::<Vec<_>>().join(", ");
     }
     let error = Error::input("underdetermined", message).with_hint(format!(
         "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
