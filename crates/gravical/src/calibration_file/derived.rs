@@ -2,7 +2,6 @@
 //! of a result needs attention.
 
 use gravical_core::matrix3;
-use gravical_core::unit::RADIANS_PER_DEGREE;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
 use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
 
@@ -178,15 +177,6 @@ impl GyroscopeSection {
     pub(crate) fn zero_offset(&self) -> f64 {
         let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
         unsigned_offset(self.bias, counts)
-    }
-
-    /// Input units per rad/s by definition; the file does not give that of counts.
-    pub(crate) fn nominal_per_rad_s(&self) -> Option<f64> {
-        match self.input_unit {
-            GyroUnit::RadianPerSecond => Some(1.0),
-            GyroUnit::DegreePerSecond => Some(1.0 / RADIANS_PER_DEGREE),
-            GyroUnit::Counts | GyroUnit::Unknown => None,
-        }
     }
 }
 
