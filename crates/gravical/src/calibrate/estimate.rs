@@ -313,9 +313,8 @@ const USUAL_TILT_DEG: f64 = 1.0;
 pub(crate) const UNUSUAL_TILT: f64 = 1.6;
 
 fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
-    let placements = &session.segmentation.poses;
     let gravity = session.gravity_mps2();
-    let faces = ferraris::sort_into_faces(placements, session.recordings)?;
+    let faces = ferraris::sort_into_faces(&session.segmentation.poses, session.recordings)?;
     let (parameters, calibration) = ferraris::accelerometer(&faces, gravity)?;
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
@@ -346,7 +345,7 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
     Ok(Estimate {
         section,
         calibration,
-        faces: (0..placements.len()).map(|i| faces.face_of(i)).collect(),
+        faces: faces.of_placements,
         fit: None,
         drift_test: None,
     })
