@@ -33,8 +33,8 @@ mod verdict;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, RecordingTimeSource, SensorInfo,
-    TemperatureRange, creation_time,
+    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, SensorInfo, TemperatureRange,
+    creation_time,
 };
 use crate::finding::after;
 use crate::gravity::Gravity;
@@ -44,7 +44,7 @@ use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-use estimate::{Basis, accelerometer};
+use estimate::accelerometer;
 use session::Session;
 
 pub use crate::calibration_file::Method;
@@ -104,13 +104,12 @@ impl CalibrateOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        match self.estimate.pose_tilt_deg {
-            Some(tilt) if !(0.0..=10.0).contains(&tilt) => {
-                let what = format!("{tilt}° is not possible; 0 to 10° is");
-                Err(Error::range("pose_tilt", what))
-            }
-            _ => Ok(()),
+        let tilt = self.estimate.pose_tilt_deg.unwrap_or_default();
+        if (0.0..=10.0).contains(&tilt) {
+            return Ok(());
         }
+        let what = format!("{tilt}° is not possible; 0 to 10° is");
+        Err(Error::range("pose_tilt", what))
     }
 }
 
@@ -156,10 +155,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let estimate = accelerometer(&session, drift)
+    let mut estimate = accelerometer(&session, drift)
         .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
         .map_err(lost)?;
-    if let Basis::Fit(_, Some(test)) = estimate.basis {
+    if let Some(test) = estimate.drift_test {
         temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
     }
     let session = Session {
@@ -170,7 +169,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let gyroscope = gyro::of_session(&session, &estimate.calibration);
 
     // What do the placements say of the result, and what can they not say?
-    let accelerometer = section::accelerometer(&session, &estimate);
+    section::complete(&session, &mut estimate);
     let placements = &segmentation.poses;
 
     // Everything odd, gathered; the verdict follows from it.
@@ -178,19 +177,16 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
     findings.extend(checks::inputs(recordings));
     findings.extend(checks::names(&options.segment.axes, placements));
-    findings.extend(checks::accelerometer(
-        &accelerometer,
-        &estimate,
-        placements,
-        session.zero_offset(),
-    ));
+    let offset = session.zero_offset();
+    findings.extend(checks::accelerometer(&estimate, placements, offset));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
-    if gyroscope.scale_found {
+    let nominal = segmentation.gyro_scale.and_then(|scale| scale.nominal());
+    if gyroscope.section.is_some() && nominal.is_none() {
         // Motions or turns have answered what the reader could not.
         findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
     }
-    let verdict = verdict::verdict(&accelerometer, &estimate, &findings);
+    let verdict = verdict::verdict(&estimate, &findings);
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
 
     let mut inputs = InputFile::of(recordings);
@@ -210,7 +206,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,
         temperature_c: TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c)),
-        accelerometer,
+        accelerometer: estimate.section,
         gyroscope: gyroscope.section,
         inputs,
         findings,
@@ -224,9 +220,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
 /// When a session was recorded, as far as that is known.
 fn recorded(recordings: &[Recording], options: &CalibrateOptions) -> Option<RecordingTime> {
     let first = || recordings.iter().filter_map(Recording::recorded_at).min();
-    let (time, source) = match options.record.recorded {
-        Some(time) => (time, RecordingTimeSource::Given),
-        None => (first()?, RecordingTimeSource::TimeStamps),
-    };
-    Some(RecordingTime { time, source })
+    let time = options.record.recorded.or_else(first)?;
+    Some(RecordingTime { time })
 }

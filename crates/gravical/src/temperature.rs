@@ -64,10 +64,6 @@ const TURN_SHARE: f64 = 0.1;
 /// … and by this many °C, since thermometers are noisy and chambers oscillate.
 const MIN_TURN_C: f64 = 1.0;
 
-fn span_c(t_c: impl Iterator<Item = f64>) -> f64 {
-    TemperatureRange::of(t_c).map_or(0.0, |range| range.span_c())
-}
-
 /// Determines the drift of a sensor from recordings in one unit.
 ///
 /// # Errors
@@ -80,51 +76,45 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     if recordings.len() > 1 {
         check_units(recordings)?;
     }
-    let name = recordings.first().map_or("", |r| r.name.as_str());
-    let input = |code, message: String| Error::input(code, message).at(Path::new(name), None);
-    if recordings.iter().all(|r| r.temperature_range_c().is_none()) {
-        return Err(
-            input("missing-temperature", "the recording has no temperature".to_owned())
-                .with_hint(
-                    "record the sensor's own temperature in a column called temperature, or name its column",
-                )
-                .advise("columns", ""),
+    let input = |code, message: &str, hint: &str| {
+        let name = recordings.first().map_or("", |r| r.name.as_str());
+        let error = Error::input(code, message).at(Path::new(name), None);
+        error.with_hint(hint)
+    };
+    let too_narrow = |span_c: f64| {
+        let what = format!(
+            "the temperature spans {span_c:.1} °C at rest; more than {MIN_SPAN_C:.0} °C are needed"
         );
-    }
-    let span_error = |span_c: f64| {
-        input(
-            "temperature-span",
-            format!(
-                "the temperature spans {span_c:.1} °C at rest; more than {MIN_SPAN_C:.0} °C are needed"
-            ),
-        )
-        .with_hint("cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used")
+        let hint = "cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used";
+        input("temperature-span", &what, hint)
     };
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
-    let recorded_c = span_c(ranges.flatten());
-    if recorded_c <= MIN_SPAN_C {
-        return Err(span_error(recorded_c));
+    let Some(recorded) = TemperatureRange::of(ranges.flatten()) else {
+        let what = "the recording has no temperature";
+        let hint = "record the sensor's own temperature in a column called temperature, or name its column";
+        return Err(input("missing-temperature", what, hint).advise("columns", ""));
+    };
+    if recorded.span_c() <= MIN_SPAN_C {
+        return Err(too_narrow(recorded.span_c()));
     }
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
-        return Err(input(
-            "never-static",
-            "it is never static for some seconds".to_owned(),
-        )
-        .with_hint("leave the sensor untouched while its temperature changes"));
+        let what = "it is never static for some seconds";
+        let hint = "leave the sensor untouched while its temperature changes";
+        return Err(input("never-static", what, hint));
     }
-    let span_of = |rest: &Vec<RestBlock>| span_c(rest.iter().map(|b| b.t_c));
-    let widest_c = rests.iter().flatten().map(span_of).fold(0.0, f64::max);
+    let range = |rest: &Vec<RestBlock>| TemperatureRange::of(rest.iter().map(|b| b.t_c));
+    let span_c = |rest: &Vec<RestBlock>| range(rest).map_or(0.0, |range| range.span_c());
+    let widest_c = rests.iter().flatten().map(span_c).fold(0.0, f64::max);
     for rests in &mut rests {
-        rests.retain(|rest| span_of(rest) > MIN_REST_SPAN_C);
+        rests.retain(|rest| span_c(rest) > MIN_REST_SPAN_C);
     }
-    match TemperatureRange::of(rests.iter().flatten().flatten().map(|b| b.t_c)) {
+    let used = range(&rests.iter().flatten().flatten().copied().collect());
+    match used {
         Some(used) if used.span_c() > MIN_SPAN_C => {
             Ok(fit_model(recordings, &rests, [used.min, used.max]))
         }
-        used => Err(span_error(
-            used.map_or(widest_c, |u| widest_c.max(u.span_c())),
-        )),
+        used => Err(too_narrow(used.map_or(widest_c, |used| used.span_c()))),
     }
 }
 
@@ -186,26 +176,34 @@ fn fit_model(
     let reference_c = 0.5 * (range_c[0] + range_c[1]);
     // Temperatures that only one direction reached were not tested and are left out.
     blocks.retain(|b| (range_c[0]..=range_c[1]).contains(&b.t_c));
-    let first = recordings.first();
-    let gyro_scale = first.and_then(|r| r.gyro_scale);
-    let units = [
-        first.map_or("unknown", |r| r.accel_scale.unit.name()),
-        gyro_scale.map_or("unknown", |g| g.unit.name()),
-    ];
-    let channel = |channel: usize| ChannelDrift {
-        channel: CHANNELS[channel].to_owned(),
-        input_unit: units[channel / 3].to_owned(),
-        ..match &shared {
-            Ok(_) => test_channel(&blocks, channel),
-            Err(reason) => refuse(reason),
-        }
-    };
     let mut rates = blocks.iter().flat_map(|b| &b.readings[3..]);
     let count = if rates.any(|v| v.is_finite()) { 6 } else { 3 };
+    let channel = |channel: usize| {
+        let drift = match &shared {
+            Ok(_) => test_channel(&blocks, channel),
+            Err(reason) => refuse(reason),
+        };
+        named(recordings, channel, drift)
+    };
     TemperatureModel {
         reference_c,
         range_c,
         channels: (0..count).map(channel).collect(),
+    }
+}
+
+/// A drift with the name of its channel and the unit of the recordings.
+fn named(recordings: &[Recording], channel: usize, drift: ChannelDrift) -> ChannelDrift {
+    let first = recordings.first();
+    let gyro_scale = first.and_then(|r| r.gyro_scale);
+    let unit = match channel {
+        0..3 => first.map(|r| r.accel_scale.unit.name()),
+        _ => gyro_scale.map(|g| g.unit.name()),
+    };
+    ChannelDrift {
+        channel: CHANNELS[channel].to_owned(),
+        input_unit: unit.unwrap_or("unknown").to_owned(),
+        ..drift
     }
 }
 
@@ -216,7 +214,7 @@ fn refuse(reason: &str) -> ChannelDrift {
     }
 }
 
-/// Slope and verdict of a channel, without its name and unit.
+/// Slope and verdict of a channel.
 fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     let Some(fit) = fit_drift(blocks, channel) else {
         return refuse("its means determine no slope, or do not vary");
@@ -252,43 +250,35 @@ pub fn for_calibration(
     thermal: &[Recording],
     segmentation: &mut Segmentation,
 ) -> Result<Option<TemperatureModel>> {
-    let findings = &mut segmentation.findings;
     let session = temperatures(&segmentation.poses);
     let model = if thermal.is_empty() {
         study(recordings).ok()
+    } else if session.is_none() {
+        let what = "the poses have no temperature at which a drift could be zero";
+        return Err(Error::input("missing-temperature", what)
+            .with_hint("record the temperature with the session, or leave the soak recordings out")
+            .advise("thermal", ""));
     } else {
-        if session.is_none() {
-            let what = "the poses have no temperature at which a drift could be zero";
-            return Err(Error::input("missing-temperature", what)
-                .with_hint(
-                    "record the temperature with the session, or leave the soak recordings out",
-                )
-                .advise("thermal", ""));
-        }
         check_soak_units(recordings, thermal)?;
         Some(study(thermal)?)
     };
-    let (Some(model), Some(session)) = (model, session) else {
+    let (Some(mut model), Some(session)) = (model, session) else {
         return Ok(None);
     };
-    findings.extend(refused(&model));
-    if !model.any_corrected() {
-        // No drift is subtracted: the reference does not matter.
-        return Ok(Some(model));
+    segmentation.findings.extend(refused(&model));
+    // Where no drift is subtracted, the reference does not matter.
+    if model.any_corrected() {
+        let ([low, high], session_c) = (model.range_c, session.mean);
+        let reference_c = session_c.clamp(low, high);
+        if reference_c != session_c {
+            segmentation.findings.push(finding!(
+                TemperatureOutside,
+                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
+            ));
+        }
+        model.reference_c = reference_c;
+        bring_to_reference(&mut segmentation.poses, &model);
     }
-    let ([low, high], session_c) = (model.range_c, session.mean);
-    let reference_c = session_c.clamp(low, high);
-    if reference_c != session_c {
-        findings.push(finding!(
-            TemperatureOutside,
-            "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
-        ));
-    }
-    let model = TemperatureModel {
-        reference_c,
-        ..model
-    };
-    bring_to_reference(&mut segmentation.poses, &model);
     Ok(Some(model))
 }
 
@@ -328,7 +318,6 @@ pub(crate) fn from_poses(
 ) -> Option<TemperatureModel> {
     let range = temperatures(&segmentation.poses)?;
     let reference_c = range.mean;
-    let unit = recordings.first().map(|r| r.accel_scale.unit.name());
     let (verdict, ending) = match fitted {
         Some(_) => (DriftVerdict::Corrected, ""),
         None => (DriftVerdict::NotCorrected, ": not by more than chance"),
@@ -338,13 +327,13 @@ pub(crate) fn from_poses(
         milli_g(test.without_mps2),
         milli_g(test.with_mps2),
     );
-    let channel = |axis: usize| ChannelDrift {
-        channel: CHANNELS[axis].to_owned(),
-        input_unit: unit.unwrap_or("unknown").to_owned(),
-        verdict,
-        reason: reason.clone(),
-        per_c: fitted.map(|d| d.per_c[axis]),
-        ..ChannelDrift::default()
+    let channel = |axis: usize| {
+        let drift = ChannelDrift {
+            verdict,
+            per_c: fitted.map(|d| d.per_c[axis]),
+            ..refuse(&reason)
+        };
+        named(recordings, axis, drift)
     };
     let mut model = TemperatureModel {
         reference_c,
@@ -399,16 +388,17 @@ pub(crate) fn not_applied(model: &TemperatureModel, why: &str) -> Finding {
 /// Checks that session and soak are in one unit; one of a gyroscope that is not known is taken as the same.
 fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<()> {
     check_units(recordings.iter().take(1).chain(thermal))?;
-    let (Some(session), Some(soak)) = (recordings.first(), thermal.first()) else {
-        return Ok(());
+    let unit = |recordings: &[Recording]| {
+        let unit = recordings.first()?.gyro_scale?.unit;
+        (unit != GyroUnit::Unknown).then_some(unit)
     };
-    let unit = |r: &Recording| r.gyro_scale.map_or(GyroUnit::Unknown, |scale| scale.unit);
-    let (a, b) = (unit(session), unit(soak));
-    if a == b || a == GyroUnit::Unknown || b == GyroUnit::Unknown {
-        return Ok(());
+    match (unit(recordings), unit(thermal)) {
+        (Some(a), Some(b)) if a != b => {
+            let what = format!("the gyroscope's unit is {a} in the session and {b} in the soak");
+            Err(Error::input("units-differ", what)
+                .at(thermal[0].name.as_ref(), None)
+                .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
+        }
+        _ => Ok(()),
     }
-    let what = format!("the gyroscope's unit is {a} in the session and {b} in the soak");
-    Err(Error::input("units-differ", what)
-        .at(soak.name.as_ref(), None)
-        .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
 }

@@ -67,9 +67,9 @@ calibrate six --columns ax=u,ay=v,az=w | 2 columns-missing | \"u\"
 calibrate six --sensor right | 2 sensor-unknown | right
 calibrate x_axis_pos.csv y_axis_pos.csv --sections list.csv | 2 several-files
 calibrate x_axis_pos.csv y_axis_pos.csv --gyro g.csv | 2 gyro-inputs
-calibrate x_axis_pos.csv | 3 underdetermined | only the x axis is covered
+calibrate x_axis_pos.csv | 3 underdetermined | axes covered: x
 calibrate x_axis_pos.csv x_axis_neg.csv | 3 underdetermined | 2 poses
-calibrate x_axis_pos.csv x_axis_neg.csv y_axis_pos.csv y_axis_neg.csv | 3 underdetermined | z is missing
+calibrate x_axis_pos.csv x_axis_neg.csv y_axis_pos.csv y_axis_neg.csv | 3 underdetermined | z up and z down
 calibrate five --method ferraris | 3 missing-face | missing: -y
 calibrate twice --method ferraris | 3 missing-face | missing: -y
 calibrate six --free-pose nothing | 2 no-such-pose | nothing";

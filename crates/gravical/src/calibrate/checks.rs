@@ -1,6 +1,7 @@
 //! Checks that can show a calibration wrong.
 
 use gravical_core::matrix3::unit;
+use gravical_fit::Fit;
 
 use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
@@ -28,58 +29,53 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
-pub(super) fn accelerometer(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-    offset: f64,
-) -> Vec<Finding> {
-    let mut findings = of_poses(section, estimate, placements);
+pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f64) -> Vec<Finding> {
+    let section = &estimate.section;
     // What is wrong with the session comes before what is wrong with the result.
+    let mut findings = of_poses(estimate, placements);
     findings.extend(orientations(section));
-    findings.extend(of_fit(section, estimate, placements));
-    findings.extend(scale(section));
+    if let Some((fit, _)) = &estimate.fit {
+        findings.extend(of_fit(estimate, fit, placements));
+    }
+    let deviation = section.scale_deviation_percent.unwrap_or_default();
+    if let Some(off) = beyond(deviation, SCALE_GATE_PERCENT, |v| format!("{v:+.1} %")) {
+        findings.push(finding!(
+            ScaleOff,
+            "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
+        ));
+    }
+    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
     // The zero of unsigned counts is a way of reading, which no data sheet limits.
-    findings.extend(bias(section).filter(|_| offset == 0.0));
-    findings.extend(oblique(section));
-    findings.extend(tilt(section));
-    findings
-}
-
-/// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
-fn of_poses(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for ((used, placement), pose) in estimate.uses.iter().zip(placements).zip(&section.poses) {
-        let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
-        if used.fitted && placement.clipped > 0 {
-            tell(finding!(
-                ClippedPose,
-                "{}: {} samples at the end of the range; its mean is too small",
-                placement.label,
-                placement.clipped
-            ));
-        }
-        let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
-        if let Some(chance) = used.bad {
-            tell(finding!(
-                BadPose,
-                "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
-                pose.called(),
-                milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
-            ));
-        } else if is_named && used.face.is_none() {
-            let no_face = finding!(
-                NoFace,
-                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
-                placement.label,
-                placement.angle_deg,
-            );
-            tell(no_face.advise("face_pose", &*placement.label));
-        }
+    if let Some(large) = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))
+        && offset == 0.0
+    {
+        findings.push(finding!(
+            LargeBias,
+            "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
+        ));
+    }
+    // Placements that took no part in the fit and contradict it.
+    if let Some(predicted) = section.predicted_norm_error_mps2
+        && let Some((error, count)) = section.free_norm_error()
+        && section.method == Method::Ferraris
+        && error > OBLIQUE_GATE * predicted
+    {
+        findings.push(finding!(
+            FreePoseOff,
+            "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
+            milli_g(error)
+        ));
+    }
+    // A tilt that is larger than a box on a table leaves.
+    if let Some(tilt) = section.pose_tilt_deg
+        && tilt.source == TiltSource::Estimated
+        && tilt.value > UNUSUAL_TILT
+    {
+        findings.push(finding!(
+            PoseTilt,
+            "the poses lie {:.1}° off their faces in each of two components. A box or a jig would help",
+            tilt.value
+        ));
     }
     findings
 }
@@ -93,49 +89,40 @@ fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option
     (!list.is_empty()).then(|| list.join(", "))
 }
 
-fn scale(section: &AccelerometerSection) -> Option<Finding> {
-    let deviation = section.scale_deviation_percent?;
-    let off = beyond(deviation, SCALE_GATE_PERCENT, |v| format!("{v:+.1} %"))?;
-    Some(finding!(
-        ScaleOff,
-        "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
-    ))
-}
-
-fn bias(section: &AccelerometerSection) -> Option<Finding> {
-    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
-    let large = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))?;
-    Some(finding!(
-        LargeBias,
-        "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
-    ))
-}
-
-/// Placements that took no part in the fit and contradict it.
-fn oblique(section: &AccelerometerSection) -> Option<Finding> {
-    let predicted = section.predicted_norm_error_mps2?;
-    let (error, count) = section.free_norm_error()?;
-    let is_off = section.method == Method::Ferraris && error > OBLIQUE_GATE * predicted;
-    is_off.then(|| {
-        finding!(
-            FreePoseOff,
-            "{count} free poses, which took no part in the fit, read the magnitude off by {:.0} mg rms, more than {OBLIQUE_GATE} times what was predicted: was the sensor moving there, or is one of the faces wrong?",
-            milli_g(error)
-        )
-    })
-}
-
-/// A tilt that is larger than a box on a table leaves.
-fn tilt(section: &AccelerometerSection) -> Option<Finding> {
-    let tilt = section.pose_tilt_deg?;
-    let is_unusual = tilt.source == TiltSource::Estimated && tilt.value > UNUSUAL_TILT;
-    is_unusual.then(|| {
-        finding!(
-            PoseTilt,
-            "the poses lie {:.1}° off their faces in each of two components. A box or a jig would help",
-            tilt.value
-        )
-    })
+/// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
+fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let fit = estimate.fit.as_ref();
+    let fitted = fit.map(|(fit, _)| fit.poses()).unwrap_or_default();
+    for (index, (placement, pose)) in placements.iter().zip(&estimate.section.poses).enumerate() {
+        let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
+        if pose.fitted && placement.clipped > 0 {
+            tell(finding!(
+                ClippedPose,
+                "{}: {} samples at the end of the range; its mean is too small",
+                placement.label,
+                placement.clipped
+            ));
+        }
+        let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
+        if let Some(chance) = fitted.get(index).and_then(|p| p.bad) {
+            tell(finding!(
+                BadPose,
+                "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
+                pose.called(),
+                milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
+            ));
+        } else if is_named && estimate.faces[index].is_none() {
+            let no_face = finding!(
+                NoFace,
+                "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
+                placement.label,
+                placement.angle_deg,
+            );
+            tell(no_face.advise("face_pose", &*placement.label));
+        }
+    }
+    findings
 }
 
 /// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
@@ -164,14 +151,7 @@ fn orientations(section: &AccelerometerSection) -> Option<Finding> {
 }
 
 /// What the joint fit itself shows to be odd.
-fn of_fit(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    placements: &[Pose],
-) -> Vec<Finding> {
-    let Some(fit) = section.fit else {
-        return Vec::new();
-    };
+fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
     if placements.iter().any(|p| p.standard_error.is_none()) {
         findings.push(finding!(
@@ -179,15 +159,16 @@ fn of_fit(
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
         ));
     }
-    findings.extend(face_twice(estimate, placements).or_else(|| missing_face(estimate)));
-    if fit.model_error_mps2 > MODEL_ERROR_NOTE {
+    let twice = face_twice(&estimate.faces, placements);
+    findings.extend(twice.or_else(|| missing_face(fit)));
+    if fit.quality.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
             ModelError,
             "the poses differ from the model by {:.0} mm/s² beyond their noise: was the sensor at rest, and warm?",
-            1000.0 * fit.model_error_mps2
+            1000.0 * fit.quality.model_error_mps2
         ));
     }
-    if !fit.oriented {
+    if !fit.quality.oriented {
         findings.push(finding!(
             OrientationOpen,
             "faces on fewer than two axes: the orientation of the sensor in its case is unknown. The frame was fixed by convention (triangular matrix); magnitudes are not affected"
@@ -197,39 +178,38 @@ fn of_fit(
 }
 
 /// The faces that none of some poses has up.
-fn missing(up: impl Iterator<Item = Option<Face>> + Clone) -> Vec<Face> {
-    let is_missing = |face: &Face| up.clone().all(|up| up != Some(*face));
-    Face::all().into_iter().filter(is_missing).collect()
+fn missing(up: &[Option<Face>]) -> Vec<Face> {
+    let faces = Face::all().into_iter();
+    faces.filter(|face| !up.contains(&Some(*face))).collect()
 }
 
 /// A face that was recorded twice, once under the name of one that is missing.
-fn face_twice(estimate: &Estimate, placements: &[Pose]) -> Option<Finding> {
-    let all = 0..placements.len();
-    let up = |k: usize| estimate.uses[k].face;
-    let missing = missing(all.clone().map(up));
-    let (first, again, face, meant) = all.clone().rev().find_map(|again| {
-        let Some(Claim::Face(meant)) = placements[again].claim else {
+fn face_twice(up: &[Option<Face>], placements: &[Pose]) -> Option<Finding> {
+    let missing = missing(up);
+    (0..up.len()).rev().find_map(|index| {
+        let again = &placements[index];
+        let Some(Claim::Face(meant)) = again.claim else {
             return None;
         };
-        let face = up(again).filter(|_| missing.contains(&meant))?;
-        let first = all.clone().find(|k| *k != again && up(*k) == Some(face))?;
-        Some((&placements[first], &placements[again], face, meant.name()))
-    })?;
-    let (one, other) = (&first.label, &again.label);
-    let twice = finding!(
-        SameFaceTwice,
-        "{} points up in \"{one}\" and in \"{other}\", and no pose has {meant} up: record \"{other}\" with {meant} up",
-        face.name()
-    );
-    Some(twice.in_file(&again.source))
+        let face = up[index].filter(|_| missing.contains(&meant))?;
+        let first = (0..up.len()).find(|k| *k != index && up[*k] == Some(face))?;
+        let (one, other) = (&placements[first].label, &again.label);
+        let (face, meant) = (face.name(), meant.name());
+        let twice = finding!(
+            SameFaceTwice,
+            "{face} points up in \"{one}\" and in \"{other}\", and no pose has {meant} up: record \"{other}\" with {meant} up"
+        );
+        Some(twice.in_file(&again.source))
+    })
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(estimate: &Estimate) -> Option<Finding> {
-    let (fit, _) = estimate.fit()?;
-    let uses = estimate.uses.iter().filter(|u| u.fitted);
-    let missing = missing(uses.clone().map(|u| u.face));
-    if missing.is_empty() || uses.clone().any(|u| u.face.is_none()) {
+fn missing_face(fit: &Fit) -> Option<Finding> {
+    let poses = fit.poses();
+    let fitted = poses.iter().filter(|p| p.bad.is_none());
+    let up: Vec<Option<Face>> = fitted.map(|p| p.face).collect();
+    let missing = missing(&up);
+    if missing.is_empty() || up.contains(&None) {
         return None;
     }
     let directions = missing.iter().map(|face| face.direction().into());
@@ -281,10 +261,8 @@ pub(super) fn names(axes: &AxisMap, placements: &[Pose]) -> Option<Finding> {
             sent[face.index()] = Some(claimed);
         }
     }
-    let [Some(a), Some(b), Some(c), Some(d), Some(e), Some(f)] = sent else {
-        return None;
-    };
-    let all = [a, b, c, d, e, f];
+    let all: Vec<Face> = sent.into_iter().flatten().collect();
+    let all: [Face; 6] = all.try_into().ok()?;
     if all == Face::all() {
         return None;
     }

@@ -1,14 +1,17 @@
 //! The accelerometer by the method that was asked for: poses in, parameters in axes of the case out.
 
+use std::array::from_fn;
+
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
-use gravical_fit::model::Covariance;
+use gravical_fit::model::DRIFT;
 use gravical_fit::{BiasDrift, DriftTest, Fit, Hint, Options, Trust, fit};
 use serde::Deserialize;
 
-use crate::calibration_file::{Method, PoseTilt, TiltSource};
+use crate::calibration_file::{AccelerometerSection, Covariance, Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
 use crate::poses::face::{Claim, Face};
+use crate::recording::AccelUnit;
 use crate::{Error, Result};
 
 use super::ferraris;
@@ -87,56 +90,25 @@ pub enum Prior {
     Off,
 }
 
-/// What a placement was used for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Use {
-    /// The face it was fitted as, axes of the case.
-    pub face: Option<Face>,
-    /// It took part in the fit.
-    pub fitted: bool,
-    /// Tilt off the face in degrees (raw angle by Ferraris' method), and its standard deviation.
-    pub tilt_deg: Option<(f64, Option<f64>)>,
-    /// Left out because it does not fit: chance of that.
-    pub bad: Option<f64>,
-}
-
 /// An estimated accelerometer, axes of the case.
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
-    /// M of u = M a + b, input unit per m/s².
-    pub model: [[f64; 3]; 3],
+    /// What is written to the file.
+    pub section: AccelerometerSection,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
-    /// For every placement.
-    pub uses: Vec<Use>,
-    /// The tilt of the placements.
-    pub tilt: Option<PoseTilt>,
-    /// How it was estimated, and how well it is known.
-    pub basis: Basis,
-}
-
-/// What the uncertainty of an estimate rests on.
-#[derive(Debug, Clone)]
-pub(crate) enum Basis {
-    /// The joint fit, how far it can be trusted, and where many poses tell, whether a drift of the bias
-    /// with temperature helps.
-    Fit(Box<(Fit, Trust)>, Option<DriftTest>),
-    /// The covariance of M and b by the closed form; none without standard errors.
-    ClosedForm(Option<Box<Covariance>>),
+    /// The face that each placement was fitted as, axes of the case; by the closed form the others are not fitted.
+    pub faces: Vec<Option<Face>>,
+    /// The joint fit, and how far it can be trusted; none by the closed form.
+    pub fit: Option<(Fit, Trust)>,
+    /// Where many poses tell: whether a drift of the bias with temperature helps.
+    pub drift_test: Option<DriftTest>,
 }
 
 impl Estimate {
-    /// The joint fit, and how far it can be trusted; none by the closed form.
-    pub fn fit(&self) -> Option<&(Fit, Trust)> {
-        match &self.basis {
-            Basis::Fit(fit, _) => Some(fit),
-            Basis::ClosedForm(_) => None,
-        }
-    }
-
     /// Drift of the bias with temperature, where the joint fit has one.
     pub fn drift(&self) -> Option<BiasDrift> {
-        self.fit().and_then(|(fit, _)| fit.drift())
+        self.fit.as_ref().and_then(|(fit, _)| fit.drift())
     }
 }
 
@@ -174,15 +146,40 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
         drift,
     };
     if session.recordings.len() > 1 {
-        let without_drift = Options {
-            drift: false,
-            ..fit_options
-        };
-        one_sensor(session, &poses, &without_drift)?;
+        one_sensor(session, &poses, &fit_options)?;
     }
     match options.method {
         Method::Ferraris => by_ferraris(session),
         _ => by_fit(session, fit_options, &poses),
+    }
+}
+
+/// The section of M of u = M a + b and its inverse, without what tells how well they are known.
+fn section(
+    session: &Session<'_>,
+    model: &[[f64; 3]; 3],
+    calibration: &Calibration<f64>,
+    pose_tilt_deg: Option<PoseTilt>,
+) -> AccelerometerSection {
+    let scale = matrix3::row_norms(model);
+    // A zero offset is only a way of reading; what is applied to the file's own numbers carries it in
+    // the bias.
+    let offset = session.zero_offset();
+    let first = session.recordings.first();
+    AccelerometerSection {
+        method: session.options.estimate.method,
+        input_unit: first.map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
+        output_unit: AccelUnit::MetrePerSecondSquared,
+        bias: calibration.bias.map(|b| b + offset),
+        matrix: calibration.matrix,
+        scale,
+        orientation: matrix3::scale_rows(model, &scale.map(|k| 1.0 / k)),
+        scale_deviation_percent: session
+            .nominal()
+            .map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
+        gravity_sd_mps2: session.options.gravity.uncertainty_mps2(),
+        pose_tilt_deg,
+        ..AccelerometerSection::default()
     }
 }
 
@@ -272,43 +269,52 @@ fn by_fit(
         let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
         Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
-    let fitted = fit.poses();
-    let uses = fitted.iter().map(|pose| Use {
-        face: pose.face,
-        fitted: pose.bad.is_none(),
-        tilt_deg: pose
-            .tilt
-            .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
-        bad: pose.bad,
-    });
+    let faces: Vec<Option<Face>> = fit.poses().iter().map(|pose| pose.face).collect();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
         None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
-    let trust = fit.trust();
+    let has_faces = faces.iter().any(Option::is_some);
+    let tilt = has_faces.then(|| PoseTilt {
+        value: fit.tilt().to_degrees(),
+        source,
+    });
+    let (trust, calibration) = (fit.trust(), Calibration { matrix, bias });
+    let left_out_rms = trust.left_out_rms();
+    // Without a pose that can be left out the data sheet alone would show an error.
+    let undetected = trust.undetected.filter(|_| left_out_rms.is_some());
+    let section = AccelerometerSection {
+        covariance: Some(Covariance::new(fit.covariance())),
+        bends: Some(fit.bends()),
+        predicted_norm_error_mps2: Some(trust.predicted_mps2),
+        worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
+        leave_one_out_rms_mps2: left_out_rms,
+        undetected: undetected.filter(|u| u.effect_mps2.is_finite()),
+        fit: Some(fit.quality),
+        next_poses: trust.next.clone(),
+        ..section(session, &model, &calibration, tilt)
+    };
     Ok(Estimate {
-        model,
-        calibration: Calibration { matrix, bias },
-        uses: uses.collect(),
-        tilt: fitted.iter().any(|p| p.face.is_some()).then(|| PoseTilt {
-            value: fit.tilt().to_degrees(),
-            source,
-        }),
-        basis: Basis::Fit(Box::new((fit, trust)), drift_test),
+        section,
+        calibration,
+        faces,
+        fit: Some((fit, trust)),
+        drift_test,
     })
 }
 
+/// k of an expanded uncertainty.
+pub(super) const COVERAGE: f64 = 2.0;
 /// Tilt of placements that nobody gave, degrees.
 const USUAL_TILT_DEG: f64 = 1.0;
 /// So many times the usual tilt is more than chance and a good board explain.
 pub(crate) const UNUSUAL_TILT: f64 = 1.6;
 
 fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
-    let placements = &session.segmentation.poses;
     let gravity = session.gravity_mps2();
-    let faces = ferraris::sort_into_faces(placements, session.recordings)?;
+    let faces = ferraris::sort_into_faces(&session.segmentation.poses, session.recordings)?;
     let (parameters, calibration) = ferraris::accelerometer(&faces, gravity)?;
     // Faces further off than the usual tilt explains are not believed to be better than they look: an
     // angle of rms α has two components of sd α/√2.
@@ -318,22 +324,29 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         None if seen > USUAL_TILT_DEG * UNUSUAL_TILT => (seen, TiltSource::Estimated),
         None => (USUAL_TILT_DEG, TiltSource::Assumed),
     };
-    let on_face = |(index, placement): (usize, &Pose)| {
-        let face = faces.face_of(index);
-        Use {
-            face,
-            fitted: face.is_some(),
-            tilt_deg: face.map(|_| (placement.angle_deg, None)),
-            bad: None,
-        }
-    };
     let model = parameters.model();
+    let mut section = section(
+        session,
+        &model,
+        &calibration,
+        Some(PoseTilt { value, source }),
+    );
+    // The closed form leaves no pose out and tests none.
     let covariance = faces.covariance(&model, gravity, value.to_radians());
+    if let Some(sensor) = covariance.and_then(|c| section.sensor(gravity, c, 0.0)) {
+        let predicted = Some(sensor.predicted_mps2());
+        section.predicted_norm_error_mps2 = predicted.filter(|p| p.is_finite());
+        let worst = Some(sensor.weakest(COVERAGE));
+        section.worst_direction = worst.filter(|w| w.error_mps2.is_finite());
+        let all = sensor.covariance_with_gravity();
+        let row = |i: usize| from_fn(|k| all[(i, k)]);
+        section.covariance = Some(Covariance::new::<DRIFT>(from_fn(row)));
+    }
     Ok(Estimate {
-        model,
+        section,
         calibration,
-        uses: placements.iter().enumerate().map(on_face).collect(),
-        tilt: Some(PoseTilt { value, source }),
-        basis: Basis::ClosedForm(covariance.map(Box::new)),
+        faces: faces.of_placements,
+        fit: None,
+        drift_test: None,
     })
 }

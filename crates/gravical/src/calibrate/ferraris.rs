@@ -20,11 +20,12 @@ use super::session::at_only;
 /// pose, degrees.
 const REPEAT_WITHIN_DEG: f64 = 5.0;
 
-/// What lies on each face, in the order of [`Face::all`].
+/// What lies on each face.
 #[derive(Debug, Clone)]
 pub struct Faces {
-    /// Placements, by index.
-    of_face: [Vec<usize>; 6],
+    /// The face for which each placement is used; none when it is oblique.
+    pub of_placements: Vec<Option<Face>>,
+    /// In the order of [`Face::all`].
     means: [[f64; 3]; 6],
     /// Of these means; none if one is not known.
     standard_errors: Option<Vec<[f64; 3]>>,
@@ -38,15 +39,6 @@ fn six_positions(means: &[[f64; 3]; 6]) -> SixPositionMeans<f64> {
     }
 }
 
-impl Faces {
-    /// The face for which placement `index` is used; none when it is oblique.
-    pub fn face_of(&self, index: usize) -> Option<Face> {
-        Face::all()
-            .into_iter()
-            .find(|f| self.of_face[f.index()].contains(&index))
-    }
-}
-
 /// Sorts placements into the six faces. Repeats of a face are pooled, weighted
 /// by their rows.
 ///
@@ -54,24 +46,30 @@ impl Faces {
 ///
 /// `missing-face` with the faces that are there.
 pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<Faces> {
-    let of_face = Face::all().map(|face| {
-        let is_there = |p: &Pose| p.face == Some(face) && p.mean.iter().all(|v| v.is_finite());
-        let there = placements.iter().filter(|p| is_there(p));
-        let best = there.min_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg));
-        let is_near =
-            |p: &Pose| best.is_some_and(|best| angle_deg(p.mean, best.mean) <= REPEAT_WITHIN_DEG);
-        let each = placements.iter().enumerate();
-        let repeats = each.filter(|(_, p)| is_there(p) && is_near(p));
-        repeats.map(|(i, _)| i).collect::<Vec<usize>>()
+    let best = Face::all().map(|face| {
+        let there = placements.iter().filter(|p| p.face == Some(face));
+        there.min_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg))
     });
-    if of_face.iter().any(Vec::is_empty) {
-        return Err(incomplete(placements, &of_face, recordings));
+    let missing = Face::all().into_iter().zip(best);
+    let missing = missing.filter_map(|(face, best)| best.is_none().then_some(face));
+    let missing: Vec<Face> = missing.collect();
+    if !missing.is_empty() {
+        return Err(incomplete(placements, &missing, recordings));
     }
-    let pooled = of_face.each_ref().map(|indices| {
-        let poses = || indices.iter().map(move |&i| &placements[i]);
-        let rows: f64 = poses().map(|p| p.count as f64).sum();
+    let used_as = |p: &Pose| {
+        let face = p.face?;
+        let is_near = |best: &Pose| angle_deg(p.mean, best.mean) <= REPEAT_WITHIN_DEG;
+        best[face.index()].is_some_and(is_near).then_some(face)
+    };
+    let of_placements: Vec<Option<Face>> = placements.iter().map(used_as).collect();
+    let pooled = Face::all().map(|face| {
+        let poses = || {
+            let each = placements.iter().zip(&of_placements);
+            each.filter(move |(_, used_as)| **used_as == Some(face))
+        };
+        let rows: f64 = poses().map(|(p, _)| p.count as f64).sum();
         let (mut mean, mut variance) = ([0.0; 3], Some([0.0; 3]));
-        for pose in poses() {
+        for (pose, _) in poses() {
             let weight = pose.count as f64 / rows;
             mean = std::array::from_fn(|i| mean[i] + weight * pose.mean[i]);
             let known = variance.zip(pose.standard_error);
@@ -85,15 +83,11 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
     Ok(Faces {
         means: pooled.map(|(mean, _)| mean),
         standard_errors: errors.collect(),
-        of_face,
+        of_placements,
     })
 }
 
-fn incomplete(placements: &[Pose], of_face: &[Vec<usize>; 6], recordings: &[Recording]) -> Error {
-    let missing: Vec<Face> = Face::all()
-        .into_iter()
-        .filter(|f| of_face[f.index()].is_empty())
-        .collect();
+fn incomplete(placements: &[Pose], missing: &[Face], recordings: &[Recording]) -> Error {
     let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
     let (found, names) = (6 - missing.len(), names.join(" "));
     let mut what = format!("{found} of six faces found; missing: {names}");

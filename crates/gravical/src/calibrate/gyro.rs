@@ -12,13 +12,12 @@ use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MO
 
 use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
-use crate::finding::{Finding, finding};
-use crate::poses::Segmentation;
+use crate::finding::{Finding, FindingKind, finding};
 use crate::poses::face::axes_where;
+use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
-use crate::recording::{LineSpans, Recording};
 
-use readings::Readings;
+use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S, Readings};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -26,10 +25,8 @@ const SCALE_OFF: f64 = 0.1;
 /// A gyroscope, or why there is none.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Gyroscope {
-    /// The parameters; none where not even a nominal scale is known.
+    /// The parameters; none where not even a nominal scale is known or found.
     pub section: Option<GyroscopeSection>,
-    /// The turns or motions showed a scale that nothing states.
-    pub scale_found: bool,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
@@ -37,14 +34,14 @@ pub(super) struct Gyroscope {
 /// The gyroscope of a session, by a full turn about each axis if it has them, else by its motions.
 pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
     let cut = session.segmentation;
-    if let Some(section) = turns::by_turns(session, accelerometer) {
+    let readings = Readings::new(session.recordings, cut);
+    if let Some(section) = turns::by_turns(session, &readings, accelerometer) {
         return Gyroscope {
             section: Some(section),
-            scale_found: cut.gyro_scale.and_then(|scale| scale.nominal()).is_none(),
             findings: Vec::new(),
         };
     }
-    let mut found = gyroscope(session.recordings, cut, accelerometer);
+    let mut found = gyroscope(readings, accelerometer);
     if !cut.turns.is_empty() {
         found.findings.push(finding!(
             LabelsLeftOut,
@@ -58,21 +55,15 @@ pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>
 /// where they do not determine more: that is a finding. Neither section nor finding where there is no
 /// gyroscope.
 ///
-/// `accelerometer` calibrates the values of [`Recording::accel`] (its zero offset taken off) to m/s²; its
-/// axes become those of the gyroscope.
-fn gyroscope(
-    recordings: &[Recording],
-    session: &Segmentation,
-    accelerometer: &Calibration<f64>,
-) -> Gyroscope {
-    let mut readings = Readings::new(recordings, session);
-    let nominal = session.gyro_scale.and_then(|scale| scale.nominal());
+/// `accelerometer` calibrates the values of the recordings (their zero offset taken off) to m/s²; its axes
+/// become those of the gyroscope.
+fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
+    let nominal = readings.nominal();
     let options = GyroOptions {
         nominal,
         noise: readings.noise,
         rounding: readings.rounding,
     };
-    let mut findings = std::mem::take(&mut readings.findings);
     let (intervals, motions) = (&readings.intervals, &readings.motions);
     let Some(fit) = gravical_fit::gyro(intervals, motions, accelerometer, &options) else {
         return Gyroscope::default();
@@ -80,9 +71,10 @@ fn gyroscope(
     let mut odd = Vec::new();
     let section = match &fit.by_motions {
         Some(Ok(motions)) => {
-            findings.extend(outliers(recordings, &readings, motions));
+            let section = by_motions(&readings, motions);
+            leave_out(&mut readings, motions);
             odd.extend(oddities(motions, nominal));
-            by_motions(motions, readings.left_out)
+            section
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
@@ -95,68 +87,73 @@ fn gyroscope(
                 );
                 odd.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
             }
-            nominal.map(|nominal| bias_alone(&fit.rest, nominal))
+            nominal.map(|nominal| bias_alone(&readings, &fit.rest, nominal))
         }
     };
     // What concerns several recordings stands in no file.
-    let in_file = |finding: Finding| match recordings {
+    let in_file = |finding: Finding| match readings.recordings {
         [one] => finding.in_file(&one.name),
         _ => finding,
     };
+    let mut findings = std::mem::take(&mut readings.findings);
+    findings.extend(motions_left_out(&readings));
     findings.extend(odd.into_iter().map(in_file));
-    let section = section.map(|section| GyroscopeSection {
-        input_unit: session.gyro_scale.map_or(GyroUnit::Unknown, |s| s.unit),
-        output_unit: GyroUnit::RadianPerSecond,
-        g_sensitivity: fit.rest.g_sensitivity,
-        ..section
-    });
+    let g_sensitivity = fit.rest.g_sensitivity;
     Gyroscope {
-        section,
-        scale_found: nominal.is_none() && matches!(fit.by_motions, Some(Ok(_))),
+        section: section.map(|section| GyroscopeSection {
+            g_sensitivity,
+            ..section
+        }),
         findings,
     }
 }
 
-fn by_motions(fit: &MotionFit, left_out: usize) -> Option<GyroscopeSection> {
+/// The section of u = M ω + b, and of the inverse of M.
+fn section(
+    readings: &Readings<'_>,
+    method: GyroMethod,
+    model: &[[f64; 3]; 3],
+    matrix: [[f64; 3]; 3],
+    bias: [f64; 3],
+) -> GyroscopeSection {
+    let scale = matrix3::row_norms(model);
+    GyroscopeSection {
+        method,
+        input_unit: readings.scale.map_or(GyroUnit::Unknown, |s| s.unit),
+        output_unit: GyroUnit::RadianPerSecond,
+        bias,
+        matrix,
+        scale,
+        orientation: matrix3::scale_rows(model, &scale.map(f64::recip)),
+        ..GyroscopeSection::default()
+    }
+}
+
+fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
     let model = matrix3::inverse(&fit.matrix)?;
-    let scale = matrix3::row_norms(&model);
     let used: Vec<&FittedMotion> = fit.motions.iter().flatten().filter(|m| m.used).collect();
     let rms_deg = |chords: Vec<f64>| rms(chords.into_iter().map(chord_deg));
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
-        method: GyroMethod::Motion,
-        bias: fit.bias,
-        matrix: fit.matrix,
-        scale,
-        orientation: matrix3::scale_rows(&model, &scale.map(f64::recip)),
-        covariance: Some(Covariance {
-            parameters: Covariance::parameter_names(),
-            values: fit.covariance.map(|row| row.to_vec()).to_vec(),
-        }),
+        covariance: Some(Covariance::new(fit.covariance)),
         residual_deg: Some(rms_deg(used.iter().map(|m| m.residual).collect())),
         motions: Some(MotionCounts {
             used: used.len() as u32,
-            left_out: (left_out + fit.motions.len() - used.len()) as u32,
+            left_out: (readings.left_out.len() + fit.motions.len() - used.len()) as u32,
         }),
         leave_one_out_deg: without.map(rms_deg),
-        ..GyroscopeSection::default()
+        ..section(readings, GyroMethod::Motion, &model, fit.matrix, fit.bias)
     })
 }
 
 /// The bias of the static intervals with the nominal matrix.
-fn bias_alone(rest: &GyroRest, nominal: f64) -> GyroscopeSection {
+fn bias_alone(readings: &Readings<'_>, rest: &GyroRest, nominal: f64) -> GyroscopeSection {
+    let [model, matrix] = [nominal, nominal.recip()].map(|n| matrix3::diagonal([n; 3]));
     let variances = matrix3::diagonal(rest.bias_sd.map(|sd| sd * sd));
     GyroscopeSection {
-        method: GyroMethod::Bias,
-        bias: rest.bias,
-        matrix: matrix3::diagonal([nominal.recip(); 3]),
-        scale: [nominal; 3],
         orientation: matrix3::identity(),
-        covariance: Some(Covariance {
-            parameters: Covariance::parameter_names()[9..].to_vec(),
-            values: variances.map(|row| row.to_vec()).to_vec(),
-        }),
-        ..GyroscopeSection::default()
+        covariance: Some(Covariance::new(variances)),
+        ..section(readings, GyroMethod::Bias, &model, matrix, rest.bias)
     }
 }
 
@@ -177,31 +174,60 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
     )
 }
 
-/// Names the motions that contradict the others, recording by recording.
-fn outliers(recordings: &[Recording], readings: &Readings, fit: &MotionFit) -> Vec<Finding> {
-    let used = fit.motions.iter().flatten().filter(|m| m.used);
-    let usual = chord_deg(rms(used.map(|m| m.residual)));
-    let one = |(index, recording): (usize, &Recording)| {
-        let places = readings.places.iter().zip(&fit.motions);
-        let own = places.filter(|((recording, _), _)| *recording == index);
-        let own = own.filter_map(|((_, lines), motion)| Some((lines, (*motion)?)));
-        let contradict = own.clone().filter(|(_, motion)| !motion.used);
-        let (mut spans, mut worst) = (LineSpans::default(), 0.0_f64);
-        for ([from, to], motion) in contradict.clone() {
-            spans.push_range(*from, *to, to - from + 1);
-            worst = worst.max(motion.residual);
+/// Adds the motions that contradict the others to those that take no part.
+fn leave_out(readings: &mut Readings<'_>, fit: &MotionFit) {
+    for (place, motion) in readings.places.iter().zip(&fit.motions) {
+        if motion.is_some_and(|motion| !motion.used) {
+            readings.left_out.push(LeftOut {
+                why: FindingKind::GyroMotionOutlier,
+                place: place.clone(),
+                clipped: 0,
+            });
         }
-        let (count, all) = (contradict.count(), own.count());
-        (count > 0).then(|| {
-            let outlier = finding!(
-                GyroMotionOutlier,
-                "{count} of {all} motions contradict the others (gravity off by up to {:.1}°, usually {usual:.2}°): a bump, lost samples, or turned too fast; left out of the gyroscope's fit",
-                chord_deg(worst)
-            );
-            outlier.at_lines(&spans).in_file(&recording.name)
-        })
-    };
-    recordings.iter().enumerate().filter_map(one).collect()
+    }
+}
+
+/// Names the motions that take no part, recording by recording and reason by reason.
+fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
+    let gap = format!(
+        "last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods"
+    );
+    let reasons = [
+        (FindingKind::GyroMotionGap, &*gap),
+        (
+            FindingKind::GyroMotionClipped,
+            "reach the end of the gyroscope's range: turned too fast",
+        ),
+        (
+            FindingKind::GyroMotionOutlier,
+            "contradict the others: a bump, lost samples, or turned too fast",
+        ),
+    ];
+    let mut findings = Vec::new();
+    for (index, recording) in readings.recordings.iter().enumerate() {
+        for (why, what) in reasons {
+            let is_meant = |m: &&LeftOut| m.place.recording == index && m.why == why;
+            let (mut count, mut lines) = (0, LineSpans::default());
+            for LeftOut { place, clipped, .. } in readings.left_out.iter().filter(is_meant) {
+                let [from, to] = place.lines;
+                let concerned = if *clipped > 0 {
+                    *clipped
+                } else {
+                    to - from + 1
+                };
+                lines.push_range(from, to, concerned);
+                count += 1;
+            }
+            if count > 0 {
+                let message = format!(
+                    "{count} of the motions between static intervals {what}; left out of the gyroscope's fit"
+                );
+                let finding = Finding::new(why, message).at_lines(&lines);
+                findings.push(finding.in_file(&recording.name));
+            }
+        }
+    }
+    findings
 }
 
 /// What is odd about the fit itself.

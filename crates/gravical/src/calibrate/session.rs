@@ -4,12 +4,12 @@
 use gravical_core::matrix3;
 use gravical_fit::later::compare;
 use gravical_fit::model::{BIAS, DRIFT};
-use gravical_fit::{Options, Pose, Sensor, Undetermined, fit};
+use gravical_fit::{Options, Sensor, Undetermined, fit};
 
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
-use crate::poses::Segmentation;
 use crate::poses::face::{AxisMap, Face, axes_where, in_words};
+use crate::poses::{Pose, Segmentation};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -63,16 +63,24 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 /// # Errors
 ///
 /// `sensors-differ`, at the first recording that contradicts one before it.
-pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Options) -> Result<()> {
+pub(super) fn one_sensor(
+    session: &Session<'_>,
+    poses: &[gravical_fit::Pose],
+    options: &Options,
+) -> Result<()> {
     let placements = &session.segmentation.poses;
+    let without_drift = Options {
+        drift: false,
+        ..*options
+    };
     let mut alone: Vec<(&str, Sensor)> = Vec::new();
     for (index, recording) in session.recordings.iter().enumerate() {
         let each = poses.iter().zip(placements);
         let own = each.filter(|(_, placement)| placement.recording == index);
-        let own: Vec<Pose> = own.map(|(pose, _)| pose.clone()).collect();
+        let own: Vec<_> = own.map(|(pose, _)| pose.clone()).collect();
         let Some(fit) = Some(own)
             .filter(|own| own.len() >= MIN_POSES)
-            .and_then(|own| fit(&own, options).ok())
+            .and_then(|own| fit(&own, &without_drift).ok())
         else {
             continue;
         };
@@ -102,41 +110,29 @@ pub(super) fn one_sensor(session: &Session<'_>, poses: &[Pose], options: &Option
 
 /// The error for poses that leave the parameters open.
 pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
-    let means = session.segmentation.poses.iter().map(|p| p.mean);
-    let directions: Vec<[f64; 3]> = means
-        .filter(|mean| mean.iter().all(|v| v.is_finite()))
-        .map(|mean| matrix3::unit(&session.axes().to_case(mean)))
-        .collect();
-    if directions.is_empty() {
+    let poses = &session.segmentation.poses;
+    if poses.is_empty() {
         let none = Error::input("no-poses", "no pose has a mean reading")
             .with_hint("`gravical inspect` shows what is in the recording");
         return at_only(session.recordings, none);
     }
-    let is_up = |axis: usize| directions.iter().any(|n| Face::nearest(*n).0.axis == axis);
+    let nearest = |pose: &Pose| Face::nearest(session.axes().to_case(pose.mean)).0.axis;
+    let is_up = |axis: usize| poses.iter().any(|pose| nearest(pose) == axis);
     let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
-    let coverage = match &missing[..] {
-        [a, b] => format!(
-            "only the {} axis is covered; {a} and {b} are missing",
-            covered.join("")
-        ),
-        [axis] => format!(
-            "only {} are covered; {axis} is missing",
-            covered.join(" and ")
-        ),
-        _ => "all three axes are covered, but parameters remain undetermined".to_owned(),
-    };
-    let mut message = format!("{}: {coverage}", count(directions.len(), "pose"));
-    let direction = in_words(open.direction);
+    let mut message = format!(
+        "{}; axes covered: {}",
+        count(poses.len(), "pose"),
+        covered.join(", ")
+    );
+    let mut pose = in_words(open.direction);
     if open.sd_mps2.is_finite() {
         let sd = milli_g(open.sd_mps2);
-        message += &format!(": ‖a‖ with {direction} would be known to ±{sd:.0} mg only");
+        message += &format!("; ‖a‖ with {pose} would be known to ±{sd:.0} mg only");
     }
-    let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-    let pose = if missing.is_empty() {
-        direction
-    } else {
-        both.collect::<Vec<_>>().join(", ")
-    };
+    if !missing.is_empty() {
+        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
+        pose = both.collect::<Vec<_>>().join(", ");
+    }
     let error = Error::input("underdetermined", message).with_hint(format!(
         "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
     ));

@@ -12,13 +12,10 @@ const OPEN_ANGLE_DEG: f64 = 0.3;
 
 /// Grade and reasons: the session, the error of the result and what it could hide, what poses
 /// contradict, and what would improve it.
-pub(super) fn verdict(
-    section: &AccelerometerSection,
-    estimate: &Estimate,
-    findings: &[Finding],
-) -> Verdict {
+pub(super) fn verdict(estimate: &Estimate, findings: &[Finding]) -> Verdict {
+    let section = &estimate.section;
     let gates = || findings.iter().filter(|f| f.kind.is_gate());
-    let grade = match (estimate.fit(), section.predicted_norm_error_mps2) {
+    let grade = match (&estimate.fit, section.predicted_norm_error_mps2) {
         _ if gates().next().is_some() => Grade::Poor,
         (Some((_, trust)), _) => trust.grade(),
         // The closed form tests no single pose: it is never verified.
@@ -91,14 +88,13 @@ fn detectable(section: &AccelerometerSection) -> Option<String> {
 
 fn unverified(section: &AccelerometerSection) -> &'static str {
     let mut fitted = section.poses.iter().filter(|p| p.fitted);
-    let is_six = fitted.clone().count() == 6;
-    if section.method == Method::Ferraris && !is_six {
-        return "the six-face method has no pose that it was not fitted to: its residuals verify nothing";
+    if section.method == Method::Ferraris {
+        "the six-face method has no pose that it was not fitted to: its residuals verify nothing"
+    } else if fitted.clone().count() == 6 && fitted.all(|p| p.kind == PoseKind::Face) {
+        "six faces determine six parameters of ‖a‖ exactly: their residuals verify nothing"
+    } else {
+        "too few poses to leave one out: nothing verifies the result"
     }
-    if is_six && fitted.all(|p| p.kind == PoseKind::Face) {
-        return "six faces determine six parameters of ‖a‖ exactly: their residuals verify nothing";
-    }
-    "too few poses to leave one out: nothing verifies the result"
 }
 
 /// Angles between the axes that face poses do not separate from their own tilt.

@@ -2,7 +2,6 @@
 //! of a result needs attention.
 
 use gravical_core::matrix3;
-use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
 use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
 
@@ -10,7 +9,7 @@ use super::{
     AccelerometerSection, CalibrationFile, Covariance, GyroscopeSection, NextPose, PoseKind,
     PoseResult, TiltSource,
 };
-use crate::recording::units::{AccelUnit, GyroUnit};
+use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 
 /// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
 /// an MTi, some 40 poses each.
@@ -72,16 +71,6 @@ impl AccelerometerSection {
         self.covariance.as_ref()?.of_parameters()
     }
 
-    /// What readings miss the model by, m/s²: what the fit says of itself, or what is usual where none
-    /// can tell.
-    fn model_error_mps2(&self) -> f64 {
-        match self.fit {
-            Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
-            Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
-            None => USUAL_MODEL_ERROR_MPS2,
-        }
-    }
-
     /// The accelerometer with this covariance by its readings; none where the matrix is singular.
     pub(crate) fn sensor(
         &self,
@@ -89,6 +78,13 @@ impl AccelerometerSection {
         covariance: ParameterCovariance,
         model_error_mps2: f64,
     ) -> Option<Sensor> {
+        // Tilts that σ_tilt was estimated from.
+        let tilt_freedom = match (self.fit, self.pose_tilt_deg) {
+            (Some(fit), Some(tilt)) if tilt.source == TiltSource::Estimated => {
+                fit.tilt_degrees_of_freedom
+            }
+            _ => f64::INFINITY,
+        };
         Some(Sensor {
             parameters: self.parameters()?,
             covariance,
@@ -97,16 +93,8 @@ impl AccelerometerSection {
                 sd_mps2: self.gravity_sd_mps2,
             },
             model_error_mps2,
-            tilt_freedom: self.tilt_freedom(),
+            tilt_freedom,
         })
-    }
-
-    /// Tilts that σ_tilt was estimated from.
-    fn tilt_freedom(&self) -> f64 {
-        let tilt = self.pose_tilt_deg.as_ref();
-        let is_estimated = tilt.is_some_and(|t| t.source == TiltSource::Estimated);
-        let fit = self.fit.filter(|_| is_estimated);
-        fit.map_or(f64::INFINITY, |fit| fit.tilt_degrees_of_freedom)
     }
 }
 
@@ -116,7 +104,13 @@ impl CalibrationFile {
     pub fn sensor(&self) -> Option<Sensor> {
         let section = &self.accelerometer;
         let all = section.covariance_of_parameters()?;
-        let mut sensor = section.sensor(self.gravity_mps2, all, section.model_error_mps2())?;
+        // What the fit says of itself, or what is usual where none can tell.
+        let model_error_mps2 = match section.fit {
+            Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
+            Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
+            None => USUAL_MODEL_ERROR_MPS2,
+        };
+        let mut sensor = section.sensor(self.gravity_mps2, all, model_error_mps2)?;
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
         Some(sensor)
@@ -135,23 +129,22 @@ impl AccelerometerSection {
     /// Input units per m/s² by definition, or by the deviation that the file gives.
     #[doc(hidden)]
     pub fn nominal_per_mps2(&self) -> Option<f64> {
-        match self.input_unit {
-            AccelUnit::MetrePerSecondSquared => Some(1.0),
-            AccelUnit::StandardGravity => Some(1.0 / STANDARD_GRAVITY_MPS2),
-            AccelUnit::MilliGravity => Some(1000.0 / STANDARD_GRAVITY_MPS2),
-            AccelUnit::Counts | AccelUnit::Unknown => {
-                let deviation = self.scale_deviation_percent?[0];
-                let nominal = self.scale[0] / (1.0 + deviation / 100.0);
-                (nominal.is_finite() && nominal > 0.0).then_some(nominal)
-            }
-        }
+        let by_definition = AccelScale {
+            unit: self.input_unit,
+            lsb_per_g: None,
+            origin: Origin::Given,
+        };
+        by_definition.nominal().or_else(|| {
+            let deviation = self.scale_deviation_percent?[0];
+            let nominal = self.scale[0] / (1.0 + deviation / 100.0);
+            (nominal.is_finite() && nominal > 0.0).then_some(nominal)
+        })
     }
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
     #[doc(hidden)]
     pub fn zero_offset(&self) -> f64 {
-        let counts = self.input_unit == AccelUnit::Counts;
-        unsigned_offset(self.bias, counts)
+        unsigned_offset(self.bias, self.input_unit == AccelUnit::Counts)
     }
 
     /// A raw reading in m/s² without the calibration, by the nominal scale. None if that is
@@ -185,15 +178,6 @@ impl GyroscopeSection {
         let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
         unsigned_offset(self.bias, counts)
     }
-
-    /// Input units per rad/s by definition; the file does not give that of counts.
-    pub(crate) fn nominal_per_rad_s(&self) -> Option<f64> {
-        match self.input_unit {
-            GyroUnit::RadianPerSecond => Some(1.0),
-            GyroUnit::DegreePerSecond => Some(1.0 / RADIANS_PER_DEGREE),
-            GyroUnit::Counts | GyroUnit::Unknown => None,
-        }
-    }
 }
 
 /// Poses are proposed if all of them together bring an error below this share.
@@ -203,19 +187,18 @@ impl AccelerometerSection {
     /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
     /// where that is above 5 mg, the error that one pose can cause undetected.
     pub fn proposed_poses(&self) -> &[NextPose] {
-        let now = self.predicted_norm_error_mps2;
-        let then = self.next_poses.last().map(|p| p.predicted_norm_error_mps2);
-        let lower_error = then
-            .zip(now)
-            .is_some_and(|(then, now)| then < MATTERS * now);
-        let now = self.undetected.as_ref().map(|u| u.effect_mps2);
-        let then = self.next_poses.iter();
-        let then = then.filter_map(|p| p.undetected_effect_mps2);
-        let test_more = then.min_by(f64::total_cmp).is_some_and(|least| {
+        let (now, next) = (self.predicted_norm_error_mps2, &self.next_poses);
+        let then = next.last().map(|p| p.predicted_norm_error_mps2);
+        let lowers_error = now
+            .zip(then)
+            .is_some_and(|(now, then)| then < MATTERS * now);
+        let now = self.undetected.map(|u| u.effect_mps2);
+        let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
+        let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
             now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
         });
-        if lower_error || test_more {
-            &self.next_poses
+        if lowers_error || tests_more {
+            next
         } else {
             &[]
         }

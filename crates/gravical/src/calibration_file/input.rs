@@ -54,22 +54,18 @@ pub enum InputRole {
 impl InputFile {
     /// The files of recordings, each followed by the file of its gyroscope.
     pub fn of(recordings: &[Recording]) -> Vec<Self> {
-        recordings
-            .iter()
-            .flat_map(|r| {
-                let own = InputFile {
-                    path: r.name.clone(),
-                    sha256: r.sha256.clone(),
-                    role: InputRole::Recording,
-                };
-                let gyro = r.gyro_file.as_ref().map(|g| InputFile {
-                    path: g.name.clone(),
-                    sha256: g.sha256.clone(),
-                    role: InputRole::Gyroscope,
-                });
-                std::iter::once(own).chain(gyro)
-            })
-            .collect()
+        let file = |name: &str, sha256: &Option<String>, role| InputFile {
+            path: name.to_owned(),
+            sha256: sha256.clone(),
+            role,
+        };
+        let files = recordings.iter().flat_map(|r| {
+            let recording = file(&r.name, &r.sha256, InputRole::Recording);
+            let gyro = r.gyro_file.as_ref();
+            let gyro = gyro.map(|g| file(&g.name, &g.sha256, InputRole::Gyroscope));
+            std::iter::once(recording).chain(gyro)
+        });
+        files.collect()
     }
 
     /// Reads a file at once and parses it with `parse`. The result and the SHA-256 are of the

@@ -127,21 +127,19 @@ impl CalibrationFile {
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let value: serde_json::Value = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
-        if value.get("K_a").is_some() {
-            return from_imucal(&value);
-        }
-        let what = match value.get("format").and_then(serde_json::Value::as_str) {
-            Some(FORMAT) => None,
-            Some(other) => Some(format!(
-                "the format is \"{other}\"; this program reads {FORMAT}"
-            )),
-            None => Some(
-                "this JSON is not a calibration: it has neither \"format\" nor \"K_a\" of imucal"
-                    .to_owned(),
-            ),
-        };
-        if let Some(what) = what {
-            return Err(Error::input("calibration-format", what));
+        let foreign = |what: String| Err(Error::input("calibration-format", what));
+        match value.get("format").and_then(serde_json::Value::as_str) {
+            _ if value.get("K_a").is_some() => return from_imucal(&value),
+            Some(FORMAT) => {}
+            Some(other) => {
+                return foreign(format!(
+                    "the format is \"{other}\"; this program reads {FORMAT}"
+                ));
+            }
+            None => {
+                let what = "it has neither \"format\" nor \"K_a\" of imucal";
+                return foreign(format!("this JSON is not a calibration: {what}"));
+            }
         }
         let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         file.check()?;

@@ -46,26 +46,12 @@ pub struct CalibrationFile {
     pub temperature_model: Option<TemperatureModel>,
 }
 
-/// When a session was recorded.
+/// When a session was recorded: given, or by the first time stamp; a date without a zone is UTC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingTime {
     /// The time, RFC 3339, UTC.
     pub time: UtcTime,
-    /// Source of the time.
-    pub source: RecordingTimeSource,
-}
-
-/// Source of the time of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum RecordingTimeSource {
-    /// Given by the user.
-    Given,
-    /// The first time stamp of the recordings, which are dates or seconds since 1970. A date
-    /// without a zone counts as UTC.
-    TimeStamps,
 }
 
 /// The sensor that a calibration belongs to.
@@ -205,23 +191,27 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// Names of the twelve parameters.
-    pub fn parameter_names() -> Vec<String> {
-        let axes = ["x", "y", "z"];
-        let elements = axes
-            .iter()
-            .flat_map(|r| axes.iter().map(move |c| format!("m_{r}{c}")));
-        elements
-            .chain(axes.iter().map(|a| format!("bias_{a}")))
-            .collect()
+    /// Of the twelve parameters, of these and the six bends (18), or of the bias alone (3).
+    pub fn new<const N: usize>(values: [[f64; N]; N]) -> Self {
+        Covariance {
+            parameters: Self::names(N),
+            values: values.map(|row| row.to_vec()).to_vec(),
+        }
     }
 
-    /// The same, and of the six bends.
-    pub fn names_with_bends() -> Vec<String> {
-        let bends = ["2", "3"].map(|power| ["x", "y", "z"].map(|a| format!("bend_{a}{power}")));
-        let mut names = Self::parameter_names();
-        names.extend(bends.into_iter().flatten());
-        names
+    /// Names of the rows of a covariance of this size, 3, 12 or 18; none for another.
+    pub fn names(size: usize) -> Vec<String> {
+        let rows = ["m_x", "m_y", "m_z", "bias_", "bend_", "bend_"];
+        let powers = ["", "", "", "", "2", "3"];
+        let named = rows.iter().zip(powers);
+        let names =
+            named.flat_map(|(row, power)| ["x", "y", "z"].map(|a| format!("{row}{a}{power}")));
+        let names: Vec<String> = names.collect();
+        match size {
+            3 => names[9..12].to_vec(),
+            12 | 18 => names[..size].to_vec(),
+            _ => Vec::new(),
+        }
     }
 }
 

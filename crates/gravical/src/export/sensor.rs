@@ -63,7 +63,12 @@ impl Sensor {
             unit: g.input_unit.name().to_owned(),
             is_counts: g.input_unit == GyroUnit::Counts,
             zero_offset: g.zero_offset(),
-            per_unit: g.nominal_per_rad_s().map(|n| n * RADIANS_PER_DEGREE),
+            per_unit: match g.input_unit {
+                GyroUnit::RadianPerSecond => Some(RADIANS_PER_DEGREE),
+                GyroUnit::DegreePerSecond => Some(1.0),
+                // The file does not give that of counts.
+                GyroUnit::Counts | GyroUnit::Unknown => None,
+            },
             unit_name: "deg/s",
             unit_size: RADIANS_PER_DEGREE,
             key: "gyro",

@@ -1,6 +1,8 @@
 //! `check` and `compare` of files and recordings made by hand: what counts, what is refused, what
 //! is said.
 
+use std::array::from_fn;
+
 use gravical::calibrate::{CalibrateOptions, Method, calibrate};
 use gravical::calibration_file::{
     CalibrationFile, Covariance, FitQuality, InputFile, TemperatureRange,
@@ -171,15 +173,8 @@ fn file(sigma: f64) -> CalibrationFile {
 /// `sigma` for the elements of M, g times it for the bias, in `per` units a m/s².
 fn diagonal(sigma: f64, per: f64) -> Covariance {
     let sd = |i: usize| per * sigma * if i < 9 { 1.0 } else { 9.81 };
-    let variances = nalgebra::DVector::from_fn(12, |i, _| sd(i).powi(2));
-    let values = nalgebra::DMatrix::from_diagonal(&variances);
-    Covariance {
-        parameters: Covariance::parameter_names(),
-        values: values
-            .row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect(),
-    }
+    let variance = |i: usize, k: usize| if i == k { sd(i).powi(2) } else { 0.0 };
+    Covariance::new::<12>(from_fn(|i| from_fn(|k| variance(i, k))))
 }
 
 fn compared(a: &CalibrationFile, b: &CalibrationFile) -> Comparison {
