@@ -15,8 +15,8 @@ impl Document<'_> {
         if let Some(v) = &self.verdict {
             let conclusion = v.conclusion.iter().map(|c| format!(": {}", escaped(c)));
             let conclusion: String = conclusion.collect();
-            out += &format!("\n## Verdict\n\n**{}**{conclusion}\n", escaped(&v.word));
-            out += &format!("\n{}", list(&v.reasons));
+            let (word, reasons) = (escaped(&v.word), list(&v.reasons));
+            out += &format!("\n## Verdict\n\n**{word}**{conclusion}\n\n{reasons}");
             if !v.next.is_empty() {
                 out += &format!("\nNext:\n\n{}", list(&v.next));
             }

@@ -1,7 +1,7 @@
 //! The parts of a document.
 
 use super::findings::Remark;
-use crate::figure::Figure;
+use crate::figure::{Figure, XYZ};
 use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
 use gravical::numfmt::fixed;
@@ -137,13 +137,14 @@ impl<'a> Document<'a> {
         let mut remarks = Remark::all(findings, several_files);
         let more = remarks.len().saturating_sub(MAX_ROWS);
         remarks.truncate(MAX_ROWS);
-        let section = Section::new("Findings");
-        self.with(match (remarks.len(), more) {
-            (0, _) => section.with(Block::paragraph("None.")),
-            (_, 0) => section.with(Block::Findings(remarks)),
-            _ => section
-                .with(Block::Findings(remarks))
-                .with(Block::note(left_out(more))),
+        let section = Section::new("Findings").with(match remarks.len() {
+            0 => Block::paragraph("None."),
+            _ => Block::Findings(remarks),
+        });
+        self.with(if more > 0 {
+            section.with(Block::note(left_out(more)))
+        } else {
+            section
         })
     }
 }
@@ -194,18 +195,17 @@ impl<'a> Section<'a> {
             facts.extend(fact);
             return self;
         }
-        let facts = fact.map(|fact| (Detail::Summary, Block::Facts(vec![fact])));
-        self.blocks.extend(facts);
-        self
+        match fact {
+            Some(fact) => self.with(Block::Facts(vec![fact])),
+            None => self,
+        }
     }
 
     /// With those of the figures that have one of these names, in this order.
-    pub fn figures(mut self, figures: &'a [Figure], names: &[&str]) -> Self {
+    pub fn figures(self, figures: &'a [Figure], names: &[&str]) -> Self {
         let find = |name: &&str| figures.iter().find(|f| f.name == *name);
         let found = names.iter().filter_map(find);
-        self.blocks
-            .extend(found.map(|f| (Detail::Full, Block::Figure(f))));
-        self
+        found.map(Block::Figure).fold(self, Section::full)
     }
 
     /// With the reasons of some rows of the table above, one note for each reason.
@@ -218,8 +218,7 @@ impl<'a> Section<'a> {
             }
         }
         let more = rows.len().saturating_sub(MAX_REASONS);
-        rows.truncate(MAX_REASONS);
-        let notes = rows.iter().map(|(reason, rows)| {
+        let notes = rows.iter().take(MAX_REASONS).map(|(reason, rows)| {
             let named = rows[..rows.len().min(MAX_REASONS)].join(", ");
             match rows.len().saturating_sub(MAX_REASONS) {
                 0 => format!("{named}: {reason}"),
@@ -266,9 +265,23 @@ impl Table {
     }
 
     /// With these columns on the right of those that it has.
-    pub fn columns<C: Into<Column>>(mut self, columns: impl IntoIterator<Item = C>) -> Self {
-        self.columns.extend(columns.into_iter().map(Into::into));
+    pub fn columns<'n>(self, names: impl IntoIterator<Item = &'n str>) -> Self {
+        self.group("", names)
+    }
+
+    /// With columns below one heading.
+    pub fn group<'n>(mut self, group: &str, names: impl IntoIterator<Item = &'n str>) -> Self {
+        let columns = names.into_iter().map(|name| Column {
+            group: group.to_owned(),
+            name: name.to_owned(),
+        });
+        self.columns.extend(columns);
         self
+    }
+
+    /// With a column for each axis below one heading.
+    pub fn axes(self, group: &str) -> Self {
+        self.group(group, XYZ)
     }
 
     /// With one more row: cells behind what they are.
@@ -295,28 +308,6 @@ impl Table {
     }
 }
 
-impl Column {
-    /// Adjacent columns below one heading.
-    pub fn group<const N: usize>(group: &str, names: [&str; N]) -> [Self; N] {
-        names.map(|name| Column {
-            group: group.to_owned(),
-            name: name.to_owned(),
-        })
-    }
-
-    /// Three columns of numbers, for the axes.
-    pub fn axes(group: &str) -> [Self; 3] {
-        Column::group(group, ["x", "y", "z"])
-    }
-}
-
-impl From<&str> for Column {
-    fn from(name: &str) -> Self {
-        let [column] = Column::group("", [name]);
-        column
-    }
-}
-
 impl Cell {
     /// Words.
     pub fn text(text: impl Into<String>) -> Self {
@@ -334,8 +325,8 @@ impl Cell {
     }
 
     /// Three numbers, for the axes.
-    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> [Self; 3] {
-        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), |v| text(k, v)))
+    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(f64) -> String) -> [Self; 3] {
+        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), &text))
     }
 
     /// With its standard uncertainty, where that is known.

@@ -13,12 +13,12 @@ fn document(figures: &[Figure]) -> Document<'_> {
     let bias = Cell::number("-0.2246").plus_minus(Some(0.0012), 4);
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
-        .columns(Column::axes("mean"))
+        .axes("mean")
         .row(
             "<x>|*",
             [bias]
                 .into_iter()
-                .chain(Cell::axes(None, |_, _| String::new())),
+                .chain(Cell::axes(None, |_| String::new())),
         );
     let remark = Remark {
         warning: true,

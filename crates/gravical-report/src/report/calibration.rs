@@ -18,7 +18,7 @@ use gravical::core::matrix3::{norm, sub};
 
 use super::temperature::drift;
 use super::{gravity_source, short_name};
-use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -262,13 +262,10 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     };
-    let table = Table::new("")
-        .columns([""])
-        .columns(Column::axes("R"))
-        .columns(Column::axes(name));
+    let table = Table::new("").columns([""]).axes("R").axes(name);
     (0..3).fold(table, |table, i| {
-        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
-        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        let orientation = Cell::axes(Some(orientation[i]), |v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), text);
         table.row(XYZ[i], orientation.into_iter().chain(matrix))
     })
 }
@@ -284,14 +281,14 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let mg = |v: f64| signed(milli_g(v), 2);
     let mut table = Table::new("")
         .columns(["pose"])
-        .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
-        .columns(Column::axes("calibrated, m/s²"))
+        .axes(&format!("raw mean, {}", a.input_unit))
+        .axes("calibrated, m/s²")
         .columns(exact.then_some("error, m/s²"))
         .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"]);
     for p in &a.poses {
         let unused = if p.fitted { "" } else { " (not used)" };
-        let mut cells = Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)).to_vec();
-        cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+        let mut cells = Cell::axes(Some(p.raw), |v| fixed(v, decimals)).to_vec();
+        cells.extend(Cell::axes(Some(p.calibrated), |v| fixed(v, 3)));
         cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
         cells.extend([
             Cell::maybe(p.magnitude_error_mps2, mg),
@@ -325,17 +322,17 @@ fn before_and_after(file: &CalibrationFile) -> Table {
         let faces = faces.filter(|(p, _)| p.kind == PoseKind::Face);
         let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
         let faces = (!errors.is_empty()).then(|| vector_errors(&errors));
-        let faces = Cell::axes(faces, |_, v| fixed(v, 5));
+        let faces = Cell::axes(faces, |v| fixed(v, 5));
         std::iter::once(Cell::number(fixed(milli_g(rms), 2))).chain(faces)
     };
     let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
     let after = fitted.iter().map(|p| p.calibrated).collect();
     let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
         .columns(["", "‖a‖ − g: RMS, mg"])
-        .columns(Column::group(
+        .group(
             "vectors of the faces, m/s²",
             ["RMS", "maximum", "mean norm"],
-        ));
+        );
     let rows = before.map(|values| ("before", values));
     let rows = rows.into_iter().chain([("after", after)]);
     rows.fold(table, |table, (name, values)| {

@@ -4,7 +4,7 @@ use gravical::denoise::{DenoiseSummary, Sigmas};
 use gravical::numfmt::{count, decimals_of, fixed, small, unit};
 
 use super::short_name;
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table};
 
 const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
@@ -63,10 +63,10 @@ fn at_rest(
         "unknown" => "unit unknown".to_owned(),
         known => unit(known),
     };
-    let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |_, v| small(v, 3));
+    let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |v| small(v, 3));
     let table = Table::new(format!("σ of {name} at rest, {of_unit}"))
         .columns([""])
-        .columns(Column::axes(""))
+        .axes("")
         .row("as recorded", cells(&summary.recorded));
     summary.filters.iter().fold(table, |table, f| {
         table.row(format!("after {}", f.filter), cells(&f.sigma))

@@ -10,7 +10,7 @@ use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::short_name;
 use super::temperature::drift;
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table};
 
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
@@ -107,7 +107,7 @@ fn stillness(inspection: &Inspection) -> String {
 fn stills(all: &[StillSpan]) -> Section<'static> {
     let mut table = Table::new("")
         .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
-        .columns(Column::axes("mean reading"));
+        .axes("mean reading");
     for (number, still) in (1..).zip(all) {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);
@@ -119,7 +119,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
             Cell::text(still.face.as_deref().unwrap_or("–")),
             Cell::number(fixed(still.face_angle_deg, 1)),
         ];
-        let mean = Cell::axes(Some(still.mean), |_, v| fixed(v, n));
+        let mean = Cell::axes(Some(still.mean), |v| fixed(v, n));
         table = table.row(number.to_string(), cells.into_iter().chain(mean));
     }
     Section::new("Static intervals")

@@ -9,7 +9,7 @@ use gravical::recording::Recording;
 
 use super::inspection::origin;
 use super::short_name;
-use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -111,7 +111,7 @@ fn seconds<const N: usize>(times: [f64; N]) -> Vec<Cell> {
 fn moves<'a>(result: &MotionResult) -> Section<'a> {
     let mut table = Table::new("")
         .columns(["move", "from, s", "to, s"])
-        .columns(Column::axes("displacement ± 1σ, m"))
+        .axes("displacement ± 1σ, m")
         .columns(["path, m", "speed, m/s", "rest at"]);
     for (number, m) in (1..).zip(&result.moves) {
         let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
@@ -152,7 +152,7 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
     let n = decimals(last.sigma_m, position);
     let mut table = Table::new("Position relative to the start (± 1σ)")
         .columns([""])
-        .columns(Column::axes(""))
+        .axes("")
         .row("position, m", lengths(Some(position), last.sigma_m, n));
     if let Some(plain) = result.uncalibrated {
         table = table.row("uncalibrated, m", lengths(plain.position_m, None, n));
