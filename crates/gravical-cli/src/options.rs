@@ -27,9 +27,6 @@ pub fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64> + Clone {
     }
 }
 
-/// For commands whose first argument is the calibration.
-pub const SWAPPED: &str = "the arguments are swapped: the calibration comes first";
-
 /// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| {

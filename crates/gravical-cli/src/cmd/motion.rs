@@ -86,9 +86,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     // A report lists the checksum of its input.
     let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
-    let swap =
-        "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
-    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
+    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
     let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
         file,
