@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
-use gravical::escape::path_text;
+use gravical::escape::{one_line, path_text};
 use gravical::output::write_atomic;
 use gravical::recording::Finding;
 use gravical::{Error, Result};
@@ -99,7 +99,7 @@ impl TableArgs {
             return Ok(());
         }
         let target = self.target();
-        text::say(&format!("{done}{}", target.arrow()));
+        text::say(&format!("{}{}", one_line(done), target.arrow()));
         text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");

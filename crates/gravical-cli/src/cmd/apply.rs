@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
-use gravical::escape::one_line;
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, source};
 use gravical::{Error, numfmt};
@@ -79,8 +78,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
     let summary = output.write(|out| apply(&found, input, &name, out, &options))?;
-    let (input, rows) = (one_line(&summary.input), summary.rows);
-    let done = format!("{input}: {rows} rows calibrated");
+    let done = format!("{}: {} rows calibrated", summary.input, summary.rows);
     let document = document(&summary);
     let applied = Applied {
         calibration: &file.path,
