@@ -141,11 +141,7 @@ impl<'a> Document<'a> {
             0 => Block::paragraph("None."),
             _ => Block::Findings(remarks),
         });
-        self.with(if more > 0 {
-            section.with(Block::note(left_out(more)))
-        } else {
-            section
-        })
+        self.with(section.with((more > 0).then(|| Block::note(left_out(more)))))
     }
 }
 
@@ -176,15 +172,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// With a block that every rendering has.
-    pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {
-        self.blocks.push((Detail::Summary, block.into()));
+    /// With a block that every rendering has, unless there is none.
+    pub fn with(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Summary, block));
+        self.blocks.extend(block);
         self
     }
 
-    /// With a block that only a full rendering has.
-    pub fn full(mut self, block: impl Into<Block<'a>>) -> Self {
-        self.blocks.push((Detail::Full, block.into()));
+    /// With a block that only a full rendering has, unless there is none.
+    pub fn full(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Full, block));
+        self.blocks.extend(block);
         self
     }
 
@@ -195,10 +193,7 @@ impl<'a> Section<'a> {
             facts.extend(fact);
             return self;
         }
-        match fact {
-            Some(fact) => self.with(Block::Facts(vec![fact])),
-            None => self,
-        }
+        self.with(fact.map(|fact| Block::Facts(vec![fact])))
     }
 
     /// With those of the figures that have one of these names, in this order.
@@ -249,9 +244,9 @@ impl Block<'_> {
     }
 }
 
-impl From<Table> for Block<'_> {
+impl From<Table> for Option<Block<'_>> {
     fn from(table: Table) -> Self {
-        Block::Table(table)
+        Some(Block::Table(table))
     }
 }
 

@@ -132,27 +132,28 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
 
 /// Next steps.
 fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
-    let a = &file.accelerometer;
+    let grade = file.verdict.grade;
+    if grade == Grade::Poor {
+        return vec!["Fix what is named above, then calibrate again.".to_owned()];
+    }
     let name = path_word(saved.unwrap_or(Path::new("cal.json")));
-    let save = saved
-        .is_none()
-        .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
-    let pose = a.proposed_poses().first().map(|p| {
-        format!(
-            "Record one more pose ({}) and calibrate with all recordings again.",
-            in_words(p.direction)
-        )
+    let pose = file.accelerometer.proposed_poses().first();
+    let pose = pose.filter(|_| grade != Grade::Good).map(|p| {
+        let direction = in_words(p.direction);
+        format!("Record one more pose ({direction}) and calibrate with all recordings again.")
     });
+    let save = "Save the calibration: the same command with `-o cal.json`.";
     let apply = format!("Apply it: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
     let check = format!(
         "Later, test with the sensor at rest whether it still fits: `gravical check {name} RECORDING.csv`"
     );
-    match file.verdict.grade {
-        Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
-        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
-        Grade::Fair => pose.into_iter().chain(save).chain([apply, check]).collect(),
-        Grade::Good => save.into_iter().chain([apply, check]).collect(),
-    }
+    let steps = [
+        pose,
+        saved.is_none().then(|| save.to_owned()),
+        Some(apply),
+        (grade != Grade::NotVerifiable).then_some(check),
+    ];
+    steps.into_iter().flatten().collect()
 }
 
 /// Equation, table, matrices, block to paste.
@@ -184,7 +185,11 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
-    let mut section = Section::new("Gyroscope")
+    let matrices = (g.method != GyroMethod::Bias).then(|| {
+        let name = format!("matrix, rad/s per {raw}");
+        Block::Table(matrices(&g.orientation, &g.matrix, &name))
+    });
+    Section::new("Gyroscope")
         .with(Block::Equation(
             "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
         ))
@@ -198,24 +203,22 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
             (g.bias, bias_sd),
             (g.scale, scale_sd.flatten()),
             None,
-        ));
-    if g.method != GyroMethod::Bias {
-        let name = format!("matrix, rad/s per {raw}");
-        section = section.with(matrices(&g.orientation, &g.matrix, &name));
-    }
-    let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) else {
-        return section;
-    };
+        ))
+        .with(matrices)
+        .with(motions(g).map(Block::Paragraph))
+}
+
+/// How well the motions between poses are explained.
+fn motions(g: &GyroscopeSection) -> Option<String> {
+    let (residual, motions) = (digits(g.residual_deg?, 2), g.motions?);
     let left_out = g.leave_one_out_deg.map_or_else(
         || "too few motions for leave-one-out".to_owned(),
         |d| format!("leave-one-out {}°", digits(d, 2)),
     );
-    section.with(Block::paragraph(format!(
-        "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
-        motions.used,
-        motions.left_out,
-        digits(residual, 2)
-    )))
+    let (used, unused) = (motions.used, motions.left_out);
+    Some(format!(
+        "{used} motions between poses, {unused} not used. Residual direction of gravity after a motion: {residual}° rms ({left_out})."
+    ))
 }
 
 /// Values along the axes, and their standard uncertainties.
@@ -352,24 +355,23 @@ fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
-    let mut section = Section::new("Temperature");
-    if let Some(t) = &file.temperature_c {
-        section = section.full(Block::paragraph(format!(
+    let poses = file.temperature_c.as_ref().map(|t| {
+        Block::Paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
             t.mean, t.min, t.max
-        )));
-    }
+        ))
+    });
+    let section = Section::new("Temperature").full(poses);
     let Some(model) = &file.temperature_model else {
         return section;
     };
-    let section = drift(section, model);
-    if !model.any_corrected() {
-        return section;
-    }
-    section.with(Block::paragraph(format!(
-        "The drift is relative to {:.1} °C, the mean of the poses. Outside the measured range the value at its limit is used.",
-        model.reference_c
-    )))
+    let note = model.any_corrected().then(|| {
+        let reference_c = model.reference_c;
+        Block::Paragraph(format!(
+            "The drift is relative to {reference_c:.1} °C, the mean of the poses. Outside the measured range the value at its limit is used."
+        ))
+    });
+    drift(section, model).with(note)
 }
 
 /// Method and uncertainty budget.
@@ -383,11 +385,9 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
         ))
     });
     let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
-    let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
-    match budget(file) {
-        Some(table) => section.with(table),
-        None => section,
-    }
+    Section::new("Method and uncertainty")
+        .full(Block::Paragraph(text))
+        .with(budget(file).map(Block::Table))
 }
 
 /// The method in words.

@@ -150,14 +150,14 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
         ));
     };
     let n = decimals(last.sigma_m, position);
-    let mut table = Table::new("Position relative to the start (± 1σ)")
+    let table = Table::new("Position relative to the start (± 1σ)")
         .columns([""])
         .axes("")
         .row("position, m", lengths(Some(position), last.sigma_m, n));
-    if let Some(plain) = result.uncalibrated {
-        table = table.row("uncalibrated, m", lengths(plain.position_m, None, n));
-    }
-    section.with(table)
+    section.with(match result.uncalibrated {
+        Some(plain) => table.row("uncalibrated, m", lengths(plain.position_m, None, n)),
+        None => table,
+    })
 }
 
 fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
@@ -276,16 +276,12 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
     }
-    let section = section.full(table);
-    let hidden = result.visible_moves.iter();
-    let hidden = hidden.map(|v| {
+    let hidden = result.visible_moves.iter().map(|v| {
         let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
         format!("{distance} m in {duration} s")
     });
-    let hidden: Vec<String> = hidden.collect();
-    if hidden.is_empty() {
-        return section;
-    }
-    let hidden = format!("A shorter move may hide in a rest: {}.", hidden.join(", "));
-    section.full(Block::Paragraph(hidden))
+    let hidden = hidden.collect::<Vec<_>>().join(", ");
+    let hidden = (!hidden.is_empty())
+        .then(|| Block::Paragraph(format!("A shorter move may hide in a rest: {hidden}.")));
+    section.full(table).full(hidden)
 }
