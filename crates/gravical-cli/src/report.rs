@@ -70,10 +70,8 @@ impl ReportArgs {
     ///
     /// Those of [`write_report`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
-        match &self.report {
-            Some(path) => write_report(path, force, document),
-            None => Ok(()),
-        }
+        let write = |path: &PathBuf| write_report(path, force, document);
+        self.report.as_ref().map_or(Ok(()), write)
     }
 
     /// Prints the path of the report on stderr.

@@ -19,14 +19,13 @@ use super::{Figure, svg};
 ///
 /// `no-folder` for what is none, `exists` where there are figures and `force` is false (both usage).
 pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
+    let refuse = |code, what| Error::usage(code, what).at(folder, None);
     if folder.exists() && !folder.is_dir() {
-        let error = Error::usage("no-folder", "figures go into a folder, which this is not");
-        let error = error.at(folder, None);
+        let error = refuse("no-folder", "figures go into a folder, which this is not");
         return Err(error.with_hint("name another file for the report"));
     }
     if !force && !figures_in(folder).is_empty() {
-        let error = Error::usage("exists", "this folder holds the figures of an earlier run");
-        let error = error.at(folder, None);
+        let error = refuse("exists", "this folder holds the figures of an earlier run");
         let error = error.with_hint("name another file for the report, or replace all of them");
         return Err(error.advise("force", "true"));
     }

@@ -59,12 +59,8 @@ fn at_rest(
     of_unit: &str,
     of: fn(&Sigmas) -> Option<[f64; 3]>,
 ) -> Table {
-    let of_unit = match of_unit {
-        "unknown" => "unit unknown".to_owned(),
-        known => unit(known),
-    };
     let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |v| small(v, 3));
-    let table = Table::new(format!("σ of {name} at rest, {of_unit}"))
+    let table = Table::new(format!("σ of {name} at rest, {}", unit(of_unit)))
         .columns([""])
         .axes("")
         .row("as recorded", cells(&summary.recorded));

@@ -9,24 +9,16 @@ use crate::document::{Cell, Section, Table};
 pub(super) fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
     let caption = format!("Drift of each channel, {low:.1} to {high:.1} °C at rest");
-    let mut table = Table::new(caption).columns(["channel", "slope, per °C", "unit", "verdict"]);
-    for c in &model.channels {
-        let verdict = if c.is_corrected() {
-            "corrected"
-        } else {
-            "not corrected"
-        };
-        let input_unit = match c.input_unit.as_str() {
-            "unknown" => "?".to_owned(),
-            known => unit(known),
-        };
+    let table = Table::new(caption).columns(["channel", "slope, per °C", "unit", "verdict"]);
+    let table = model.channels.iter().fold(table, |table, c| {
+        let not = if c.is_corrected() { "" } else { "not " };
         let cells = [
             Cell::maybe(c.per_c, |d| small(d, 3)),
-            Cell::text(input_unit),
-            Cell::text(verdict),
+            Cell::text(unit(&c.input_unit)),
+            Cell::text(format!("{not}corrected")),
         ];
-        table = table.row(&c.channel, cells);
-    }
+        table.row(&c.channel, cells)
+    });
     // The numbers are enough for an accepted channel.
     let others = model.channels.iter().filter(|c| !c.is_corrected());
     let reasons = others.map(|c| (c.channel.clone(), c.reason.clone()));
