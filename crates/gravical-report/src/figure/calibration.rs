@@ -173,12 +173,8 @@ fn captures(
             series.push(texts.labelled(names.clone()));
         }
         series.push(line);
-        Panel::new(
-            XYZ[axis],
-            Axis::new(time, "s"),
-            Axis::new("", &unit),
-            series,
-        )
+        let (x, y) = (Axis::new(time, "s"), Axis::new("", &unit));
+        Panel::new(XYZ[axis], x, y, series)
     });
     let caption = "Raw recording. Shaded: the poses whose means were used.";
     let figure = Figure::new("captures", "Recorded poses", caption, panels);

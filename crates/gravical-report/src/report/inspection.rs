@@ -18,6 +18,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
     let more = inspection.labels.len().checked_sub(12).filter(|n| *n > 0);
     let labels = labels.chain(more.map(|n| format!("… and {n} more")));
+    let labels = labels.collect::<Vec<_>>().join(", ");
     let serial = inspection.serial.as_ref();
     let serial = serial.map(|serial| format!("serial number {serial}"));
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
@@ -39,7 +40,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         .fact("accel", scale(a.unit, per_g, "g", a.origin))
         .fact("gyro", gyro)
         .fact("temp", temperature)
-        .fact("labels", listed(labels))
+        .fact("labels", Some(labels).filter(|all| !all.is_empty()))
         .fact("static", stillness(inspection));
     let intervals = &inspection.static_intervals;
     let drift = inspection.temperature_drift.as_ref();
@@ -51,11 +52,6 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     .with((!intervals.is_empty()).then(|| stills(intervals)))
     .with(drift.map(|model| self::drift(Section::new("Temperature"), model)))
     .with_findings(&inspection.findings, false)
-}
-
-fn listed(all: impl Iterator<Item = String>) -> Option<String> {
-    let all = all.collect::<Vec<_>>().join(", ");
-    Some(all).filter(|all| !all.is_empty())
 }
 
 fn time(inspection: &Inspection) -> String {
