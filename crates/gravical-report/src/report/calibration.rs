@@ -16,8 +16,7 @@ use gravical::poses::face::in_words;
 
 use gravical::core::matrix3::{norm, sub};
 
-use super::temperature::drift;
-use super::{gravity_source, short_name};
+use super::{drift, gravity_source, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 

@@ -8,8 +8,7 @@ use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
 
-use super::short_name;
-use super::temperature::drift;
+use super::{drift, short_name};
 use crate::document::{Block, Cell, Document, Section, Table};
 
 /// The document of an inspection.
