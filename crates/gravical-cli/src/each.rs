@@ -341,12 +341,10 @@ fn stem(path: &Path) -> String {
 /// True if the result was written after everything of the session, and after what it was read with.
 fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     let time = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
-    let inside = std::fs::read_dir(session).into_iter().flatten();
-    let inside = inside.filter_map(|e| Some(e.ok()?.path()));
-    let read = inside
-        .chain(shared.iter().cloned())
-        .chain([session.to_owned()]);
-    let last = read.filter_map(|path| time(&path)).max();
+    let inside = std::fs::read_dir(session).into_iter().flatten().flatten();
+    let inside = inside.map(|entry| entry.path());
+    let read = shared.iter().cloned().chain([session.to_owned()]);
+    let last = inside.chain(read).filter_map(|path| time(&path)).max();
     matches!((time(result), last), (Some(result), Some(last)) if result > last)
 }
 
@@ -365,13 +363,11 @@ impl Outcome {
 
     /// With the main reason; the summary has all.
     fn line(&self, path: &Path, width: usize) -> String {
-        let code = match self.error_code.as_str() {
-            "" => String::new(),
-            code => format!("{code}: "),
-        };
+        let (grade, code) = (&self.grade, &self.error_code);
+        let colon = if code.is_empty() { "" } else { ": " };
         let reason = self.reasons.first().map_or("", String::as_str);
         let (path, reason) = (path_text(path), one_line(reason));
-        format!("{:<14}  {path:<width$}  {code}{reason}\n", self.grade)
+        format!("{grade:<14}  {path:<width$}  {code}{colon}{reason}\n")
     }
 }
 
@@ -408,10 +404,8 @@ fn write_summary(
 
 /// A text that a spreadsheet would take for a formula is quoted.
 fn cell(text: &str) -> String {
-    if text.starts_with(['=', '@', '+']) {
-        return format!("'{text}");
-    }
-    text.to_owned()
+    let is_formula = text.starts_with(['=', '@', '+']);
+    format!("{}{text}", if is_formula { "'" } else { "" })
 }
 
 /// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
@@ -423,6 +417,6 @@ fn tally(rows: &BTreeMap<usize, Outcome>) -> String {
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|(grade, n)| (*grade == "failed", std::cmp::Reverse(*n)));
     let counts = counts.iter().map(|(grade, n)| format!("{n} {grade}"));
-    let counts: Vec<String> = counts.collect();
-    format!("{}: {}", count(rows.len(), "session"), counts.join(", "))
+    let counts = counts.collect::<Vec<_>>().join(", ");
+    format!("{}: {counts}", count(rows.len(), "session"))
 }
