@@ -130,22 +130,18 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
             format!("{:.0} mm", 1000.0 * norm(&sub(&end, &truth)))
         })
     };
+    let left_out = a.leave_one_out_rms_mps2.map_or("–".to_owned(), mg);
+    let uncalibrated = mg(uncalibrated);
+    let [y, sigma] = [only.displacement_m, only.sigma_m].map(along);
+    let [end, report] = [&moved, &classical].map(|m| end_error(m.r#final.position_m));
     let numbers = [
+        format!("leave-one-out error of ‖a‖ at rest: {left_out} rms; uncalibrated {uncalibrated}"),
         format!(
-            "leave-one-out error of ‖a‖ at rest: {} rms; uncalibrated {}",
-            a.leave_one_out_rms_mps2.map_or("–".to_owned(), mg),
-            mg(uncalibrated)
-        ),
-        format!(
-            "displacement along y: {:.4} ± {:.4} m (1σ); true {:.4} m",
-            along(only.displacement_m),
-            along(only.sigma_m),
+            "displacement along y: {y:.4} ± {sigma:.4} m (1σ); true {:.4} m",
             truth[1]
         ),
         format!(
-            "end error: {}; with the procedure of the student report and the same calibration: {}",
-            end_error(moved.r#final.position_m),
-            end_error(classical.r#final.position_m)
+            "end error: {end}; with the procedure of the student report and the same calibration: {report}"
         ),
     ];
     let numbers: String = numbers.iter().map(|text| paragraph("  - ", text)).collect();

@@ -65,10 +65,8 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
         Block::Code(language, _, code) => {
-            format!(
-                "  {language}\n    {}\n",
-                code.trim_end().replace('\n', "\n    ")
-            )
+            let code = code.trim_end().replace('\n', "\n    ");
+            format!("  {language}\n    {code}\n")
         }
         Block::Findings(remarks) => {
             let shown = match detail {

@@ -77,11 +77,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     let faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
     let labels: BTreeSet<&str> = faces.clone().map(|p| p.label.as_str()).collect();
     let (faces, free) = (faces.clone().count(), a.poses.len() - faces.count());
-    let on_faces = format!(
-        "{} on {}",
-        count(faces, "pose"),
-        count(labels.len(), "face")
-    );
+    let on_faces = count(faces, "pose") + " on " + &count(labels.len(), "face");
     let poses = [(faces, on_faces), (free, count(free, "free pose"))];
     let poses: Vec<String> = poses.into_iter().filter(|p| p.0 > 0).map(|p| p.1).collect();
     let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
@@ -113,15 +109,14 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
     let a = &file.accelerometer;
     let error = a.worst_direction.as_ref()?.error_mps2;
     let within = format!("within {} mg (95 %)", mg(error));
+    let everywhere = format!("the magnitude at rest is {within} in every direction");
     let hidden = a.undetected.as_ref().map(|u| u.effect_mps2);
     match (file.verdict.grade, hidden.filter(|hidden| *hidden > error)) {
         (Grade::Fair, Some(hidden)) => Some(format!(
-            "the magnitude at rest is {within} in every direction, unless one pose has an error that would not be detected: then up to {} mg",
+            "{everywhere}, unless one pose has an error that would not be detected: then up to {} mg",
             mg(hidden)
         )),
-        (Grade::Good | Grade::Fair, _) => Some(format!(
-            "the magnitude at rest is {within} in every direction"
-        )),
+        (Grade::Good | Grade::Fair, _) => Some(everywhere),
         (Grade::NotVerifiable, _) => Some(format!(
             "predicted to be {within}, but these poses cannot confirm it"
         )),
@@ -379,9 +374,8 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let fit = a.fit.as_ref();
     let agrees = fit.and_then(|fit| {
         let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
-        Some(format!(
-            " χ² per degree of freedom ({freedom} of them): {chi2}."
-        ))
+        let name = "χ² per degree of freedom";
+        Some(format!(" {name} ({freedom} of them): {chi2}."))
     });
     let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
     Section::new("Method and uncertainty")
@@ -412,12 +406,8 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     for part in &budget.contributions {
         table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }
-    let [combined, expanded] =
-        [budget.combined_mps2, budget.expanded_mps2].map(|v| [Cell::number(mg(v))]);
-    let expanded_name = format!("expanded, k = {}", budget.coverage_factor);
-    Some(
-        table
-            .row("combined (root sum of squares)", combined)
-            .row(expanded_name, expanded),
-    )
+    let expanded = format!("expanded, k = {}", budget.coverage_factor);
+    let combined = [Cell::number(mg(budget.combined_mps2))];
+    let table = table.row("combined (root sum of squares)", combined);
+    Some(table.row(expanded, [Cell::number(mg(budget.expanded_mps2))]))
 }

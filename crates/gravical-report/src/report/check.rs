@@ -113,6 +113,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
         let (file, g) = (&c.files[i], c.gravity_mps2[i]);
         format!("{file}: g = {g:.5} m/s²{temperature}")
     };
+    let calibrations = Section::new("Calibrations");
     let [a, b] = c.files.each_ref().map(|file| short_name(file));
     let frame = c.orientation.as_ref().map(|o| {
         let axis = o.axis.map(|v| signed(v, 2)).join(", ");
@@ -127,11 +128,7 @@ pub fn comparison(c: &Comparison) -> Document<'static> {
     .with(magnitude(c))
     .with(parameters(c))
     .with(frame)
-    .with(
-        Section::new("Calibrations")
-            .fact("A", of(0))
-            .fact("B", of(1)),
-    )
+    .with(calibrations.fact("A", of(0)).fact("B", of(1)))
     .with_findings(&c.findings, true)
 }
 

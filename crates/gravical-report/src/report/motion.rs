@@ -54,9 +54,8 @@ fn verdict(result: &MotionResult) -> Verdict {
     // One number for one move, the end for several.
     let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
     let end = sigma.map(|sigma| {
-        format!(
-            "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
-        )
+        let of_all = format!("{usable} of {all} moves are usable");
+        format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
@@ -145,9 +144,8 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("End point");
     let last = &result.r#final;
     let Some(position) = last.position_m else {
-        return section.with(Block::paragraph(
-            "The end position is unknown because a move before it is not usable.",
-        ));
+        let why = "The end position is unknown because a move before it is not usable.";
+        return section.with(Block::paragraph(why));
     };
     let n = decimals(last.sigma_m, position);
     let table = Table::new("Position relative to the start (± 1σ)")
@@ -189,12 +187,9 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         let share = 100.0 * value * value / (total * total);
         table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
     }
-    let (sum, all) = ("combined (root sum of squares)", Cell::number("100"));
-    section.with(
-        table
-            .row(sum, [mm(total), all])
-            .row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]),
-    )
+    let all = [mm(total), Cell::number("100")];
+    let table = table.row("combined (root sum of squares)", all);
+    section.with(table.row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]))
 }
 
 fn truth<'a>(c: &Comparison) -> Section<'a> {
@@ -202,24 +197,18 @@ fn truth<'a>(c: &Comparison) -> Section<'a> {
         0.0 => String::new(),
         offset => format!(", time offset {offset:+.3} s"),
     };
+    let (name, points, yaw_deg) = (short_name(&c.source), c.points, c.yaw_deg);
     let source = format!(
-        "{}: {} points from {:.2} to {:.2} s, rotated by {:+.1}° about the vertical{shifted}",
-        short_name(&c.source),
-        c.points,
-        c.from_s,
-        c.to_s,
-        c.yaw_deg
+        "{name}: {points} points from {:.2} to {:.2} s",
+        c.from_s, c.to_s
     );
-    let percent = c.percent_of_path;
-    let percent = percent.map_or(String::new(), |v| {
-        format!(" ({} % of the path)", digits(v, 2))
-    });
+    let turned = format!("rotated by {yaw_deg:+.1}° about the vertical{shifted}");
+    let of_path = |v| format!(" ({} % of the path)", digits(v, 2));
+    let end_error = digits(c.end_error_m, 2) + " m";
+    let percent = c.percent_of_path.map_or(String::new(), of_path);
     Section::new("Comparison with the reference")
-        .with(Block::paragraph(source))
-        .fact(
-            "end error",
-            format!("{} m{percent}", digits(c.end_error_m, 2)),
-        )
+        .with(Block::Paragraph(format!("{source}, {turned}")))
+        .fact("end error", end_error + &percent)
         .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
         .fact("path", format!("{} m", digits(c.path_m, 3)))
 }
@@ -232,11 +221,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         None => "; no gyroscope",
     };
     let scale = &recording.accel_scale;
-    let unit = format!(
-        "accelerometer {} ({}){gyro}",
-        scale.unit,
-        origin(scale.origin)
-    );
+    let (unit, how) = (scale.unit, origin(scale.origin));
     let calibration = result.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
     let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
@@ -253,16 +238,14 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         0 => String::new(),
         n => format!("; {n} rows skipped"),
     };
+    let duration = format!("{:.2} s", result.duration_s);
     Section::new("Timing and procedure")
         .fact("read as", recording.description.clone())
-        .fact("unit", unit)
+        .fact("unit", format!("accelerometer {unit} ({how}){gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())
         .fact("frame", result.frame.clone())
-        .fact(
-            "time",
-            format!("{:.2} s, {rate}{left_out}", result.duration_s),
-        )
+        .fact("time", format!("{duration}, {rate}{left_out}"))
         .fact("rests", rests)
 }
 

@@ -14,13 +14,10 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         1 => String::new(),
         n => format!(", {n} segments between gaps"),
     };
-    let at_rest = format!(
-        "{} of {}, {}{segments}, {} Hz",
-        duration_text(result.used_s),
-        duration_text(result.recorded_s),
-        count(result.static_intervals, "static interval"),
-        fixed(result.rate_hz, 2)
-    );
+    let [used, recorded] = [result.used_s, result.recorded_s].map(duration_text);
+    let intervals = count(result.static_intervals, "static interval");
+    let rate = fixed(result.rate_hz, 2);
+    let at_rest = format!("{used} of {recorded}, {intervals}{segments}, {rate} Hz");
     let temperature = result.temperature_c;
     let temperature = temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C"));
     let reading = Section::new("How it was read")
