@@ -47,7 +47,8 @@ fn norm(file: &CalibrationFile) -> Figure {
     let panel = |y: Axis, gravity: f64, series: [Series; 2]| {
         let names = poses.iter().map(|p| p.label.clone()).collect();
         let x = Axis::scaled("pose", "", Scale::Names(names));
-        let rule = Series::rule("local gravity", gravity, poses.len());
+        let ends = [-0.5, poses.len() as f64 - 0.5].map(|x| (x, gravity));
+        let rule = Series::line("local gravity", Role::Reference, ends);
         Panel::new("", x, y, [rule].into_iter().chain(series))
     };
     let near = panel(Axis::new("‖a‖ − g", "mg"), 0.0, [left_out, calibrated]);

@@ -230,12 +230,6 @@ impl Series {
         Series::points(name, role, y.map(|(i, y)| (i as f64, y)))
     }
 
-    /// A horizontal line across as many names.
-    pub fn rule(name: &str, y: f64, names: usize) -> Self {
-        let ends = [(-0.5, y), (names as f64 - 0.5, y)];
-        Series::line(name, Role::Reference, ends)
-    }
-
     /// Shaded intervals of the x axis.
     pub fn intervals(name: &str, intervals: &[[f64; 2]]) -> Self {
         let x = intervals.as_flattened().to_vec();
