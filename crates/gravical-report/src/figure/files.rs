@@ -4,8 +4,6 @@
 //! pass for one of its figures: a run with `--force` removes the figures of earlier runs. A file is one
 //! of these if it begins as this program writes them; other files are never touched.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use gravical::output::{make_folder, write_text};
@@ -35,15 +33,12 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
 /// The figures in a folder.
 fn figures_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_figure = |path: &PathBuf| {
+        let is_svg = path.extension().is_some_and(|ending| ending == "svg");
+        is_svg && std::fs::read(path).is_ok_and(|text| text.starts_with(svg::BEGIN.as_bytes()))
+    };
     let paths = entries.map(|entry| entry.path());
-    paths.filter(|path| is_figure(path)).collect()
-}
-
-fn is_figure(path: &Path) -> bool {
-    let mut head = [0; svg::BEGIN.len()];
-    let is_svg = path.extension().is_some_and(|ending| ending == "svg");
-    let mut read = || File::open(path)?.read_exact(&mut head);
-    is_svg && read().is_ok() && head == svg::BEGIN.as_bytes()
+    paths.filter(is_figure).collect()
 }
 
 /// Writes each figure to `folder` as NAME.svg, and makes the folder where it is absent. Figures of
