@@ -138,10 +138,10 @@ impl<'a> Document<'a> {
         let more = remarks.len().saturating_sub(MAX_ROWS);
         remarks.truncate(MAX_ROWS);
         let section = Section::new("Findings").with(match remarks.len() {
-            0 => Block::paragraph("None."),
+            0 => Block::Paragraph("None.".to_owned()),
             _ => Block::Findings(remarks),
         });
-        self.with(section.with((more > 0).then(|| Block::note(left_out(more)))))
+        self.with(section.with((more > 0).then(|| Block::Note(left_out(more)))))
     }
 }
 
@@ -229,18 +229,6 @@ impl<'a> Section<'a> {
     pub(super) fn shown(&self, detail: Detail) -> impl Iterator<Item = &Block<'a>> {
         let shown = self.blocks.iter().filter(move |(from, _)| *from <= detail);
         shown.map(|(_, block)| block)
-    }
-}
-
-impl Block<'_> {
-    /// Sentences.
-    pub fn paragraph(text: impl Into<String>) -> Self {
-        Block::Paragraph(text.into())
-    }
-
-    /// Small print.
-    pub fn note(text: impl Into<String>) -> Self {
-        Block::Note(text.into())
     }
 }
 

@@ -205,7 +205,7 @@ fn markdown_says_what_is_written() {
         ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
         ("`a|b` `", "a\\|b \\`"),
     ] {
-        let section = Section::new("A").with(Block::paragraph(text));
+        let section = Section::new("A").with(Block::Paragraph(text.to_owned()));
         let written = Document::new("").with(section).to_markdown(None);
         assert!(written.ends_with(&format!("\n\n{escaped}\n")), "{text}");
     }

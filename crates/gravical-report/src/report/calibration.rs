@@ -159,7 +159,7 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let scale = (a.scale, sd.map(|d| d.scale));
     let section = Section::new("Accelerometer")
         .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
-        .full(Block::paragraph(format!(
+        .full(Block::Paragraph(format!(
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
@@ -187,8 +187,8 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         .with(Block::Equation(
             "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
         ))
-        .with(Block::paragraph(how))
-        .full(Block::paragraph(format!(
+        .with(Block::Paragraph(how.to_owned()))
+        .full(Block::Paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
         )))
         .with(bias_and_scale(
@@ -303,9 +303,11 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let note = format!(
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
-    let section = Section::new("Poses").with(table);
-    let section = section.with(Block::note(fitted)).full(Block::Note(note));
-    section.with(before_and_after(file))
+    Section::new("Poses")
+        .with(table)
+        .with(Block::Note(fitted.to_owned()))
+        .full(Block::Note(note))
+        .with(before_and_after(file))
 }
 
 /// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.

@@ -33,7 +33,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     }
     Document::new(format!("Filtering of {}", short_name(&summary.input)))
         .with(reading)
-        .with(filters.with(Block::paragraph(NO_DRIFT)))
+        .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
         .with_findings(&summary.findings, false)
 }
 

@@ -119,7 +119,7 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
     }
     Section::new("Static intervals")
         .with(table)
-        .full(Block::note(format!(
+        .full(Block::Note(format!(
             "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
         )))
 }

@@ -135,9 +135,9 @@ fn moves<'a>(result: &MotionResult) -> Section<'a> {
         let why = format!("not usable: {}", m.unusable.as_ref()?);
         Some((format!("move {number}"), why))
     });
-    Section::new("Moves").with(table).reasons(unusable).with(Block::note(
-        "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
-    ))
+    let note = "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.";
+    let section = Section::new("Moves").with(table).reasons(unusable);
+    section.with(Block::Note(note.to_owned()))
 }
 
 fn end<'a>(result: &MotionResult) -> Section<'a> {
@@ -145,7 +145,7 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
     let last = &result.r#final;
     let Some(position) = last.position_m else {
         let why = "The end position is unknown because a move before it is not usable.";
-        return section.with(Block::paragraph(why));
+        return section.with(Block::Paragraph(why.to_owned()));
     };
     let n = decimals(last.sigma_m, position);
     let table = Table::new("Position relative to the start (± 1σ)")
@@ -252,7 +252,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("Rests");
     if result.rests.is_empty() {
-        return section.full(Block::paragraph("No rest was found."));
+        return section.full(Block::Paragraph("No rest was found.".to_owned()));
     }
     let mut table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
     for (number, span) in (1..).zip(&result.rests) {

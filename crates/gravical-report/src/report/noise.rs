@@ -36,13 +36,12 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
             section = section.with(parameters(&channels)).reasons(missing);
         }
     }
-    let section = section.with(Block::note(
-        "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).",
-    ));
+    let note = "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).";
+    let section = section.with(Block::Note(note.to_owned()));
     let curves = Section::new("Allan deviation")
         .figures(figures, &["allan-accelerometer", "allan-gyroscope"])
         .full(Block::Equation("σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3"))
-        .full(Block::paragraph(METHOD));
+        .full(Block::Paragraph(METHOD.to_owned()));
     Document {
         subject: vec![name.clone()],
         ..Document::new(format!("Noise of {name}"))

@@ -164,12 +164,9 @@ fn table(t: &Table, title: &str) -> Markup {
                 tbody {
                     @for row in rows {
                         tr {
-                            @for (i, (cell, class)) in row.iter().zip(&class).enumerate() {
-                                @if i == 0 {
-                                    th scope="row" { (cell_text(cell)) }
-                                } @else {
-                                    td class=[*class] { (cell_text(cell)) }
-                                }
+                            @if let Some(name) = row.first() { th scope="row" { (cell_text(name)) } }
+                            @for (cell, class) in row.iter().zip(&class).skip(1) {
+                                td class=[*class] { (cell_text(cell)) }
                             }
                         }
                     }
