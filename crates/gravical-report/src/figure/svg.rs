@@ -566,11 +566,8 @@ fn log_ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
         return Vec::new();
     }
     let step = (decades / most as f64).ceil() as i32;
-    let mantissas: &[f64] = if decades < 2.5 {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
-    };
+    let shown = if decades < 2.5 { 3 } else { 1 };
+    let mantissas = &[1.0, 2.0, 5.0][..shown];
     let powers = (from.floor() as i32..=to.floor() as i32).filter(|p| p % step == 0);
     let tick = |p: i32, m: f64| {
         let text = match p {

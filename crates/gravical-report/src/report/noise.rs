@@ -25,15 +25,16 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         .fact("at rest", at_rest)
         .fact("temperature", temperature);
     let mut section = Section::new("Noise");
-    let (gyroscope, accelerometer): (Vec<_>, Vec<_>) =
-        result.channels.iter().partition(|c| c.is_gyroscope());
-    for channels in [accelerometer, gyroscope] {
+    for sensor in ["accelerometer", "gyroscope"] {
+        let channels = result.channels.iter();
+        let channels = channels.filter(|c| c.is_gyroscope() == (sensor == "gyroscope"));
+        let channels: Vec<&ChannelNoise> = channels.collect();
         if !channels.is_empty() {
             let missing = channels.iter().flat_map(|c| {
                 let missing = c.not_observable.iter();
                 missing.map(move |m| (c.channel.clone(), format!("{}: {}", m.term, m.reason)))
             });
-            section = section.with(parameters(&channels)).reasons(missing);
+            section = section.with(parameters(sensor, &channels)).reasons(missing);
         }
     }
     let note = "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).";
@@ -53,13 +54,8 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
 }
 
 /// The parameters of a sensor, a column for each axis.
-fn parameters(channels: &[&ChannelNoise]) -> Table {
-    let gyroscope = channels.iter().any(|c| c.is_gyroscope());
-    let sensor = if gyroscope {
-        "gyroscope"
-    } else {
-        "accelerometer"
-    };
+fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
+    let gyroscope = sensor == "gyroscope";
     let mut table = Table::new(sensor)
         .columns([""])
         .columns(channels.iter().map(|c| c.channel.as_str()));
