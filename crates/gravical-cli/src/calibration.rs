@@ -92,11 +92,9 @@ fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recording>> {
         inputs.to_vec()
     };
     if paths.iter().any(|path| path == Path::new("-")) {
-        return Err(Error::usage(
-            "folder-stdin",
-            "the beginning of the recording decides which calibration of the folder is taken, and standard input can be read once",
-        )
-        .with_hint("give the recording as a file, or name the file of the calibration"));
+        let what = "the beginning of the recording decides which calibration of the folder is taken, and standard input can be read once";
+        let hint = "give the recording as a file, or name the file of the calibration";
+        return Err(Error::usage("folder-stdin", what).with_hint(hint));
     }
     let heads = paths.iter().map(|path| read_head(path, options));
     let is_other = |error: &Error| is_folder && is_something_else(error);

@@ -276,10 +276,8 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
     paths.retain(|p| seen.insert(place(p)));
     if paths.is_empty() {
         let error = Error::input("no-recordings", "there is no session among these paths");
-        return Err(error.with_hint(format!(
-            "give files, or a folder that holds them; recordings end in .{}",
-            ENDINGS.join(", .")
-        )));
+        let hint = "give files, or a folder that holds them; recordings end in .";
+        return Err(error.with_hint(hint.to_owned() + &ENDINGS.join(", .")));
     }
     Ok(paths)
 }
@@ -310,14 +308,11 @@ fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
         }
         let result = output.join(format!("{name}{}", plan.ending));
         if !taken.insert(name.to_lowercase()) {
-            return Err(same_target(&result).with_hint(
-                "several sessions have this name; give them in runs with an -o of their own",
-            ));
+            let hint = "several sessions have this name; give them in runs with an -o of their own";
+            return Err(same_target(&result).with_hint(hint));
         }
-        items.push(Item {
-            path,
-            result: Some(result),
-        });
+        let result = Some(result);
+        items.push(Item { path, result });
     }
     Ok(items)
 }
