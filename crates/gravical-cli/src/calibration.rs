@@ -43,8 +43,7 @@ impl OriginArgs {
     }
 
     /// The calibration at `path` and its file, as results list it; of a folder, that for `inputs`,
-    /// which is said unless `quiet`. `swap`: the hint if calibration and recording are in each
-    /// other's place.
+    /// which is said unless `quiet`.
     ///
     /// # Errors
     ///
@@ -54,12 +53,20 @@ impl OriginArgs {
         path: &Path,
         inputs: &[PathBuf],
         options: &ReadOptions,
-        swap: &str,
         quiet: bool,
     ) -> Result<(CalibrationFile, InputFile)> {
         if !path.is_dir() {
             self.refuse(path)?;
-            return read_file(path, inputs.first().map(PathBuf::as_path), swap);
+            let is_calibration =
+                |path: &PathBuf| path.is_file() && CalibrationFile::read(path).is_ok();
+            return CalibrationFile::read_with_input(path).map_err(|error| {
+                match error.category() {
+                    Category::Input if inputs.first().is_some_and(is_calibration) => {
+                        error.with_hint("the recording is a calibration: are the two swapped?")
+                    }
+                    _ => error,
+                }
+            });
         }
         let heads = heads(inputs, options)?;
         let (file, input, reason) = find_calibration(path, &heads, self.sensor_id.as_deref())?;
@@ -68,27 +75,6 @@ impl OriginArgs {
         }
         Ok((file, input))
     }
-}
-
-/// Reads a calibration file. If the file is none but `recording` is, the hint is `swap`.
-///
-/// # Errors
-///
-/// Those of [`CalibrationFile::read_with_input`].
-pub fn read_file(
-    path: &Path,
-    recording: Option<&Path>,
-    swap: &str,
-) -> Result<(CalibrationFile, InputFile)> {
-    CalibrationFile::read_with_input(path).map_err(|error| {
-        let swapped = error.category() == Category::Input
-            && recording.is_some_and(|r| r.is_file() && CalibrationFile::read(r).is_ok());
-        if swapped {
-            error.with_hint(swap)
-        } else {
-            error
-        }
-    })
 }
 
 /// What is read to find the calibration at `path`: the file, or the folder and the JSON files in it.
@@ -105,19 +91,14 @@ fn heads(inputs: &[PathBuf], options: &ReadOptions) -> Result<Vec<Recording>> {
     } else {
         inputs.to_vec()
     };
-    let mut heads = Vec::new();
-    for path in paths {
-        if path == Path::new("-") {
-            return Err(Error::usage(
-                "folder-stdin",
-                "the beginning of the recording decides which calibration of the folder is taken, and standard input can be read once",
-            )
-            .with_hint("give the recording as a file, or name the file of the calibration"));
-        }
-        match read_head(&path, options) {
-            Err(error) if is_folder && is_something_else(&error) => {}
-            head => heads.push(head?),
-        }
+    if paths.iter().any(|path| path == Path::new("-")) {
+        let what = "the beginning of the recording decides which calibration of the folder is taken, and standard input can be read once";
+        let hint = "give the recording as a file, or name the file of the calibration";
+        return Err(Error::usage("folder-stdin", what).with_hint(hint));
     }
-    Ok(heads)
+    let heads = paths.iter().map(|path| read_head(path, options));
+    let is_other = |error: &Error| is_folder && is_something_else(error);
+    heads
+        .filter(|head| !head.as_ref().is_err_and(is_other))
+        .collect()
 }

@@ -11,17 +11,12 @@ const BOLD: Style = Style::new().bold();
 /// The same lines with verdicts, warnings and headings coloured.
 pub fn report(text: &str) -> String {
     let mut after_blank = false;
-    let mut out = String::with_capacity(text.len() + 256);
-    for line in text.split_inclusive('\n') {
-        let (body, end) = match line.strip_suffix('\n') {
-            Some(body) => (body, "\n"),
-            None => (line, ""),
-        };
-        out.push_str(&one(body, after_blank));
-        out.push_str(end);
-        after_blank = body.is_empty();
-    }
-    out
+    let lines = text.split('\n').map(|line| {
+        let coloured = one(line, after_blank);
+        after_blank = line.is_empty();
+        coloured
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn one(line: &str, after_blank: bool) -> String {

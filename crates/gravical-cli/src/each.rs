@@ -4,12 +4,10 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 use gravical::escape::{one_line, path_text};
 use gravical::live::folder::is_session;
@@ -172,7 +170,7 @@ pub fn run(
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = plan.each.threads.map_or_else(cores, usize::from);
     let next = AtomicUsize::new(0);
-    let rows: Mutex<BTreeMap<usize, Outcome>> = Mutex::default();
+    let mut rows = BTreeMap::new();
     let one = |item: &Item| {
         let result = item.result.as_deref();
         let before =
@@ -184,31 +182,31 @@ pub fn run(
         done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}")))
             .unwrap_or_else(|error| Outcome::failed(&error))
     };
+    let (send, done) = mpsc::channel();
     std::thread::scope(|scope| {
-        let work = || {
-            loop {
-                let at = next.fetch_add(1, Ordering::Relaxed);
-                let Some(item) = items.get(at) else { return };
-                let row = one(item);
-                if !plan.quiet || row.is_poor {
-                    let line = row.line(&item.path, width);
-                    // A reader who has gone does not end the work.
-                    let _ = bar.suspend(|| text::print(&line));
-                }
-                bar.inc(1);
-                if let Ok(mut rows) = rows.lock() {
-                    rows.insert(at, row);
-                }
-            }
-        };
         for _ in 0..threads.min(items.len()) {
-            scope.spawn(work);
+            let (send, next, items, one) = (send.clone(), &next, &items, &one);
+            scope.spawn(move || {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(at) else { return };
+                    // It is received until every thread has ended.
+                    let _ = send.send((at, one(item)));
+                }
+            });
+        }
+        drop(send);
+        for (at, row) in done {
+            if !plan.quiet || row.is_poor {
+                let line = row.line(&items[at].path, width);
+                // A reader who has gone does not end the work.
+                let _ = bar.suspend(|| text::print(&line));
+            }
+            bar.inc(1);
+            rows.insert(at, row);
         }
     });
     bar.finish_and_clear();
-    let rows = rows
-        .into_inner()
-        .map_err(|_| anyhow::anyhow!("a thread ended early"))?;
     if let Some(path) = &plan.each.summary {
         write_summary(path, plan, &items, &rows)?;
     }
@@ -218,14 +216,11 @@ pub fn run(
     Ok(quality(rows.values().any(|row| row.is_poor)))
 }
 
-/// Bytes of a list of paths at most.
-const MAX_LIST_BYTES: u64 = 1 << 24;
-
 /// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
 ///
 /// # Errors
 ///
-/// `each-input` (usage) for standard input; `too-large` (input); errors of reading a list.
+/// `each-input` (usage) for standard input; errors of reading a list.
 fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
     let (mut found, mut lists) = (Vec::new(), Vec::new());
     for argument in arguments {
@@ -238,7 +233,7 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         match text.strip_prefix('@').filter(|_| !argument.exists()) {
             Some(list) => {
                 let list = PathBuf::from(list);
-                let text = read_list(&list)?;
+                let text = std::fs::read_to_string(&list).map_err(|e| Error::io(&list, e))?;
                 let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
                 let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
                 found.extend(lines.map(PathBuf::from));
@@ -248,17 +243,6 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         }
     }
     Ok((found, lists))
-}
-
-fn read_list(list: &Path) -> Result<String> {
-    let file = File::open(list).map_err(|e| Error::io(list, e))?;
-    let mut text = String::new();
-    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
-    if read.map_err(|e| Error::io(list, e))? as u64 > MAX_LIST_BYTES {
-        let error = Error::input("too-large", "more than 16 MiB: not a list of paths");
-        return Err(error.at(list, None));
-    }
-    Ok(text)
 }
 
 /// The sessions: files, and entries of folders, each once. What is written is no input.
@@ -292,10 +276,8 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
     paths.retain(|p| seen.insert(place(p)));
     if paths.is_empty() {
         let error = Error::input("no-recordings", "there is no session among these paths");
-        return Err(error.with_hint(format!(
-            "give files, or a folder that holds them; recordings end in .{}",
-            ENDINGS.join(", .")
-        )));
+        let hint = "give files, or a folder that holds them; recordings end in .";
+        return Err(error.with_hint(hint.to_owned() + &ENDINGS.join(", .")));
     }
     Ok(paths)
 }
@@ -326,14 +308,11 @@ fn named(paths: Vec<PathBuf>, plan: &Plan<'_>) -> Result<Vec<Item>> {
         }
         let result = output.join(format!("{name}{}", plan.ending));
         if !taken.insert(name.to_lowercase()) {
-            return Err(same_target(&result).with_hint(
-                "several sessions have this name; give them in runs with an -o of their own",
-            ));
+            let hint = "several sessions have this name; give them in runs with an -o of their own";
+            return Err(same_target(&result).with_hint(hint));
         }
-        items.push(Item {
-            path,
-            result: Some(result),
-        });
+        let result = Some(result);
+        items.push(Item { path, result });
     }
     Ok(items)
 }
@@ -357,12 +336,10 @@ fn stem(path: &Path) -> String {
 /// True if the result was written after everything of the session, and after what it was read with.
 fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
     let time = |path: &Path| path.metadata().and_then(|m| m.modified()).ok();
-    let inside = std::fs::read_dir(session).into_iter().flatten();
-    let inside = inside.filter_map(|e| Some(e.ok()?.path()));
-    let read = inside
-        .chain(shared.iter().cloned())
-        .chain([session.to_owned()]);
-    let last = read.filter_map(|path| time(&path)).max();
+    let inside = std::fs::read_dir(session).into_iter().flatten().flatten();
+    let inside = inside.map(|entry| entry.path());
+    let read = shared.iter().cloned().chain([session.to_owned()]);
+    let last = inside.chain(read).filter_map(|path| time(&path)).max();
     matches!((time(result), last), (Some(result), Some(last)) if result > last)
 }
 
@@ -381,13 +358,11 @@ impl Outcome {
 
     /// With the main reason; the summary has all.
     fn line(&self, path: &Path, width: usize) -> String {
-        let code = match self.error_code.as_str() {
-            "" => String::new(),
-            code => format!("{code}: "),
-        };
+        let (grade, code) = (&self.grade, &self.error_code);
+        let colon = if code.is_empty() { "" } else { ": " };
         let reason = self.reasons.first().map_or("", String::as_str);
         let (path, reason) = (path_text(path), one_line(reason));
-        format!("{:<14}  {path:<width$}  {code}{reason}\n", self.grade)
+        format!("{grade:<14}  {path:<width$}  {code}{colon}{reason}\n")
     }
 }
 
@@ -424,10 +399,8 @@ fn write_summary(
 
 /// A text that a spreadsheet would take for a formula is quoted.
 fn cell(text: &str) -> String {
-    if text.starts_with(['=', '@', '+']) {
-        return format!("'{text}");
-    }
-    text.to_owned()
+    let is_formula = text.starts_with(['=', '@', '+']);
+    format!("{}{text}", if is_formula { "'" } else { "" })
 }
 
 /// `50 sessions: 19 good, 27 not verifiable, 4 failed`.
@@ -439,6 +412,6 @@ fn tally(rows: &BTreeMap<usize, Outcome>) -> String {
     let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|(grade, n)| (*grade == "failed", std::cmp::Reverse(*n)));
     let counts = counts.iter().map(|(grade, n)| format!("{n} {grade}"));
-    let counts: Vec<String> = counts.collect();
-    format!("{}: {}", count(rows.len(), "session"), counts.join(", "))
+    let counts = counts.collect::<Vec<_>>().join(", ");
+    format!("{}: {counts}", count(rows.len(), "session"))
 }

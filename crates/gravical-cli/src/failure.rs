@@ -64,13 +64,8 @@ impl RenderedError {
             Category::System => 1,
             Category::Device => DEVICE,
         };
-        let hint = own.worded_hint(flag);
-        Some(Self::new(
-            exit,
-            own.code(),
-            &own.worded(flag),
-            hint.as_deref(),
-        ))
+        let (message, hint) = (own.worded(flag), own.worded_hint(flag));
+        Some(Self::new(exit, own.code(), &message, hint.as_deref()))
     }
 
     /// Prints it with `--json` as a line of JSON on stdout, else in words on stderr. Returns its exit

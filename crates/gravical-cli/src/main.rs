@@ -76,10 +76,8 @@ fn program() -> clap::Command {
         groups += &format!("{title}:\n");
         for verb in verbs {
             let about = command.find_subcommand(verb).and_then(|c| c.get_about());
-            let about = about.map_or(
-                "Print this message, or the help of a command".to_owned(),
-                |a| a.to_string(),
-            );
+            let help = "Print this message, or the help of a command";
+            let about = about.map_or(help.to_owned(), ToString::to_string);
             groups += &format!("  {verb:<12} {about}\n");
         }
         groups += "\n";

@@ -1,5 +1,6 @@
 //! What several commands share.
 
+use gravical::escape::shell_word;
 pub use gravical::gravity::GravityOptions as GravityArgs;
 use gravical::recording::ReadOptions;
 use gravical::{Error, Result};
@@ -27,21 +28,10 @@ pub fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64> + Clone {
     }
 }
 
-/// For commands whose first argument is the calibration.
-pub const SWAPPED: &str = "the arguments are swapped: the calibration comes first";
-
 /// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| {
-        let word = word.to_string_lossy().into_owned();
-        let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%^°".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            // Quoted for a shell.
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    });
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| shell_word(&word.to_string_lossy()));
     std::iter::once("gravical".to_owned())
         .chain(words)
         .collect::<Vec<_>>()

@@ -70,10 +70,8 @@ impl ReportArgs {
     ///
     /// Those of [`write_report`].
     pub fn write(&self, force: bool, document: &Document<'_>) -> Result<()> {
-        match &self.report {
-            Some(path) => write_report(path, force, document),
-            None => Ok(()),
-        }
+        let write = |path: &PathBuf| write_report(path, force, document);
+        self.report.as_ref().map_or(Ok(()), write)
     }
 
     /// Prints the path of the report on stderr.
@@ -137,7 +135,7 @@ impl ResultArgs {
 ///
 /// # Errors
 ///
-/// `report-target` (usage) for standard output and for any other kind of file.
+/// `report-target` (usage) for any other name, that of standard output included.
 fn figures_beside(path: &Path) -> Result<Option<PathBuf>> {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     if ending == "html" || ending == "htm" {
@@ -148,13 +146,8 @@ fn figures_beside(path: &Path) -> Result<Option<PathBuf>> {
         name.push("_figures");
         return Ok(Some(path.with_file_name(name)));
     }
-    let error = if path == Path::new("-") {
-        let text = "--report needs a file name; standard output is for tables and JSON";
-        Error::usage("report-target", text)
-    } else {
-        let text = "the format of the report is not clear from this name";
-        Error::usage("report-target", text).at(path, None)
-    };
+    let text = "the format of the report is not clear from this name";
+    let error = Error::usage("report-target", text).at(path, None);
     Err(error.with_hint("use a name that ends in .html or .md"))
 }
 

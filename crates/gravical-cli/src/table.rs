@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
-use gravical::escape::path_text;
+use gravical::escape::{one_line, path_text};
 use gravical::output::write_atomic;
 use gravical::recording::Finding;
 use gravical::{Error, Result};
@@ -50,11 +50,9 @@ impl TableArgs {
         inputs: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<()> {
         if self.json && Target::of(self.output.as_deref()) == Target::Stdout {
-            return Err(Error::usage(
-                "json-needs-output",
-                "--json prints the summary on stdout, where the recording goes, too",
-            )
-            .with_hint("write the recording to a file with -o"));
+            let what = "--json prints the summary on stdout, where the recording goes, too";
+            let error = Error::usage("json-needs-output", what);
+            return Err(error.with_hint("write the recording to a file with -o"));
         }
         report.check(self.target().file(), inputs, self.force)
     }
@@ -99,7 +97,7 @@ impl TableArgs {
             return Ok(());
         }
         let target = self.target();
-        text::say(&format!("{done}{}", target.arrow()));
+        text::say(&format!("{}{}", one_line(done), target.arrow()));
         text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
@@ -149,9 +147,8 @@ impl<'a> Target<'a> {
 }
 
 /// The summary of a table as a document: its facts and what was found.
-pub fn how_it_was_read(mut facts: Section<'static>, findings: &[Finding]) -> Document<'static> {
-    if !findings.is_empty() {
-        facts = facts.with(Block::Findings(Remark::all(findings, false)));
-    }
-    Document::default().with(facts)
+pub fn how_it_was_read(facts: Section<'static>, findings: &[Finding]) -> Document<'static> {
+    let remarks = Remark::all(findings, false);
+    let findings = Some(remarks).filter(|all| !all.is_empty());
+    Document::default().with(facts.with(findings.map(Block::Findings)))
 }

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
-use gravical::escape::one_line;
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, source};
 use gravical::{Error, numfmt};
@@ -13,9 +12,9 @@ use gravical_report::document::{Document, Section};
 use gravical_report::report::origin;
 use serde::Serialize;
 
-use crate::calibration::{OriginArgs, files_of, read_file};
+use crate::calibration::{OriginArgs, files_of};
 use crate::each::{self, EachArgs, Outcome, Plan};
-use crate::options::{SWAPPED, reading};
+use crate::options::reading;
 use crate::report::ReportArgs;
 use crate::table::{TableArgs, how_it_was_read};
 
@@ -74,13 +73,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let recordings = std::slice::from_ref(path);
     let (origin, output) = (&args.origin, &args.output);
     let (calibration, quiet) = (&args.calibration, output.quiet);
-    let (found, file) = origin.read(calibration, recordings, &options.read, SWAPPED, quiet)?;
+    let (found, file) = origin.read(calibration, recordings, &options.read, quiet)?;
     options.read.validate()?;
     let input = source::open(path, &options.read)?;
     let name = path.display().to_string();
     let summary = output.write(|out| apply(&found, input, &name, out, &options))?;
-    let (input, rows) = (one_line(&summary.input), summary.rows);
-    let done = format!("{input}: {rows} rows calibrated");
+    let done = format!("{}: {} rows calibrated", summary.input, summary.rows);
     let document = document(&summary);
     let applied = Applied {
         calibration: &file.path,
@@ -117,8 +115,8 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     let options = args.options(&args.recording);
     options.read.validate()?;
-    let first = args.inputs.first().map(PathBuf::as_path);
-    let calibration = read_file(&args.calibration, first, SWAPPED)?.0;
+    let (origin, quiet) = (&args.origin, args.output.quiet);
+    let (calibration, _) = origin.read(&args.calibration, &args.inputs, &options.read, quiet)?;
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,

@@ -11,7 +11,7 @@ use gravical_report::report;
 
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
-use crate::options::{GravityArgs, SWAPPED, reading};
+use crate::options::{GravityArgs, reading};
 use crate::report::{ResultArgs, with_origin};
 
 /// Test whether a calibration still fits new recordings at rest
@@ -58,9 +58,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result.check(None, files.chain(&args.gyro))?;
     let quiet = args.result.json || args.result.quiet;
     let read = reading(&args.recording, true);
-    let (calibration, file) =
-        args.origin
-            .read(&args.calibration, &args.recordings, &read, SWAPPED, quiet)?;
+    let origin = &args.origin;
+    let (calibration, file) = origin.read(&args.calibration, &args.recordings, &read, quiet)?;
     let (recordings, left_out) = read_session(&args.recordings, args.gyro.as_deref(), &read)?;
     let mut result = check(&calibration, &file.path, &recordings, &options)?;
     result.findings.extend(left_out);

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::convert::{ConvertOptions, ConvertSummary, convert_file};
-use gravical::escape::one_line;
 use gravical::numfmt;
 use gravical::recording::ReadOptions;
 use gravical_report::document::{Document, Section};
@@ -48,8 +47,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     output.check(&ReportArgs::default(), [&args.input])?;
     let read = reading(&args.recording, false);
     let summary = output.write(|out| convert_file(&args.input, &read, &args.options, out))?;
-    let (input, rows) = (one_line(&summary.input), summary.rows);
-    let done = format!("{input}: {rows} rows converted");
+    let done = format!("{}: {} rows converted", summary.input, summary.rows);
     output.print_summary(&summary, &done, &document(&summary), args.verbose)?;
     Ok(ExitCode::SUCCESS)
 }

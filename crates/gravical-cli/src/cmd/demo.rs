@@ -55,12 +55,10 @@ pub struct Args {
 
 /// The folder of the first demo; with the next number where it is there and must stay.
 fn free_folder(force: bool) -> PathBuf {
-    let first = PathBuf::from("gravical-demo");
-    let mut numbered = (2..).map(|n| PathBuf::from(format!("gravical-demo-{n}")));
-    if force || !first.exists() {
-        return first;
-    }
-    numbered.find(|folder| !folder.exists()).unwrap_or(first)
+    let numbered = (2..).map(|n| PathBuf::from(format!("gravical-demo-{n}")));
+    let mut folders = std::iter::once(PathBuf::from("gravical-demo")).chain(numbered);
+    let is_free = |folder: &PathBuf| force || !folder.exists();
+    folders.find(is_free).unwrap_or_default()
 }
 
 /// Runs the command.
@@ -81,17 +79,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     make_folder(&folder)?;
     text::say(INTRODUCTION);
     for command in COMMANDS {
-        let mut words: Vec<OsString> = vec!["gravical".into()];
-        let mut shown = "$ gravical".to_owned();
+        let (mut shown, mut words) = ("$ gravical".to_owned(), vec!["gravical".into()]);
         for word in command.split(' ') {
-            if let Some(file) = word.strip_prefix("DIR/") {
-                let path = folder.join(file);
-                shown = format!("{shown} {}", path_word(&path));
-                words.push(path.into());
-            } else {
-                shown = format!("{shown} {word}");
-                words.push(word.into());
-            }
+            let path = word.strip_prefix("DIR/").map(|file| folder.join(file));
+            let typed = path.as_deref().map_or(word.to_owned(), path_word);
+            shown += &format!(" {typed}");
+            words.push(path.map_or(OsString::from(word), OsString::from));
         }
         text::say(&shown);
         words.push("--quiet".into());
@@ -130,22 +123,18 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
             format!("{:.0} mm", 1000.0 * norm(&sub(&end, &truth)))
         })
     };
+    let left_out = a.leave_one_out_rms_mps2.map_or("–".to_owned(), mg);
+    let uncalibrated = mg(uncalibrated);
+    let [y, sigma] = [only.displacement_m, only.sigma_m].map(along);
+    let [end, report] = [&moved, &classical].map(|m| end_error(m.r#final.position_m));
     let numbers = [
+        format!("leave-one-out error of ‖a‖ at rest: {left_out} rms; uncalibrated {uncalibrated}"),
         format!(
-            "leave-one-out error of ‖a‖ at rest: {} rms; uncalibrated {}",
-            a.leave_one_out_rms_mps2.map_or("–".to_owned(), mg),
-            mg(uncalibrated)
-        ),
-        format!(
-            "displacement along y: {:.4} ± {:.4} m (1σ); true {:.4} m",
-            along(only.displacement_m),
-            along(only.sigma_m),
+            "displacement along y: {y:.4} ± {sigma:.4} m (1σ); true {:.4} m",
             truth[1]
         ),
         format!(
-            "end error: {}; with the procedure of the student report and the same calibration: {}",
-            end_error(moved.r#final.position_m),
-            end_error(classical.r#final.position_m)
+            "end error: {end}; with the procedure of the student report and the same calibration: {report}"
         ),
     ];
     let numbers: String = numbers.iter().map(|text| paragraph("  - ", text)).collect();

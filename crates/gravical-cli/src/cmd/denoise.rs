@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use gravical::denoise::{DenoiseOptions, denoise_file};
-use gravical::escape::one_line;
 use gravical::recording::ReadOptions;
 use gravical_report::report;
 
@@ -60,9 +59,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         output.write(|out| denoise_file(&args.input, &read_options, &args.options, out))?;
     let document = with_origin(report::denoise(&summary), &inputs);
     args.report.write(output.force, &document)?;
-    let (input, rows) = (one_line(&summary.input), summary.rows);
-    let said = format!("{input}: {rows} rows filtered");
-    output.print_summary(&summary, &said, &document, args.report.verbose)?;
+    let done = format!("{}: {} rows filtered", summary.input, summary.rows);
+    output.print_summary(&summary, &done, &document, args.report.verbose)?;
     if !output.quiet {
         args.report.say();
     }

@@ -57,26 +57,22 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         return Err(several_with_gyro(files.len()).into());
     }
     if report.is_wanted() && files.len() != 1 {
-        return Err(
-            Error::usage("report-of-one", "a report describes one recording")
-                .with_hint("inspect one file at a time, each with its own report")
-                .into(),
-        );
+        let error = Error::usage("report-of-one", "a report describes one recording");
+        let hint = "inspect one file at a time, each with its own report";
+        return Err(error.with_hint(hint).into());
     }
-    let (mut found, mut is_bad) = (Vec::new(), false);
-    let mut failed: Vec<anyhow::Error> = Vec::new();
+    let (mut found, mut failed, mut is_bad) = (Vec::new(), Vec::new(), false);
     for (path, listed) in &files {
         let read = if *listed { read_listed } else { read };
         let recording = match read_joined(path, args.gyro.as_deref(), &options, read) {
             Ok(recording) => recording,
+            Err(error) if *listed && is_something_else(&error) && !json => {
+                text::print(&format!("{}\n\n", error.worded(flag)))?;
+                continue;
+            }
             Err(error) => {
-                let is_other = *listed && is_something_else(&error);
-                if is_other && !json {
-                    text::print(&format!("{}\n\n", error.worded(flag)))?;
-                } else {
-                    is_bad |= !is_other;
-                    failed.push(error.into());
-                }
+                is_bad |= !(*listed && is_something_else(&error));
+                failed.push(anyhow::Error::from(error));
                 continue;
             }
         };
@@ -102,9 +98,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         text::print_json(&serde_json::json!({"recordings": found, "errors": errors}))?;
         return Ok(ExitCode::from(if is_bad { 3 } else { 0 }));
     }
-    let mut code = ExitCode::SUCCESS;
-    for error in &failed {
-        code = failure::report(error);
-    }
-    Ok(code)
+    let report = |_, error| failure::report(error);
+    Ok(failed.iter().fold(ExitCode::SUCCESS, report))
 }

@@ -1,15 +1,13 @@
 //! `gravical motion`: velocity and position with error bands.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use gravical::Error;
 use gravical::calibration_file::InputFile;
-use gravical::escape::one_line;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, Motion, MotionJudgement, MotionOptions, motion, write_table};
+use gravical::motion::{Calibrated, MotionJudgement, MotionOptions, motion, write_table};
 use gravical::recording::{ReadOptions, read_joined, read_samples};
-use gravical::{Error, Result};
 use gravical_report::figure;
 use gravical_report::report;
 
@@ -57,18 +55,6 @@ pub struct Args {
     recording: ReadOptions,
 }
 
-impl Args {
-    /// All input files.
-    fn files(&self) -> Vec<PathBuf> {
-        let others = [&self.gyro, &self.truth];
-        let files = [&self.input]
-            .into_iter()
-            .chain(others.into_iter().flatten());
-        let calibrations = self.calibration.iter().flat_map(|path| files_of(path));
-        files.cloned().chain(calibrations).collect()
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -77,7 +63,10 @@ impl Args {
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let TableArgs { force, quiet, .. } = args.output;
     let target = args.output.target();
-    args.report.check(target.file(), &args.files(), force)?;
+    let calibrations = args.calibration.as_deref().map_or(Vec::new(), files_of);
+    let files = calibrations.iter().chain([&args.input]);
+    let files = files.chain(&args.gyro).chain(&args.truth);
+    args.report.check(target.file(), files, force)?;
     let options = MotionOptions {
         gravity: args.gravity.given()?,
         ..args.method.clone()
@@ -86,9 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     // A report lists the checksum of its input.
     let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
-    let swap =
-        "the arguments are swapped: the recording is the argument, the calibration belongs to -c";
-    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, swap, quiet);
+    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
     let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
         file,
@@ -108,26 +95,23 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     if target != Target::Nowhere {
         let path = target.file().unwrap_or(Path::new("standard output"));
-        args.output.write(|out| table(&motion, path, out))?;
+        let output = &args.output;
+        output.write(|out| write_table(&motion, out).map_err(|e| Error::io(path, e)))?;
     }
-    if args.report.is_wanted() {
-        let figures = figure::motion::figures(&motion);
-        let document = report::motion(&motion.result, &recording, &figures);
-        args.report.write(force, &with_origin(document, &inputs))?;
-    }
+    let figures = if args.report.is_wanted() {
+        figure::motion::figures(&motion)
+    } else {
+        Vec::new()
+    };
     let result = &motion.result;
-    let done = format!("{}: {} rows", one_line(&result.input), result.rows);
-    let document = report::motion(result, &recording, &[]);
+    let document = with_origin(report::motion(result, &recording, &figures), &inputs);
+    args.report.write(force, &document)?;
+    let done = format!("{}: {} rows", result.input, result.rows);
     args.output
         .print_summary(result, &done, &document, args.report.verbose)?;
     if !quiet {
         args.report.say();
     }
-    Ok(quality(
-        result.verdict.judgement == MotionJudgement::NotUsable,
-    ))
-}
-
-fn table(motion: &Motion, path: &Path, out: &mut dyn Write) -> Result<()> {
-    write_table(motion, out).map_err(|e| Error::io(path, e))
+    let judgement = result.verdict.judgement;
+    Ok(quality(judgement == MotionJudgement::NotUsable))
 }

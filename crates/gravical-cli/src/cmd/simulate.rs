@@ -79,18 +79,14 @@ impl<O: clap::Args> With<O> {
         if self.quiet {
             return Ok(ExitCode::SUCCESS);
         }
-        for (path, file) in written.iter().zip(&truth.files) {
-            let clipped = match file.clipped_rows {
-                0 => String::new(),
-                n => format!(", {n} of them clipped"),
+        for (i, path) in written.iter().enumerate() {
+            let what = match truth.files.get(i) {
+                Some(f) if f.clipped_rows == 0 => format!("{} rows", f.rows),
+                Some(f) => format!("{} rows, {} of them clipped", f.rows, f.clipped_rows),
+                // The last path is the truth.
+                None => "true errors and motion".to_owned(),
             };
-            let path = path_text(path);
-            text::say(&format!("wrote {path} ({} rows{clipped})", file.rows));
-        }
-        // The last path is the truth, which has no rows.
-        if let Some(path) = written.last() {
-            let path = path_text(path);
-            text::say(&format!("wrote {path} (true errors and motion)"));
+            text::say(&format!("wrote {} ({what})", path_text(path)));
         }
         text::say(&format!("next: {}", self.next(&truth, &scenario)));
         Ok(ExitCode::SUCCESS)

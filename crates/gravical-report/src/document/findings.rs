@@ -1,5 +1,6 @@
 //! Findings, listed once if several files share them.
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 use gravical::escape::{one_line, shell_word};
@@ -24,7 +25,7 @@ impl Remark {
     #[must_use]
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
-        sorted.sort_by_key(|f| weight_of(f));
+        sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
         // Findings of one message up to its numbers, and the files that have them.
         let key = |f: &Finding| (f.kind, skeleton(&f.worded(flag)));
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
@@ -36,9 +37,6 @@ impl Remark {
         }
         let remark = |finding: &Finding| {
             let files = &files[&key(finding)];
-            if finding.file != *files[0] {
-                return None;
-            }
             let mut place = Vec::new();
             if !finding.lines.is_empty() {
                 let word = if finding.count == 1 { "line" } else { "lines" };
@@ -51,15 +49,16 @@ impl Remark {
                     place.push(format!("also in {}", count(files.len() - 1, "other file")));
                 }
             }
-            let place = match place.join("; ") {
-                none if none.is_empty() => none,
-                place => format!(" [{place}]"),
-            };
-            Some(Remark {
+            let mut text = finding.worded(flag);
+            if !place.is_empty() {
+                text += &format!(" [{}]", place.join("; "));
+            }
+            let remark = Remark {
                 warning: finding.severity == Severity::Warning,
                 kind: finding.kind.to_string(),
-                text: finding.worded(flag) + &place,
-            })
+                text,
+            };
+            (finding.file == *files[0]).then_some(remark)
         };
         sorted.into_iter().filter_map(remark).collect()
     }
@@ -72,15 +71,6 @@ pub fn flag(option: &Advice) -> String {
     match option.value.as_str() {
         "" | "true" => flag,
         value => format!("{flag} {}", shell_word(value)),
-    }
-}
-
-/// Order of the list.
-fn weight_of(finding: &Finding) -> u8 {
-    match finding.severity {
-        Severity::Warning if finding.kind.is_gate() => 0,
-        Severity::Warning => 1,
-        Severity::Note => 2,
     }
 }
 

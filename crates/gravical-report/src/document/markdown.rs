@@ -15,10 +15,10 @@ impl Document<'_> {
         if let Some(v) = &self.verdict {
             let conclusion = v.conclusion.iter().map(|c| format!(": {}", escaped(c)));
             let conclusion: String = conclusion.collect();
-            out += &format!("\n## Verdict\n\n**{}**{conclusion}\n", escaped(&v.word));
-            out += &format!("\n{}", list(&v.reasons));
-            if !v.next.is_empty() {
-                out += &format!("\nNext:\n\n{}", list(&v.next));
+            let (word, reasons, next) = (escaped(&v.word), list(&v.reasons), list(&v.next));
+            out += &format!("\n## Verdict\n\n**{word}**{conclusion}\n\n{reasons}");
+            if !next.is_empty() {
+                out += &format!("\nNext:\n\n{next}");
             }
         }
         out.extend(self.sections.iter().map(|s| section(s, folder)));
@@ -59,18 +59,13 @@ fn block(block: &Block<'_>, folder: Option<&str>) -> String {
 
 fn remark(r: &Remark) -> String {
     let word = if r.warning { "warning" } else { "note" };
-    format!(
-        "- **{}** ({word}): {}\n",
-        escaped(&r.kind),
-        escaped(&r.text)
-    )
+    let [kind, text] = [&r.kind, &r.text].map(|t| escaped(t));
+    format!("- **{kind}** ({word}): {text}\n")
 }
 
-fn list(points: &[String]) -> String {
-    points
-        .iter()
-        .map(|p| format!("- {}\n", escaped(p)))
-        .collect()
+fn list(all: &[String]) -> String {
+    let points = all.iter().map(|text| format!("- {}\n", escaped(text)));
+    points.collect()
 }
 
 /// A code block with a fence longer than any inside.

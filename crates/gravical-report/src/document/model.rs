@@ -1,7 +1,7 @@
 //! The parts of a document.
 
 use super::findings::Remark;
-use crate::figure::Figure;
+use crate::figure::{Figure, XYZ};
 use gravical::calibration_file::Grade;
 use gravical::finding::Finding;
 use gravical::numfmt::fixed;
@@ -137,14 +137,11 @@ impl<'a> Document<'a> {
         let mut remarks = Remark::all(findings, several_files);
         let more = remarks.len().saturating_sub(MAX_ROWS);
         remarks.truncate(MAX_ROWS);
-        let section = Section::new("Findings");
-        self.with(match (remarks.len(), more) {
-            (0, _) => section.with(Block::paragraph("None.")),
-            (_, 0) => section.with(Block::Findings(remarks)),
-            _ => section
-                .with(Block::Findings(remarks))
-                .with(Block::note(left_out(more))),
-        })
+        let section = Section::new("Findings").with(match remarks.len() {
+            0 => Block::Paragraph("None.".to_owned()),
+            _ => Block::Findings(remarks),
+        });
+        self.with(section.with((more > 0).then(|| Block::Note(left_out(more)))))
     }
 }
 
@@ -175,15 +172,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// With a block that every rendering has.
-    pub fn with(mut self, block: impl Into<Block<'a>>) -> Self {
-        self.blocks.push((Detail::Summary, block.into()));
+    /// With a block that every rendering has, unless there is none.
+    pub fn with(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Summary, block));
+        self.blocks.extend(block);
         self
     }
 
-    /// With a block that only a full rendering has.
-    pub fn full(mut self, block: impl Into<Block<'a>>) -> Self {
-        self.blocks.push((Detail::Full, block.into()));
+    /// With a block that only a full rendering has, unless there is none.
+    pub fn full(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Full, block));
+        self.blocks.extend(block);
         self
     }
 
@@ -194,18 +193,14 @@ impl<'a> Section<'a> {
             facts.extend(fact);
             return self;
         }
-        let facts = fact.map(|fact| (Detail::Summary, Block::Facts(vec![fact])));
-        self.blocks.extend(facts);
-        self
+        self.with(fact.map(|fact| Block::Facts(vec![fact])))
     }
 
     /// With those of the figures that have one of these names, in this order.
-    pub fn figures(mut self, figures: &'a [Figure], names: &[&str]) -> Self {
+    pub fn figures(self, figures: &'a [Figure], names: &[&str]) -> Self {
         let find = |name: &&str| figures.iter().find(|f| f.name == *name);
         let found = names.iter().filter_map(find);
-        self.blocks
-            .extend(found.map(|f| (Detail::Full, Block::Figure(f))));
-        self
+        found.map(Block::Figure).fold(self, Section::full)
     }
 
     /// With the reasons of some rows of the table above, one note for each reason.
@@ -218,8 +213,7 @@ impl<'a> Section<'a> {
             }
         }
         let more = rows.len().saturating_sub(MAX_REASONS);
-        rows.truncate(MAX_REASONS);
-        let notes = rows.iter().map(|(reason, rows)| {
+        let notes = rows.iter().take(MAX_REASONS).map(|(reason, rows)| {
             let named = rows[..rows.len().min(MAX_REASONS)].join(", ");
             match rows.len().saturating_sub(MAX_REASONS) {
                 0 => format!("{named}: {reason}"),
@@ -238,21 +232,9 @@ impl<'a> Section<'a> {
     }
 }
 
-impl Block<'_> {
-    /// Sentences.
-    pub fn paragraph(text: impl Into<String>) -> Self {
-        Block::Paragraph(text.into())
-    }
-
-    /// Small print.
-    pub fn note(text: impl Into<String>) -> Self {
-        Block::Note(text.into())
-    }
-}
-
-impl From<Table> for Block<'_> {
+impl From<Table> for Option<Block<'_>> {
     fn from(table: Table) -> Self {
-        Block::Table(table)
+        Some(Block::Table(table))
     }
 }
 
@@ -266,9 +248,23 @@ impl Table {
     }
 
     /// With these columns on the right of those that it has.
-    pub fn columns<C: Into<Column>>(mut self, columns: impl IntoIterator<Item = C>) -> Self {
-        self.columns.extend(columns.into_iter().map(Into::into));
+    pub fn columns<'n>(self, names: impl IntoIterator<Item = &'n str>) -> Self {
+        self.group("", names)
+    }
+
+    /// With columns below one heading.
+    pub fn group<'n>(mut self, group: &str, names: impl IntoIterator<Item = &'n str>) -> Self {
+        let columns = names.into_iter().map(|name| Column {
+            group: group.to_owned(),
+            name: name.to_owned(),
+        });
+        self.columns.extend(columns);
         self
+    }
+
+    /// With a column for each axis below one heading.
+    pub fn axes(self, group: &str) -> Self {
+        self.group(group, XYZ)
     }
 
     /// With one more row: cells behind what they are.
@@ -295,28 +291,6 @@ impl Table {
     }
 }
 
-impl Column {
-    /// Adjacent columns below one heading.
-    pub fn group<const N: usize>(group: &str, names: [&str; N]) -> [Self; N] {
-        names.map(|name| Column {
-            group: group.to_owned(),
-            name: name.to_owned(),
-        })
-    }
-
-    /// Three columns of numbers, for the axes.
-    pub fn axes(group: &str) -> [Self; 3] {
-        Column::group(group, ["x", "y", "z"])
-    }
-}
-
-impl From<&str> for Column {
-    fn from(name: &str) -> Self {
-        let [column] = Column::group("", [name]);
-        column
-    }
-}
-
 impl Cell {
     /// Words.
     pub fn text(text: impl Into<String>) -> Self {
@@ -334,8 +308,8 @@ impl Cell {
     }
 
     /// Three numbers, for the axes.
-    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(usize, f64) -> String) -> [Self; 3] {
-        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), |v| text(k, v)))
+    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(f64) -> String) -> [Self; 3] {
+        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), &text))
     }
 
     /// With its standard uncertainty, where that is known.

@@ -13,12 +13,12 @@ fn document(figures: &[Figure]) -> Document<'_> {
     let bias = Cell::number("-0.2246").plus_minus(Some(0.0012), 4);
     let table = Table::new("Bias, ± 1σ")
         .columns(["axis", "b, m/s²"])
-        .columns(Column::axes("mean"))
+        .axes("mean")
         .row(
             "<x>|*",
             [bias]
                 .into_iter()
-                .chain(Cell::axes(None, |_, _| String::new())),
+                .chain(Cell::axes(None, |_| String::new())),
         );
     let remark = Remark {
         warning: true,
@@ -205,7 +205,7 @@ fn markdown_says_what_is_written() {
         ("a_b <i> `c<_` $d$", "a\\_b \\<i\\> `c<_` \\$d\\$"),
         ("`a|b` `", "a\\|b \\`"),
     ] {
-        let section = Section::new("A").with(Block::paragraph(text));
+        let section = Section::new("A").with(Block::Paragraph(text.to_owned()));
         let written = Document::new("").with(section).to_markdown(None);
         assert!(written.ends_with(&format!("\n\n{escaped}\n")), "{text}");
     }

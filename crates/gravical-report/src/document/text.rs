@@ -34,22 +34,21 @@ impl Document<'_> {
 
 fn section_text(section: &Section<'_>, detail: Detail) -> String {
     let shown = section.shown(detail);
-    let mut before: Option<&Block<'_>> = None;
-    let mut out = String::new();
-    for block in shown.filter(|b| !matches!(b, Block::Figure(_))) {
-        let apart = match (before, block) {
+    let blocks: Vec<&Block<'_>> = shown.filter(|b| !matches!(b, Block::Figure(_))).collect();
+    if blocks.is_empty() {
+        return String::new();
+    }
+    let mut out = format!("\n{}\n", section.title);
+    for (i, block) in blocks.iter().enumerate() {
+        let is_apart = match (i.checked_sub(1).map(|i| blocks[i]), block) {
             (None, _) | (_, Block::Note(_)) => false,
             (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
             _ => false,
         };
-        out += if apart { "\n" } else { "" };
+        out += if is_apart { "\n" } else { "" };
         out += &block_text(block, detail);
-        before = Some(block);
     }
-    if out.is_empty() {
-        return out;
-    }
-    format!("\n{}\n{out}", section.title)
+    out
 }
 
 fn block_text(block: &Block<'_>, detail: Detail) -> String {
@@ -66,10 +65,8 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
         Block::Table(table) => table_text(table, detail),
         Block::Figure(_) => String::new(),
         Block::Code(language, _, code) => {
-            format!(
-                "  {language}\n    {}\n",
-                code.trim_end().replace('\n', "\n    ")
-            )
+            let code = code.trim_end().replace('\n', "\n    ");
+            format!("  {language}\n    {code}\n")
         }
         Block::Findings(remarks) => {
             let shown = match detail {
@@ -156,28 +153,25 @@ struct Printed<'a> {
 
 fn table_text(table: &Table, detail: Detail) -> String {
     let (rows, more) = table.shown(detail);
-    let print = |below: bool, head: usize, room: usize| -> Vec<Printed<'_>> {
-        let columns = table.columns.iter().enumerate();
-        let print = |(i, column)| {
+    let print = |(below, gap, head): (bool, usize, usize), room: usize| {
+        let columns = table.columns.iter().enumerate().map(|(i, column)| {
             let cells = rows.iter().map(|row| &row[i]);
             Printed::new(column, table.is_numeric(i), cells, (below, head, room))
-        };
-        columns.map(print).collect()
-    };
-    let (mut columns, mut gap) = (Vec::new(), 0);
-    for (below, between, head) in LAYOUTS {
-        (columns, gap) = (print(below, head, usize::MAX), between);
+        });
+        let columns: Vec<Printed<'_>> = columns.collect();
         let over = total(&columns, gap).saturating_sub(WIDTH);
-        if over == 0 {
-            break;
-        }
-        if (below, between, head) == LAYOUTS[5] {
-            // Sentences share what the numbers leave.
-            let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
-            let room = prose.map_or(0, |width| width.saturating_sub(over));
-            columns = print(below, head, room.max(MIN_PROSE_WIDTH));
-        }
-    }
+        (columns, gap, over)
+    };
+    let mut printed = LAYOUTS.iter().map(|layout| print(*layout, usize::MAX));
+    let fits = printed.find(|(.., over)| *over == 0);
+    let (columns, gap, _) = fits.unwrap_or_else(|| {
+        // Sentences share what the numbers leave.
+        let narrow = LAYOUTS[LAYOUTS.len() - 1];
+        let (columns, _, over) = print(narrow, usize::MAX);
+        let prose = columns.iter().filter(|c| !c.right).map(|c| c.width).max();
+        let room = prose.map_or(0, |width| width.saturating_sub(over));
+        print(narrow, room.max(MIN_PROSE_WIDTH))
+    });
     let caption = Some(&table.caption).filter(|c| !c.is_empty());
     let mut out = caption.map_or_else(String::new, |c| paragraph("  ", c));
     out += &grid_text(&columns, rows.len(), gap);

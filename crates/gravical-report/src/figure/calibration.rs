@@ -47,7 +47,8 @@ fn norm(file: &CalibrationFile) -> Figure {
     let panel = |y: Axis, gravity: f64, series: [Series; 2]| {
         let names = poses.iter().map(|p| p.label.clone()).collect();
         let x = Axis::scaled("pose", "", Scale::Names(names));
-        let rule = Series::rule("local gravity", gravity, poses.len());
+        let ends = [-0.5, poses.len() as f64 - 0.5].map(|x| (x, gravity));
+        let rule = Series::line("local gravity", Role::Reference, ends);
         Panel::new("", x, y, [rule].into_iter().chain(series))
     };
     let near = panel(Axis::new("‖a‖ − g", "mg"), 0.0, [left_out, calibrated]);
@@ -173,12 +174,8 @@ fn captures(
             series.push(texts.labelled(names.clone()));
         }
         series.push(line);
-        Panel::new(
-            XYZ[axis],
-            Axis::new(time, "s"),
-            Axis::new("", &unit),
-            series,
-        )
+        let (x, y) = (Axis::new(time, "s"), Axis::new("", &unit));
+        Panel::new(XYZ[axis], x, y, series)
     });
     let caption = "Raw recording. Shaded: the poses whose means were used.";
     let figure = Figure::new("captures", "Recorded poses", caption, panels);

@@ -4,8 +4,6 @@
 //! pass for one of its figures: a run with `--force` removes the figures of earlier runs. A file is one
 //! of these if it begins as this program writes them; other files are never touched.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use gravical::output::{make_folder, write_text};
@@ -19,14 +17,13 @@ use super::{Figure, svg};
 ///
 /// `no-folder` for what is none, `exists` where there are figures and `force` is false (both usage).
 pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
+    let refuse = |code, what| Error::usage(code, what).at(folder, None);
     if folder.exists() && !folder.is_dir() {
-        let error = Error::usage("no-folder", "figures go into a folder, which this is not");
-        let error = error.at(folder, None);
+        let error = refuse("no-folder", "figures go into a folder, which this is not");
         return Err(error.with_hint("name another file for the report"));
     }
     if !force && !figures_in(folder).is_empty() {
-        let error = Error::usage("exists", "this folder holds the figures of an earlier run");
-        let error = error.at(folder, None);
+        let error = refuse("exists", "this folder holds the figures of an earlier run");
         let error = error.with_hint("name another file for the report, or replace all of them");
         return Err(error.advise("force", "true"));
     }
@@ -36,15 +33,12 @@ pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
 /// The figures in a folder.
 fn figures_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_figure = |path: &PathBuf| {
+        let is_svg = path.extension().is_some_and(|ending| ending == "svg");
+        is_svg && std::fs::read(path).is_ok_and(|text| text.starts_with(svg::BEGIN.as_bytes()))
+    };
     let paths = entries.map(|entry| entry.path());
-    paths.filter(|path| is_figure(path)).collect()
-}
-
-fn is_figure(path: &Path) -> bool {
-    let mut head = [0; svg::BEGIN.len()];
-    let is_svg = path.extension().is_some_and(|ending| ending == "svg");
-    let mut read = || File::open(path)?.read_exact(&mut head);
-    is_svg && read().is_ok() && head == svg::BEGIN.as_bytes()
+    paths.filter(is_figure).collect()
 }
 
 /// Writes each figure to `folder` as NAME.svg, and makes the folder where it is absent. Figures of

@@ -77,6 +77,15 @@ impl Path<'_> {
         let points = points.map(|(t, v)| <(f64, f64)>::from(point(*t, *v)));
         Series::line(self.name, self.role, points).thinned(self.breaks)
     }
+
+    /// A band of twice the uncertainty about one axis.
+    fn band(&self, sigma: &[[f64; 3]], axis: usize) -> Series {
+        let ends = self.values.iter().zip(sigma);
+        let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
+        let (low, high) = ends.unzip();
+        let band = Series::band("± 2σ", self.role, self.t_s.to_vec(), low, high);
+        band.thinned(self.breaks)
+    }
 }
 
 impl Motion<'_> {
@@ -110,29 +119,40 @@ impl Motion<'_> {
         plain.chain([self.result(|s| vector(&s.state))]).collect()
     }
 
-    /// A figure of a panel over time for each axis, with the rests shaded; none where it shows
-    /// nothing.
+    /// A figure of a panel over time for each axis, with the rests shaded and a band of twice the
+    /// uncertainty of the result, where that is given; none where it shows nothing.
     fn over_time(
         &self,
-        title: &str,
-        caption: String,
-        unit: &str,
-        series: impl Fn(usize) -> Vec<Series>,
+        [name, title, unit]: [&str; 3],
+        caption: &str,
+        paths: &[Path<'_>],
+        sigma: Option<&[[f64; 3]]>,
     ) -> Option<Figure> {
         let rests = self.result.rests.iter().map(|s| [s.start_s, s.end_s]);
         let rests = Series::intervals("at rest", &rests.collect::<Vec<_>>());
         let panels = [0, 1, 2].map(|axis| {
-            let series = [rests.clone()].into_iter().chain(series(axis));
-            let (x, y) = (Axis::new("time", "s"), Axis::new("", unit));
-            Panel::new(XYZ[axis], x, y, series)
+            let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
+            let lines: Vec<Series> = lines.collect();
+            let result = paths.iter().filter(|p| p.role == Role::Result);
+            let bands = result.filter_map(|p| Some(p.band(sigma?, axis)));
+            // In view is what the lines reach, and one and a half times as much on either side:
+            // bands that dwarf them would leave nothing else to see.
+            let (low, high) = extent(lines.iter().flat_map(|s| &s.y).copied());
+            let room = 1.5 * (high - low);
+            let is_cut = sigma.is_some() && room > 0.0;
+            let y = Axis {
+                within: is_cut.then_some([low - room, high + room]),
+                ..Axis::new("", unit)
+            };
+            let series = [rests.clone()].into_iter().chain(bands).chain(lines);
+            Panel::new(XYZ[axis], Axis::new("time", "s"), y, series)
         });
         let mut lines = panels.iter().flat_map(|p| &p.series[1..]);
-        let name = title.to_lowercase();
-        let known = lines.any(Series::has_values);
-        known.then(|| Figure::new(&name, title, caption, panels))
+        let is_known = lines.any(Series::has_values);
+        is_known.then(|| Figure::new(name, title, caption, panels))
     }
 
-    /// Vectors over time, the result with a band of twice its uncertainty.
+    /// Vectors over time, the result with a band.
     fn banded(
         &self,
         title: &str,
@@ -144,42 +164,21 @@ impl Motion<'_> {
         let caption = format!(
             "{title} in the frame of the result. The band, where it is known, is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
         );
-        let mut figure = self.over_time(title, caption, unit, |axis| {
-            let result = paths.iter().filter(|p| p.role == Role::Result);
-            let bands = result.map(|result| {
-                let ends = result.values.iter().zip(&sigma);
-                let ends = ends.map(|(v, s)| (v[axis] - 2.0 * s[axis], v[axis] + 2.0 * s[axis]));
-                let (low, high) = ends.unzip();
-                let x = result.t_s.to_vec();
-                Series::band("± 2σ", Role::Result, x, low, high).thinned(result.breaks)
-            });
-            let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
-            bands.chain(lines).collect()
-        })?;
-        // In view is what the lines reach, and one and a half times as much on either side: bands
-        // that dwarf them would leave nothing else to see.
-        for panel in &mut figure.panels {
-            let (low, high) = extent(panel.series.iter().flat_map(|s| &s.y).copied());
-            let room = 1.5 * (high - low);
-            panel.y.within = (room > 0.0).then_some([low - room, high + room]);
-        }
-        Some(figure)
+        let name = title.to_lowercase();
+        self.over_time([&name, title, unit], &caption, paths, Some(&sigma))
     }
 
     /// Specific force raw and calibrated, along the axes of the sensor.
     fn acceleration(&self) -> Option<Figure> {
-        let force = self.result(|s| s.force_mps2);
         let raw = self.result.calibration.as_ref().map(|_| Path {
             name: "raw",
             role: Role::Raw,
             ..self.result(|s| s.raw_mps2)
         });
-        let caption =
-            "Specific force in sensor axes, including gravity. Rests are shaded.".to_owned();
-        self.over_time("Acceleration", caption, "m/s²", |axis| {
-            let paths = raw.iter().chain([&force]);
-            paths.map(|p| p.line(|t, v| [t, v[axis]])).collect()
-        })
+        let paths = raw.into_iter().chain([self.result(|s| s.force_mps2)]);
+        let caption = "Specific force in sensor axes, including gravity. Rests are shaded.";
+        let names = ["acceleration", "Acceleration", "m/s²"];
+        self.over_time(names, caption, &paths.collect::<Vec<_>>(), None)
     }
 
     /// Acceleration without gravity in the frame of the result.
@@ -187,13 +186,10 @@ impl Motion<'_> {
         let frame = &self.result.frame;
         let caption =
             format!("Acceleration without gravity, in the frame of the result ({frame}).");
-        let values = self.result(|s| s.state.acceleration_mps2);
-        let line = |axis: usize| vec![values.line(|t, v| [t, v[axis]])];
-        let figure = self.over_time("Acceleration of the motion", caption, "m/s²", line)?;
-        Some(Figure {
-            name: "motion-acceleration".to_owned(),
-            ..figure
-        })
+        let path = self.result(|s| s.state.acceleration_mps2);
+        let title = "Acceleration of the motion";
+        let names = ["motion-acceleration", title, "m/s²"];
+        self.over_time(names, &caption, &[path], None)
     }
 
     /// The path in space: from above, and from the side where it reaches further.

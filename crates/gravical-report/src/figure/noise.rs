@@ -15,12 +15,9 @@ pub fn figures(result: &NoiseResult) -> Vec<Figure> {
         let channels = result.channels.iter();
         let channels = channels.filter(|c| c.channel.starts_with(&sensor[..1]));
         let channels: Vec<&ChannelNoise> = channels.collect();
-        let (name, title) = (
-            format!("allan-{sensor}"),
-            format!("Allan deviation of the {sensor}"),
-        );
+        let title = format!("Allan deviation of the {sensor}");
         let panels = channels.iter().map(|c| panel(c, &channels, unit));
-        let figure = Figure::new(&name, &title, CAPTION, panels).beside();
+        let figure = Figure::new(&format!("allan-{sensor}"), &title, CAPTION, panels).beside();
         (!channels.is_empty()).then_some(figure)
     };
     sensors.into_iter().filter_map(figure).collect()
@@ -60,10 +57,6 @@ fn panel(channel: &ChannelNoise, all: &[&ChannelNoise], unit: &str) -> Panel {
     }
     let points = tau.into_iter().zip(column(|p| p.sigma));
     series.push(Series::points("Allan deviation", Role::Result, points));
-    Panel::new(
-        &channel.channel,
-        Axis::scaled("τ", "s", Scale::Log),
-        y,
-        series,
-    )
+    let x = Axis::scaled("τ", "s", Scale::Log);
+    Panel::new(&channel.channel, x, y, series)
 }

@@ -140,11 +140,9 @@ impl Figure {
     }
 
     /// With the panels side by side.
-    pub fn beside(self) -> Self {
-        Figure {
-            beside: true,
-            ..self
-        }
+    pub fn beside(mut self) -> Self {
+        self.beside = true;
+        self
     }
 }
 
@@ -161,11 +159,9 @@ impl Panel {
     }
 
     /// With axes of equal units in a square plot.
-    pub fn equal(self) -> Self {
-        Panel {
-            equal: true,
-            ..self
-        }
+    pub fn equal(mut self) -> Self {
+        self.equal = true;
+        self
     }
 }
 
@@ -232,12 +228,6 @@ impl Series {
     pub fn categorical(name: &str, role: Role, y: impl IntoIterator<Item = f64>) -> Self {
         let y = y.into_iter().enumerate();
         Series::points(name, role, y.map(|(i, y)| (i as f64, y)))
-    }
-
-    /// A horizontal line across as many names.
-    pub fn rule(name: &str, y: f64, names: usize) -> Self {
-        let ends = [(-0.5, y), (names as f64 - 0.5, y)];
-        Series::line(name, Role::Reference, ends)
     }
 
     /// Shaded intervals of the x axis.
@@ -307,10 +297,9 @@ const BUCKETS: usize = 2000;
 /// smallest and the largest of either value stay, so that no spike is lost.
 fn thinned_rows(values: [&[f64]; 2], breaks: &[usize]) -> Vec<Option<usize>> {
     let all: Vec<usize> = (0..values[0].len()).collect();
-    let step = if all.len() > LIMIT {
-        all.len().div_ceil(BUCKETS)
-    } else {
-        1
+    let step = match all.len() {
+        rows if rows > LIMIT => rows.div_ceil(BUCKETS),
+        _ => 1,
     };
     let missing = |i: usize| values.iter().any(|v| !v[i].is_finite());
     let together =

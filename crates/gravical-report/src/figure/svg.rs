@@ -381,11 +381,13 @@ impl Plot<'_> {
         let along = |y: &[f64]| -> Vec<Option<(f64, f64)>> {
             s.x.iter().zip(y).map(|(x, y)| self.place(*x, *y)).collect()
         };
-        let (places, low, high) = (along(&s.y), along(&s.low), along(&s.high));
+        let places = along(&s.y);
+        let ends = along(&s.low).into_iter().zip(along(&s.high));
+        let ends: Vec<Ends> = ends.map(|(low, high)| low.zip(high)).collect();
         let (mark, class, path) = match s.mark {
             Mark::Line => ("line", "s", path(places.iter().copied())),
-            Mark::Band => ("band", "f band", band(&low, &high)),
-            Mark::Points => ("points", "s", bars(&low, &high)),
+            Mark::Band => ("band", "f band", band(&ends)),
+            Mark::Points => ("points", "s", bars(&ends)),
             Mark::Shade => ("shade", "f", self.intervals(s)),
         };
         let points = places.iter().enumerate().filter(|_| s.mark == Mark::Points);
@@ -422,12 +424,8 @@ impl Plot<'_> {
         let half = s.high.get(i).map(|high| high - s.y[i]);
         let half = half.filter(|half| half.is_finite());
         let bar = half.map_or(String::new(), |half| format!(" ± {}", number(y, half)));
-        format!(
-            "{}, {at}: {}{bar} {}",
-            s.name,
-            number(y, s.y[i]),
-            y.axis.unit
-        )
+        let (name, value, unit) = (&s.name, number(y, s.y[i]), &y.axis.unit);
+        format!("{name}, {at}: {value}{bar} {unit}")
     }
 
     /// One of a single sample is seen, too.
@@ -465,15 +463,12 @@ impl Plot<'_> {
     }
 }
 
-/// A place on each of two lines, if both are known there.
+/// A place on each of two lines, the lower first, if both are known there.
 type Ends = Option<((f64, f64), (f64, f64))>;
 
 /// The area between two lines, in pieces where both are known.
-fn band(low: &[Option<(f64, f64)>], high: &[Option<(f64, f64)>]) -> String {
-    let ends: Vec<Ends> = low.iter().zip(high).map(|(l, h)| l.zip(*h)).collect();
-    let pieces = ends
-        .split(Option::is_none)
-        .filter(|piece| !piece.is_empty());
+fn band(ends: &[Ends]) -> String {
+    let pieces = ends.split(Option::is_none).filter(|p| !p.is_empty());
     let outline = |piece: &[Ends]| {
         let upper = piece.iter().map(|ends| ends.map(|(_, high)| high));
         let lower = piece.iter().rev().map(|ends| ends.map(|(low, _)| low));
@@ -483,10 +478,9 @@ fn band(low: &[Option<(f64, f64)>], high: &[Option<(f64, f64)>]) -> String {
 }
 
 /// Bars of points.
-fn bars(low: &[Option<(f64, f64)>], high: &[Option<(f64, f64)>]) -> String {
-    let ends = low.iter().zip(high).filter_map(|(l, h)| l.zip(*h));
-    ends.map(|((x, low), (_, high))| format!("M{} {}V{}", r(x), r(high), r(low)))
-        .collect()
+fn bars(ends: &[Ends]) -> String {
+    let bar = |((x, low), (_, high))| format!("M{} {}V{}", r(x), r(high), r(low));
+    ends.iter().flatten().copied().map(bar).collect()
 }
 
 /// A line through places; it breaks where there is none. A lone place is a dot. Steps are half as
@@ -572,11 +566,8 @@ fn log_ticks(from: f64, to: f64, most: usize) -> Vec<(f64, String)> {
         return Vec::new();
     }
     let step = (decades / most as f64).ceil() as i32;
-    let mantissas: &[f64] = if decades < 2.5 {
-        &[1.0, 2.0, 5.0]
-    } else {
-        &[1.0]
-    };
+    let shown = if decades < 2.5 { 3 } else { 1 };
+    let mantissas = &[1.0, 2.0, 5.0][..shown];
     let powers = (from.floor() as i32..=to.floor() as i32).filter(|p| p % step == 0);
     let tick = |p: i32, m: f64| {
         let text = match p {

@@ -16,9 +16,8 @@ use gravical::poses::face::in_words;
 
 use gravical::core::matrix3::{norm, sub};
 
-use super::temperature::drift;
-use super::{gravity_source, short_name};
-use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
+use super::{drift, gravity_source, short_name};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
 /// The document of a calibration, with its figures
@@ -78,11 +77,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
     let faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
     let labels: BTreeSet<&str> = faces.clone().map(|p| p.label.as_str()).collect();
     let (faces, free) = (faces.clone().count(), a.poses.len() - faces.count());
-    let on_faces = format!(
-        "{} on {}",
-        count(faces, "pose"),
-        count(labels.len(), "face")
-    );
+    let on_faces = count(faces, "pose") + " on " + &count(labels.len(), "face");
     let poses = [(faces, on_faces), (free, count(free, "free pose"))];
     let poses: Vec<String> = poses.into_iter().filter(|p| p.0 > 0).map(|p| p.1).collect();
     let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
@@ -114,15 +109,14 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
     let a = &file.accelerometer;
     let error = a.worst_direction.as_ref()?.error_mps2;
     let within = format!("within {} mg (95 %)", mg(error));
+    let everywhere = format!("the magnitude at rest is {within} in every direction");
     let hidden = a.undetected.as_ref().map(|u| u.effect_mps2);
     match (file.verdict.grade, hidden.filter(|hidden| *hidden > error)) {
         (Grade::Fair, Some(hidden)) => Some(format!(
-            "the magnitude at rest is {within} in every direction, unless one pose has an error that would not be detected: then up to {} mg",
+            "{everywhere}, unless one pose has an error that would not be detected: then up to {} mg",
             mg(hidden)
         )),
-        (Grade::Good | Grade::Fair, _) => Some(format!(
-            "the magnitude at rest is {within} in every direction"
-        )),
+        (Grade::Good | Grade::Fair, _) => Some(everywhere),
         (Grade::NotVerifiable, _) => Some(format!(
             "predicted to be {within}, but these poses cannot confirm it"
         )),
@@ -132,27 +126,28 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
 
 /// Next steps.
 fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
-    let a = &file.accelerometer;
+    let grade = file.verdict.grade;
+    if grade == Grade::Poor {
+        return vec!["Fix what is named above, then calibrate again.".to_owned()];
+    }
     let name = path_word(saved.unwrap_or(Path::new("cal.json")));
-    let save = saved
-        .is_none()
-        .then(|| "Save the calibration: the same command with `-o cal.json`.".to_owned());
-    let pose = a.proposed_poses().first().map(|p| {
-        format!(
-            "Record one more pose ({}) and calibrate with all recordings again.",
-            in_words(p.direction)
-        )
+    let pose = file.accelerometer.proposed_poses().first();
+    let pose = pose.filter(|_| grade != Grade::Good).map(|p| {
+        let direction = in_words(p.direction);
+        format!("Record one more pose ({direction}) and calibrate with all recordings again.")
     });
+    let save = "Save the calibration: the same command with `-o cal.json`.";
     let apply = format!("Apply it: `gravical apply {name} RECORDING.csv -o calibrated.csv`");
     let check = format!(
         "Later, test with the sensor at rest whether it still fits: `gravical check {name} RECORDING.csv`"
     );
-    match file.verdict.grade {
-        Grade::Poor => vec!["Fix what is named above, then calibrate again.".to_owned()],
-        Grade::NotVerifiable => pose.into_iter().chain(save).chain([apply]).collect(),
-        Grade::Fair => pose.into_iter().chain(save).chain([apply, check]).collect(),
-        Grade::Good => save.into_iter().chain([apply, check]).collect(),
-    }
+    let steps = [
+        pose,
+        saved.is_none().then(|| save.to_owned()),
+        Some(apply),
+        (grade != Grade::NotVerifiable).then_some(check),
+    ];
+    steps.into_iter().flatten().collect()
 }
 
 /// Equation, table, matrices, block to paste.
@@ -164,7 +159,7 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let scale = (a.scale, sd.map(|d| d.scale));
     let section = Section::new("Accelerometer")
         .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
-        .full(Block::paragraph(format!(
+        .full(Block::Paragraph(format!(
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
@@ -184,12 +179,16 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
-    let mut section = Section::new("Gyroscope")
+    let matrices = (g.method != GyroMethod::Bias).then(|| {
+        let name = format!("matrix, rad/s per {raw}");
+        Block::Table(matrices(&g.orientation, &g.matrix, &name))
+    });
+    Section::new("Gyroscope")
         .with(Block::Equation(
             "raw = K R ω + b + S a\ncalibrated = matrix · (raw − b − S a)",
         ))
-        .with(Block::paragraph(how))
-        .full(Block::paragraph(format!(
+        .with(Block::Paragraph(how.to_owned()))
+        .full(Block::Paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
         )))
         .with(bias_and_scale(
@@ -198,24 +197,22 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
             (g.bias, bias_sd),
             (g.scale, scale_sd.flatten()),
             None,
-        ));
-    if g.method != GyroMethod::Bias {
-        let name = format!("matrix, rad/s per {raw}");
-        section = section.with(matrices(&g.orientation, &g.matrix, &name));
-    }
-    let (Some(residual), Some(motions)) = (g.residual_deg, g.motions) else {
-        return section;
-    };
+        ))
+        .with(matrices)
+        .with(motions(g).map(Block::Paragraph))
+}
+
+/// How well the motions between poses are explained.
+fn motions(g: &GyroscopeSection) -> Option<String> {
+    let (residual, motions) = (digits(g.residual_deg?, 2), g.motions?);
     let left_out = g.leave_one_out_deg.map_or_else(
         || "too few motions for leave-one-out".to_owned(),
         |d| format!("leave-one-out {}°", digits(d, 2)),
     );
-    section.with(Block::paragraph(format!(
-        "{} motions between poses, {} not used. Residual direction of gravity after a motion: {}° rms ({left_out}).",
-        motions.used,
-        motions.left_out,
-        digits(residual, 2)
-    )))
+    let (used, unused) = (motions.used, motions.left_out);
+    Some(format!(
+        "{used} motions between poses, {unused} not used. Residual direction of gravity after a motion: {residual}° rms ({left_out})."
+    ))
 }
 
 /// Values along the axes, and their standard uncertainties.
@@ -262,13 +259,10 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     };
-    let table = Table::new("")
-        .columns([""])
-        .columns(Column::axes("R"))
-        .columns(Column::axes(name));
+    let table = Table::new("").columns([""]).axes("R").axes(name);
     (0..3).fold(table, |table, i| {
-        let orientation = Cell::axes(Some(orientation[i]), |_, v| fixed(v, 5));
-        let matrix = Cell::axes(Some(matrix[i]), |_, v| text(v));
+        let orientation = Cell::axes(Some(orientation[i]), |v| fixed(v, 5));
+        let matrix = Cell::axes(Some(matrix[i]), text);
         table.row(XYZ[i], orientation.into_iter().chain(matrix))
     })
 }
@@ -284,14 +278,14 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let mg = |v: f64| signed(milli_g(v), 2);
     let mut table = Table::new("")
         .columns(["pose"])
-        .columns(Column::axes(&format!("raw mean, {}", a.input_unit)))
-        .columns(Column::axes("calibrated, m/s²"))
+        .axes(&format!("raw mean, {}", a.input_unit))
+        .axes("calibrated, m/s²")
         .columns(exact.then_some("error, m/s²"))
         .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"]);
     for p in &a.poses {
         let unused = if p.fitted { "" } else { " (not used)" };
-        let mut cells = Cell::axes(Some(p.raw), |_, v| fixed(v, decimals)).to_vec();
-        cells.extend(Cell::axes(Some(p.calibrated), |_, v| fixed(v, 3)));
+        let mut cells = Cell::axes(Some(p.raw), |v| fixed(v, decimals)).to_vec();
+        cells.extend(Cell::axes(Some(p.calibrated), |v| fixed(v, 3)));
         cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
         cells.extend([
             Cell::maybe(p.magnitude_error_mps2, mg),
@@ -309,9 +303,11 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let note = format!(
         "{error}left out: ‖a‖ − g if this pose and those within 25° of it are not used in the fit. tilt: angle off the face."
     );
-    let section = Section::new("Poses").with(table);
-    let section = section.with(Block::note(fitted)).full(Block::Note(note));
-    section.with(before_and_after(file))
+    Section::new("Poses")
+        .with(table)
+        .with(Block::Note(fitted.to_owned()))
+        .full(Block::Note(note))
+        .with(before_and_after(file))
 }
 
 /// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
@@ -325,17 +321,17 @@ fn before_and_after(file: &CalibrationFile) -> Table {
         let faces = faces.filter(|(p, _)| p.kind == PoseKind::Face);
         let errors: Vec<[f64; 3]> = faces.map(|(p, v)| sub(v, &p.expected)).collect();
         let faces = (!errors.is_empty()).then(|| vector_errors(&errors));
-        let faces = Cell::axes(faces, |_, v| fixed(v, 5));
+        let faces = Cell::axes(faces, |v| fixed(v, 5));
         std::iter::once(Cell::number(fixed(milli_g(rms), 2))).chain(faces)
     };
     let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
     let after = fitted.iter().map(|p| p.calibrated).collect();
     let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
         .columns(["", "‖a‖ − g: RMS, mg"])
-        .columns(Column::group(
+        .group(
             "vectors of the faces, m/s²",
             ["RMS", "maximum", "mean norm"],
-        ));
+        );
     let rows = before.map(|values| ("before", values));
     let rows = rows.into_iter().chain([("after", after)]);
     rows.fold(table, |table, (name, values)| {
@@ -355,24 +351,23 @@ fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
 }
 
 fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
-    let mut section = Section::new("Temperature");
-    if let Some(t) = &file.temperature_c {
-        section = section.full(Block::paragraph(format!(
+    let poses = file.temperature_c.as_ref().map(|t| {
+        Block::Paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
             t.mean, t.min, t.max
-        )));
-    }
+        ))
+    });
+    let section = Section::new("Temperature").full(poses);
     let Some(model) = &file.temperature_model else {
         return section;
     };
-    let section = drift(section, model);
-    if !model.any_corrected() {
-        return section;
-    }
-    section.with(Block::paragraph(format!(
-        "The drift is relative to {:.1} °C, the mean of the poses. Outside the measured range the value at its limit is used.",
-        model.reference_c
-    )))
+    let note = model.any_corrected().then(|| {
+        let reference_c = model.reference_c;
+        Block::Paragraph(format!(
+            "The drift is relative to {reference_c:.1} °C, the mean of the poses. Outside the measured range the value at its limit is used."
+        ))
+    });
+    drift(section, model).with(note)
 }
 
 /// Method and uncertainty budget.
@@ -381,16 +376,13 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let fit = a.fit.as_ref();
     let agrees = fit.and_then(|fit| {
         let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
-        Some(format!(
-            " χ² per degree of freedom ({freedom} of them): {chi2}."
-        ))
+        let name = "χ² per degree of freedom";
+        Some(format!(" {name} ({freedom} of them): {chi2}."))
     });
     let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
-    let section = Section::new("Method and uncertainty").full(Block::Paragraph(text));
-    match budget(file) {
-        Some(table) => section.with(table),
-        None => section,
-    }
+    Section::new("Method and uncertainty")
+        .full(Block::Paragraph(text))
+        .with(budget(file).map(Block::Table))
 }
 
 /// The method in words.
@@ -416,12 +408,8 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     for part in &budget.contributions {
         table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }
-    let [combined, expanded] =
-        [budget.combined_mps2, budget.expanded_mps2].map(|v| [Cell::number(mg(v))]);
-    let expanded_name = format!("expanded, k = {}", budget.coverage_factor);
-    Some(
-        table
-            .row("combined (root sum of squares)", combined)
-            .row(expanded_name, expanded),
-    )
+    let expanded = format!("expanded, k = {}", budget.coverage_factor);
+    let combined = [Cell::number(mg(budget.combined_mps2))];
+    let table = table.row("combined (root sum of squares)", combined);
+    Some(table.row(expanded, [Cell::number(mg(budget.expanded_mps2))]))
 }

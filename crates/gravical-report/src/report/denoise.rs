@@ -4,7 +4,7 @@ use gravical::denoise::{DenoiseSummary, Sigmas};
 use gravical::numfmt::{count, decimals_of, fixed, small, unit};
 
 use super::short_name;
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use crate::document::{Block, Cell, Document, Section, Table};
 
 const NO_DRIFT: &str = "Smoothing does not reduce drift: the noise that it removes averages out in the integral anyway, and a bias passes a low-pass unchanged.";
 
@@ -33,7 +33,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
     }
     Document::new(format!("Filtering of {}", short_name(&summary.input)))
         .with(reading)
-        .with(filters.with(Block::paragraph(NO_DRIFT)))
+        .with(filters.with(Block::Paragraph(NO_DRIFT.to_owned())))
         .with_findings(&summary.findings, false)
 }
 
@@ -59,14 +59,10 @@ fn at_rest(
     of_unit: &str,
     of: fn(&Sigmas) -> Option<[f64; 3]>,
 ) -> Table {
-    let of_unit = match of_unit {
-        "unknown" => "unit unknown".to_owned(),
-        known => unit(known),
-    };
-    let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |_, v| small(v, 3));
-    let table = Table::new(format!("σ of {name} at rest, {of_unit}"))
+    let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |v| small(v, 3));
+    let table = Table::new(format!("σ of {name} at rest, {}", unit(of_unit)))
         .columns([""])
-        .columns(Column::axes(""))
+        .axes("")
         .row("as recorded", cells(&summary.recorded));
     summary.filters.iter().fold(table, |table, f| {
         table.row(format!("after {}", f.filter), cells(&f.sigma))

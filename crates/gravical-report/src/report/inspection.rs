@@ -8,9 +8,8 @@ use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
 
-use super::short_name;
-use super::temperature::drift;
-use crate::document::{Block, Cell, Column, Document, Section, Table};
+use super::{drift, short_name};
+use crate::document::{Block, Cell, Document, Section, Table};
 
 /// The document of an inspection.
 pub fn inspection(inspection: &Inspection) -> Document<'static> {
@@ -18,6 +17,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     let labels = labels.map(|(name, rows)| format!("{name} {rows}"));
     let more = inspection.labels.len().checked_sub(12).filter(|n| *n > 0);
     let labels = labels.chain(more.map(|n| format!("… and {n} more")));
+    let labels = labels.collect::<Vec<_>>().join(", ");
     let serial = inspection.serial.as_ref();
     let serial = serial.map(|serial| format!("serial number {serial}"));
     let missing = inspection.timing.missing_share.filter(|share| *share > 0.0);
@@ -39,7 +39,7 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
         .fact("accel", scale(a.unit, per_g, "g", a.origin))
         .fact("gyro", gyro)
         .fact("temp", temperature)
-        .fact("labels", listed(labels))
+        .fact("labels", Some(labels).filter(|all| !all.is_empty()))
         .fact("static", stillness(inspection));
     let intervals = &inspection.static_intervals;
     let drift = inspection.temperature_drift.as_ref();
@@ -51,11 +51,6 @@ pub fn inspection(inspection: &Inspection) -> Document<'static> {
     .with((!intervals.is_empty()).then(|| stills(intervals)))
     .with(drift.map(|model| self::drift(Section::new("Temperature"), model)))
     .with_findings(&inspection.findings, false)
-}
-
-fn listed(all: impl Iterator<Item = String>) -> Option<String> {
-    let all = all.collect::<Vec<_>>().join(", ");
-    Some(all).filter(|all| !all.is_empty())
 }
 
 fn time(inspection: &Inspection) -> String {
@@ -107,7 +102,7 @@ fn stillness(inspection: &Inspection) -> String {
 fn stills(all: &[StillSpan]) -> Section<'static> {
     let mut table = Table::new("")
         .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
-        .columns(Column::axes("mean reading"));
+        .axes("mean reading");
     for (number, still) in (1..).zip(all) {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);
@@ -119,12 +114,12 @@ fn stills(all: &[StillSpan]) -> Section<'static> {
             Cell::text(still.face.as_deref().unwrap_or("–")),
             Cell::number(fixed(still.face_angle_deg, 1)),
         ];
-        let mean = Cell::axes(Some(still.mean), |_, v| fixed(v, n));
+        let mean = Cell::axes(Some(still.mean), |v| fixed(v, n));
         table = table.row(number.to_string(), cells.into_iter().chain(mean));
     }
     Section::new("Static intervals")
         .with(table)
-        .full(Block::note(format!(
+        .full(Block::Note(format!(
             "A static interval lasts at least {MIN_REST_S} s. angle to face: angle of the mean reading to the nearest face, by tilt, bias and misalignment together."
         )))
 }

@@ -3,28 +3,25 @@
 
 mod calibration;
 mod check;
-mod compare;
 mod denoise;
 mod inspection;
 mod motion;
 mod noise;
-mod temperature;
 
 #[cfg(test)]
 mod tests;
 
-use gravical::calibration_file::{GravitySource, InputFile};
-use gravical::numfmt::words;
+use gravical::calibration_file::{GravitySource, InputFile, TemperatureModel};
+use gravical::numfmt::{small, unit, words};
 
 pub use calibration::calibration;
-pub use check::check;
-pub use compare::comparison;
+pub use check::{check, comparison};
 pub use denoise::denoise;
 pub use inspection::{inspection, origin};
 pub use motion::motion;
 pub use noise::noise;
 
-use crate::document::{Block, Document, Section, short_name};
+use crate::document::{Block, Cell, Document, Section, Table, short_name};
 
 /// How local gravity is known.
 fn gravity_source(source: GravitySource) -> &'static str {
@@ -33,6 +30,26 @@ fn gravity_source(source: GravitySource) -> &'static str {
         GravitySource::Latitude => "from latitude",
         GravitySource::Standard => "assumed",
     }
+}
+
+/// Adds the drift of each channel with temperature to `section`.
+fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
+    let [low, high] = model.range_c;
+    let caption = format!("Drift of each channel, {low:.1} to {high:.1} °C at rest");
+    let table = Table::new(caption).columns(["channel", "slope, per °C", "unit", "verdict"]);
+    let table = model.channels.iter().fold(table, |table, c| {
+        let not = if c.is_corrected() { "" } else { "not " };
+        let cells = [
+            Cell::maybe(c.per_c, |d| small(d, 3)),
+            Cell::text(unit(&c.input_unit)),
+            Cell::text(format!("{not}corrected")),
+        ];
+        table.row(&c.channel, cells)
+    });
+    // The numbers are enough for an accepted channel.
+    let others = model.channels.iter().filter(|c| !c.is_corrected());
+    let reasons = others.map(|c| (c.channel.clone(), c.reason.clone()));
+    section.with(table).reasons(reasons)
 }
 
 impl Document<'_> {

@@ -9,7 +9,7 @@ use gravical::recording::Recording;
 
 use super::inspection::origin;
 use super::short_name;
-use crate::document::{Block, Cell, Column, Document, Section, Table, Verdict};
+use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
 /// The document of a motion computed from `recording`, with its figures ([`figure::motion::figures`](crate::figure::motion::figures)).
@@ -54,9 +54,8 @@ fn verdict(result: &MotionResult) -> Verdict {
     // One number for one move, the end for several.
     let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
     let end = sigma.map(|sigma| {
-        format!(
-            "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
-        )
+        let of_all = format!("{usable} of {all} moves are usable");
+        format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
@@ -111,7 +110,7 @@ fn seconds<const N: usize>(times: [f64; N]) -> Vec<Cell> {
 fn moves<'a>(result: &MotionResult) -> Section<'a> {
     let mut table = Table::new("")
         .columns(["move", "from, s", "to, s"])
-        .columns(Column::axes("displacement ± 1σ, m"))
+        .axes("displacement ± 1σ, m")
         .columns(["path, m", "speed, m/s", "rest at"]);
     for (number, m) in (1..).zip(&result.moves) {
         let n = m.displacement_m.map_or([3; 3], |d| decimals(m.sigma_m, d));
@@ -136,28 +135,27 @@ fn moves<'a>(result: &MotionResult) -> Section<'a> {
         let why = format!("not usable: {}", m.unusable.as_ref()?);
         Some((format!("move {number}"), why))
     });
-    Section::new("Moves").with(table).reasons(unusable).with(Block::note(
-        "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.",
-    ))
+    let note = "path: length of the path. speed: peak speed. rest at: the ends of the move at which the sensor is at rest.";
+    let section = Section::new("Moves").with(table).reasons(unusable);
+    section.with(Block::Note(note.to_owned()))
 }
 
 fn end<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("End point");
     let last = &result.r#final;
     let Some(position) = last.position_m else {
-        return section.with(Block::paragraph(
-            "The end position is unknown because a move before it is not usable.",
-        ));
+        let why = "The end position is unknown because a move before it is not usable.";
+        return section.with(Block::Paragraph(why.to_owned()));
     };
     let n = decimals(last.sigma_m, position);
-    let mut table = Table::new("Position relative to the start (± 1σ)")
+    let table = Table::new("Position relative to the start (± 1σ)")
         .columns([""])
-        .columns(Column::axes(""))
+        .axes("")
         .row("position, m", lengths(Some(position), last.sigma_m, n));
-    if let Some(plain) = result.uncalibrated {
-        table = table.row("uncalibrated, m", lengths(plain.position_m, None, n));
-    }
-    section.with(table)
+    section.with(match result.uncalibrated {
+        Some(plain) => table.row("uncalibrated, m", lengths(plain.position_m, None, n)),
+        None => table,
+    })
 }
 
 fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
@@ -189,12 +187,9 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         let share = 100.0 * value * value / (total * total);
         table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
     }
-    let (sum, all) = ("combined (root sum of squares)", Cell::number("100"));
-    section.with(
-        table
-            .row(sum, [mm(total), all])
-            .row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]),
-    )
+    let all = [mm(total), Cell::number("100")];
+    let table = table.row("combined (root sum of squares)", all);
+    section.with(table.row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]))
 }
 
 fn truth<'a>(c: &Comparison) -> Section<'a> {
@@ -202,24 +197,18 @@ fn truth<'a>(c: &Comparison) -> Section<'a> {
         0.0 => String::new(),
         offset => format!(", time offset {offset:+.3} s"),
     };
+    let (name, points, yaw_deg) = (short_name(&c.source), c.points, c.yaw_deg);
     let source = format!(
-        "{}: {} points from {:.2} to {:.2} s, rotated by {:+.1}° about the vertical{shifted}",
-        short_name(&c.source),
-        c.points,
-        c.from_s,
-        c.to_s,
-        c.yaw_deg
+        "{name}: {points} points from {:.2} to {:.2} s",
+        c.from_s, c.to_s
     );
-    let percent = c.percent_of_path;
-    let percent = percent.map_or(String::new(), |v| {
-        format!(" ({} % of the path)", digits(v, 2))
-    });
+    let turned = format!("rotated by {yaw_deg:+.1}° about the vertical{shifted}");
+    let of_path = |v| format!(" ({} % of the path)", digits(v, 2));
+    let end_error = digits(c.end_error_m, 2) + " m";
+    let percent = c.percent_of_path.map_or(String::new(), of_path);
     Section::new("Comparison with the reference")
-        .with(Block::paragraph(source))
-        .fact(
-            "end error",
-            format!("{} m{percent}", digits(c.end_error_m, 2)),
-        )
+        .with(Block::Paragraph(format!("{source}, {turned}")))
+        .fact("end error", end_error + &percent)
         .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
         .fact("path", format!("{} m", digits(c.path_m, 3)))
 }
@@ -232,11 +221,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         None => "; no gyroscope",
     };
     let scale = &recording.accel_scale;
-    let unit = format!(
-        "accelerometer {} ({}){gyro}",
-        scale.unit,
-        origin(scale.origin)
-    );
+    let (unit, how) = (scale.unit, origin(scale.origin));
     let calibration = result.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
     let at_rest_s: f64 = result.rests.iter().map(|s| s.end_s - s.start_s).sum();
@@ -253,39 +238,33 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         0 => String::new(),
         n => format!("; {n} rows skipped"),
     };
+    let duration = format!("{:.2} s", result.duration_s);
     Section::new("Timing and procedure")
         .fact("read as", recording.description.clone())
-        .fact("unit", unit)
+        .fact("unit", format!("accelerometer {unit} ({how}){gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())
         .fact("frame", result.frame.clone())
-        .fact(
-            "time",
-            format!("{:.2} s, {rate}{left_out}", result.duration_s),
-        )
+        .fact("time", format!("{duration}, {rate}{left_out}"))
         .fact("rests", rests)
 }
 
 fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let section = Section::new("Rests");
     if result.rests.is_empty() {
-        return section.full(Block::paragraph("No rest was found."));
+        return section.full(Block::Paragraph("No rest was found.".to_owned()));
     }
     let mut table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
     for (number, span) in (1..).zip(&result.rests) {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
     }
-    let section = section.full(table);
-    let hidden = result.visible_moves.iter();
-    let hidden = hidden.map(|v| {
+    let hidden = result.visible_moves.iter().map(|v| {
         let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
         format!("{distance} m in {duration} s")
     });
-    let hidden: Vec<String> = hidden.collect();
-    if hidden.is_empty() {
-        return section;
-    }
-    let hidden = format!("A shorter move may hide in a rest: {}.", hidden.join(", "));
-    section.full(Block::Paragraph(hidden))
+    let hidden = hidden.collect::<Vec<_>>().join(", ");
+    let hidden = (!hidden.is_empty())
+        .then(|| Block::Paragraph(format!("A shorter move may hide in a rest: {hidden}.")));
+    section.full(table).full(hidden)
 }

@@ -14,13 +14,10 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         1 => String::new(),
         n => format!(", {n} segments between gaps"),
     };
-    let at_rest = format!(
-        "{} of {}, {}{segments}, {} Hz",
-        duration_text(result.used_s),
-        duration_text(result.recorded_s),
-        count(result.static_intervals, "static interval"),
-        fixed(result.rate_hz, 2)
-    );
+    let [used, recorded] = [result.used_s, result.recorded_s].map(duration_text);
+    let intervals = count(result.static_intervals, "static interval");
+    let rate = fixed(result.rate_hz, 2);
+    let at_rest = format!("{used} of {recorded}, {intervals}{segments}, {rate} Hz");
     let temperature = result.temperature_c;
     let temperature = temperature.map(|[low, high]| format!("{low:.1} to {high:.1} °C"));
     let reading = Section::new("How it was read")
@@ -28,24 +25,24 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
         .fact("at rest", at_rest)
         .fact("temperature", temperature);
     let mut section = Section::new("Noise");
-    let (gyroscope, accelerometer): (Vec<_>, Vec<_>) =
-        result.channels.iter().partition(|c| c.is_gyroscope());
-    for channels in [accelerometer, gyroscope] {
+    for sensor in ["accelerometer", "gyroscope"] {
+        let channels = result.channels.iter();
+        let channels = channels.filter(|c| c.is_gyroscope() == (sensor == "gyroscope"));
+        let channels: Vec<&ChannelNoise> = channels.collect();
         if !channels.is_empty() {
             let missing = channels.iter().flat_map(|c| {
                 let missing = c.not_observable.iter();
                 missing.map(move |m| (c.channel.clone(), format!("{}: {}", m.term, m.reason)))
             });
-            section = section.with(parameters(&channels)).reasons(missing);
+            section = section.with(parameters(sensor, &channels)).reasons(missing);
         }
     }
-    let section = section.with(Block::note(
-        "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).",
-    ));
+    let note = "N: noise density, B: bias instability, K: random walk; ± 1σ, < upper limit (95 %).";
+    let section = section.with(Block::Note(note.to_owned()));
     let curves = Section::new("Allan deviation")
         .figures(figures, &["allan-accelerometer", "allan-gyroscope"])
         .full(Block::Equation("σ²(τ) = N²/τ + (2 ln 2/π) B² + K²τ/3"))
-        .full(Block::paragraph(METHOD));
+        .full(Block::Paragraph(METHOD.to_owned()));
     Document {
         subject: vec![name.clone()],
         ..Document::new(format!("Noise of {name}"))
@@ -57,13 +54,8 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
 }
 
 /// The parameters of a sensor, a column for each axis.
-fn parameters(channels: &[&ChannelNoise]) -> Table {
-    let gyroscope = channels.iter().any(|c| c.is_gyroscope());
-    let sensor = if gyroscope {
-        "gyroscope"
-    } else {
-        "accelerometer"
-    };
+fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
+    let gyroscope = sensor == "gyroscope";
     let mut table = Table::new(sensor)
         .columns([""])
         .columns(channels.iter().map(|c| c.channel.as_str()));

@@ -6,7 +6,7 @@ use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::model::left_out;
-use super::{Block, Cell, Column, Detail, Document, Remark, Table, Verdict, parts};
+use super::{Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict, parts};
 use crate::figure::{Figure, svg};
 
 /// Nothing is loaded, whatever a file name or label contains.
@@ -21,12 +21,10 @@ impl Document<'_> {
     #[must_use]
     pub fn to_html(&self) -> String {
         let verdict = self.verdict.iter().map(|v| ("Verdict", verdict(v)));
-        let sections = self.sections.iter().map(|s| {
-            let blocks = s.shown(Detail::Full).map(|b| block(b, s.title));
-            (s.title, html! { @for block in blocks { (block) } })
-        });
+        let blocks =
+            |s: &Section<'_>| html! { @for b in s.shown(Detail::Full) { (block(b, s.title)) } };
+        let sections = verdict.chain(self.sections.iter().map(|s| (s.title, blocks(s))));
         // Anchor, heading and content.
-        let sections = verdict.chain(sections);
         let sections = sections.map(|(title, body)| (anchor(title), title, body));
         let sections: Vec<(String, &str, Markup)> = sections.collect();
         let page = html! {
@@ -166,12 +164,9 @@ fn table(t: &Table, title: &str) -> Markup {
                 tbody {
                     @for row in rows {
                         tr {
-                            @for (i, (cell, class)) in row.iter().zip(&class).enumerate() {
-                                @if i == 0 {
-                                    th scope="row" { (cell_text(cell)) }
-                                } @else {
-                                    td class=[*class] { (cell_text(cell)) }
-                                }
+                            @if let Some(name) = row.first() { th scope="row" { (cell_text(name)) } }
+                            @for (cell, class) in row.iter().zip(&class).skip(1) {
+                                td class=[*class] { (cell_text(cell)) }
                             }
                         }
                     }
