@@ -1,7 +1,7 @@
 //! Stamps to times and a rate.
 
 use super::cells::{median, trend};
-use crate::units::TimeUnit;
+use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
 
 /// Rates of recordings, Hz.
@@ -196,7 +196,7 @@ fn guess_unit_s(
     options: &ClockOptions<'_>,
 ) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let units = TimeUnit::ALL.map(TimeUnit::seconds).into_iter();
+    let units = TIME_UNITS.into_iter().map(|u| u.1);
     let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let is_nominal = |u: &f64| {
         let share = options.rate_hz.map(|nominal| rate_hz(*u) / nominal);
