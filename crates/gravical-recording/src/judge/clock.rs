@@ -10,8 +10,6 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
-/// Unit of the stamps of some motion trackers, s.
-const TICK_S: f64 = 1e-4;
 /// A sensor cannot warm faster, °C/s.
 const FASTEST_WARMING: f64 = 2.0;
 /// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
@@ -90,10 +88,8 @@ pub struct Clock {
     pub restarts: Vec<usize>,
     /// Rows with the stamp of the row before
     pub duplicates: Vec<usize>,
-    /// Rows before which more than four are missing, and the longest step, s
-    pub gaps: Vec<usize>,
-    /// The longest of them
-    pub longest_gap_s: f64,
+    /// Rows before which more than four are missing, and the steps to them, s
+    pub gaps: Vec<(usize, f64)>,
 }
 
 /// Times and rate by the stamps of the rows.
@@ -205,8 +201,7 @@ fn guess_unit_s(
     let is_dated = |u: &f64| UtcTime::of_stamp(start * *u).is_some();
     let is_likely = |u: &f64| options.likely_unit_s == Some(*u);
     let find = |is: &dyn Fn(&f64) -> bool| units.iter().copied().find(is);
-    let told = find(&is_nominal).or_else(|| Some(TICK_S).filter(is_nominal));
-    let told = told.or_else(|| find(&is_dated));
+    let told = find(&is_nominal).or_else(|| find(&is_dated));
     if let Some(unit) = told.or_else(|| find(&is_likely)) {
         return Some((unit, false));
     }
@@ -276,8 +271,7 @@ impl Clock {
                     (pauses, paused) = (pauses + 1, paused + step);
                     continue;
                 }
-                self.gaps.push(row);
-                self.longest_gap_s = self.longest_gap_s.max(step);
+                self.gaps.push((row, step));
             } else if step == 0.0 {
                 self.duplicates.push(row);
             }
@@ -352,11 +346,10 @@ impl Clock {
         let unit_s = self.unit_s;
         self.time_s.iter_mut().for_each(|t| *t *= unit_s);
         self.duration_s *= unit_s;
-        self.longest_gap_s *= unit_s;
+        self.gaps.iter_mut().for_each(|gap| gap.1 *= unit_s);
         self.jitter_s = self.jitter_s.map(|jitter| jitter * unit_s);
         self.rate_hz /= unit_s;
-        let mean_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
-        self.mean_rate_hz = mean_hz.filter(|hz| hz.is_finite());
+        self.mean_rate_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
     }
 }
 

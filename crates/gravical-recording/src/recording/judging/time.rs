@@ -141,8 +141,9 @@ impl JudgedTime {
         found(Kind::DuplicateTime, &clock.duplicates, text);
         let text = format!("{} rows have no time stamp", clock.absent.len());
         found(Kind::AbsentTime, &clock.absent, text);
-        let text = gap_text(clock.gaps.len(), clock.longest_gap_s);
-        found(Kind::Gap, &clock.gaps, text);
+        let (gaps, steps_s): (Vec<usize>, Vec<f64>) = clock.gaps.iter().copied().unzip();
+        let text = gap_text(gaps.len(), steps_s.into_iter().fold(0.0, f64::max));
+        found(Kind::Gap, &gaps, text);
         let of_all = [
             (Kind::BurstTime, clock.bunched.map(|bunched| format!(
                 "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
@@ -160,9 +161,8 @@ impl JudgedTime {
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
-        let step_s = |row: usize| clock.time_s[row] - clock.time_s[row - 1];
-        let gaps = clock.gaps.iter().filter(|row| **row > 0);
-        self.gaps = gaps.map(|r| (rows.lines[*r], step_s(*r))).collect();
+        let gaps = clock.gaps.iter();
+        self.gaps = gaps.map(|(r, s)| (rows.lines[*r], *s)).collect();
         self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
