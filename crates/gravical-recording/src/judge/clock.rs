@@ -112,16 +112,12 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     let start = start.ok_or(ClockFault::Frozen)?;
     let coarse = coarse_rate(&stamps, PAUSE * usual);
     let period = coarse.map_or(usual, f64::recip);
-    clock.unit_s = match options.unit_s {
-        Some(unit_s) if POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit_s))) => unit_s,
-        Some(_) => return Err(ClockFault::NoUnit(period)),
-        None => {
-            let (unit_s, is_assumed) = guess_unit_s(start, stamps.len(), period, &options)
-                .ok_or(ClockFault::NoUnit(period))?;
-            clock.is_unit_assumed = is_assumed;
-            unit_s
-        }
+    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
+    let unit = match options.unit_s {
+        Some(unit_s) => Some((unit_s, false)).filter(is_possible),
+        None => guess_unit_s(start, stamps.len(), period, &options),
     };
+    (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
     clock.start_s = start * clock.unit_s;
     clock.continue_over(stamps, usual, options.gaps);
     clock.judge_steps(coarse, usual, &options);
@@ -131,6 +127,10 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
 
 fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0)
+}
+
+fn is_one(rows: &[usize], row: usize) -> bool {
+    rows.binary_search(&row).is_ok()
 }
 
 /// A usual step advances and is no gap.
@@ -235,7 +235,7 @@ impl Clock {
                     && stamp < 100.0 * usual.max(1.0 / self.unit_s);
                 if let Some(period) = wrap_period(before, stamp, usual, self.unit_s) {
                     offset += period;
-                } else if is_near_zero || gaps.binary_search(&row).is_ok() {
+                } else if is_near_zero || is_one(gaps, row) {
                     offset += before + usual - stamp;
                     self.restarts.push(row);
                 } else {
@@ -255,19 +255,17 @@ impl Clock {
     /// are parted evenly.
     fn judge_steps(&mut self, coarse: Option<f64>, usual: f64, options: &ClockOptions<'_>) {
         let mut steps = Vec::with_capacity(self.time_s.len());
-        let (mut pauses, mut paused) = (0, 0.0);
+        let (mut stamped, mut pauses, mut paused) = (0, 0, 0.0);
         let mut before = f64::NAN;
-        for row in 0..self.time_s.len() {
-            let t = self.time_s[row];
-            let step = t - before;
-            if t.is_finite() {
-                before = t;
-                self.duration_s = self.duration_s.max(t);
+        for (row, t) in self.time_s.iter().enumerate() {
+            if !t.is_finite() {
+                continue;
             }
+            let step = t - std::mem::replace(&mut before, *t);
+            stamped += 1;
+            self.duration_s = self.duration_s.max(*t);
             if step > PAUSE * usual {
-                if options.pauses.binary_search(&row).is_ok()
-                    && options.gaps.binary_search(&row).is_err()
-                {
+                if is_one(options.pauses, row) && !is_one(options.gaps, row) {
                     (pauses, paused) = (pauses + 1, paused + step);
                     continue;
                 }
@@ -275,11 +273,8 @@ impl Clock {
             } else if step == 0.0 {
                 self.duplicates.push(row);
             }
-            if step.is_finite() {
-                steps.push(step);
-            }
+            steps.extend(Some(step).filter(|s| s.is_finite()));
         }
-        let stamped = self.time_s.iter().filter(|t| t.is_finite()).count();
         let recorded = self.duration_s - paused;
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
         let mean = (rows > 0.0 && recorded > 0.0).then(|| rows / recorded);
@@ -294,7 +289,7 @@ impl Clock {
         {
             self.bunched = Some(bunched);
             self.rate_hz = mean;
-            self.part_evenly(coarse.is_some().then_some(PAUSE * usual), options);
+            self.part_evenly(coarse.is_some(), options);
             return;
         }
         let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
@@ -315,24 +310,19 @@ impl Clock {
         }
     }
 
-    /// Rows at equal distances between the breaks, and between steps of the stamps that are longer
-    /// than `longest`.
-    fn part_evenly(&mut self, longest: Option<f64>, options: &ClockOptions<'_>) {
+    /// Rows at equal distances between the breaks, and also between gaps where stamps are coarse.
+    fn part_evenly(&mut self, is_coarse: bool, options: &ClockOptions<'_>) {
         let period = 1.0 / self.rate_hz;
         let (mut start, mut from) = (0.0, 0);
-        let mut before = f64::NAN;
         for row in 0..self.time_s.len() {
-            let stamp = self.time_s[row];
-            let is_apart = options.gaps.binary_search(&row).is_ok()
-                || options.pauses.binary_search(&row).is_ok()
-                || self.restarts.binary_search(&row).is_ok()
-                || longest.is_some_and(|longest| stamp - before > longest);
+            let is_gap = || self.gaps.binary_search_by_key(&row, |gap| gap.0).is_ok();
+            let is_apart = is_one(options.gaps, row)
+                || is_one(options.pauses, row)
+                || is_one(&self.restarts, row)
+                || is_coarse && is_gap();
             if is_apart && row > 0 {
                 let next = self.time_s[row - 1] + period;
-                (start, from) = (stamp.max(next), row);
-            }
-            if stamp.is_finite() {
-                before = stamp;
+                (start, from) = (self.time_s[row].max(next), row);
             }
             self.time_s[row] = start + (row - from) as f64 * period;
         }
@@ -374,8 +364,8 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 /// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
 /// rare and of different lengths, and the stamps between them are evenly spaced.
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
-    let mut waits = steps.to_vec();
-    waits.retain(|s| *s > PAUSE * usual);
+    let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
+    let mut waits: Vec<f64> = waits.collect();
     let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
     let even = steps.iter().filter(is_even).count();
     // Allows for some lost samples.
@@ -406,10 +396,10 @@ pub fn holds_steps(values: &[f64]) -> bool {
 /// Times of rows that hold the time since the row before.
 #[must_use]
 pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
-    let finite = steps.iter().map(|s| if s.is_finite() { *s } else { 0.0 });
-    let sums = finite.scan(0.0, |sum, step| {
-        *sum += step;
-        Some(*sum)
+    let mut sum = 0.0;
+    let sums = steps.iter().map(|step| {
+        sum += if step.is_finite() { *step } else { 0.0 };
+        sum
     });
     sums.collect()
 }
