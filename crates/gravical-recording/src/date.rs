@@ -79,12 +79,5 @@ fn month(name: &str) -> Option<i64> {
         "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
     ];
     let word: String = name.to_lowercase().chars().take(3).collect();
-    let word = match word.as_str() {
-        "mär" | "mrz" => "mar",
-        "mai" => "may",
-        "okt" => "oct",
-        "dez" => "dec",
-        word => word,
-    };
     MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
 }

@@ -21,7 +21,7 @@ const MIN_REPEATS: u64 = 10;
 #[must_use]
 pub fn frozen_axes(
     sensor: &[Vec<f64>; 3],
-    names: [&str; 3],
+    names: &[&str],
     resolution: &[f64],
     lines: &[u32],
 ) -> Vec<Finding> {

@@ -37,10 +37,7 @@ pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
 
 /// Values of rows at equal distances, without empty ones, sorted.
 fn sample(channel: &[f64]) -> Vec<f64> {
-    let mut stride = 1;
-    while channel.len().div_ceil(stride) > MAX_VALUES {
-        stride *= 2;
-    }
+    let stride = channel.len().div_ceil(MAX_VALUES).next_power_of_two();
     let values = channel.iter().copied().step_by(stride);
     let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     values.sort_unstable_by(f64::total_cmp);
