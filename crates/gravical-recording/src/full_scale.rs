@@ -21,7 +21,7 @@ const MAX_END_COUNT: f64 = 32768.0;
 
 /// Detects clipping of a channel.
 #[derive(Debug, Clone, Default)]
-pub struct Clipping {
+pub(crate) struct Clipping {
     /// Intervals of magnitudes at an end of the range, in the unit of the file.
     ends: Vec<[f64; 2]>,
     /// The values are counts, whose end is certain. In physical units a single value at a full
@@ -50,7 +50,6 @@ impl Clipping {
     }
 
     /// Of an accelerometer; nothing seen yet.
-    #[must_use]
     pub fn of_accel(scale: &AccelScale) -> Self {
         if scale.unit == AccelUnit::Counts {
             return Self::of_counts();
@@ -65,7 +64,6 @@ impl Clipping {
     }
 
     /// Of a gyroscope. If the unit is unknown, °/s or rad/s is assumed.
-    #[must_use]
     pub fn of_gyro(scale: &GyroScale) -> Self {
         if scale.unit == GyroUnit::Counts {
             return Self::of_counts();
@@ -127,7 +125,6 @@ impl Clipping {
     }
 
     /// What was found; `None` without clipping.
-    #[must_use]
     pub fn finding(&self, channel: &str) -> Option<Finding> {
         let count = self.count();
         let text = format!(

@@ -20,7 +20,6 @@ const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
 /// the word `sampling` need the unit; those of a filter and of other rates are ignored.
-#[must_use]
 pub fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -59,7 +58,6 @@ const RANGES_G: std::ops::RangeInclusive<f64> = 0.5..=400.0;
 
 /// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`, `Accelerometer Full
 /// Scale: +/-16 g`. The unit is required, and other sensors are ignored.
-#[must_use]
 pub fn range_g(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -86,7 +84,6 @@ const MAX_SERIAL_CHARS: usize = 64;
 
 /// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
 /// `Serial no.,1234`.
-#[must_use]
 pub fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
         // ASCII lower case leaves byte positions unchanged.
@@ -106,7 +103,6 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 }
 
 /// Dates have the day before the month: `date format d/M/yyyy`.
-#[must_use]
 pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
         let line = line.as_ref().to_ascii_lowercase();
@@ -119,7 +115,6 @@ pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
 
 /// When the recording starts, s since 1970: `Start Time 12:00:00` and `Start Date 5/19/2017`, or
 /// both in one line.
-#[must_use]
 pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {

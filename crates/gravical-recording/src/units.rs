@@ -161,8 +161,7 @@ impl AccelUnit {
     }
 
     /// Counts per g of a unit that is read as counts.
-    #[must_use]
-    pub fn per_g(text: &str) -> Option<f64> {
+    pub(crate) fn per_g(text: &str) -> Option<f64> {
         find(&ACCEL_UNITS, &squeeze(text))?.2
     }
 }
@@ -181,8 +180,7 @@ impl GyroUnit {
     }
 
     /// Counts per °/s of a unit that is read as counts.
-    #[must_use]
-    pub fn per_deg_s(text: &str) -> Option<f64> {
+    pub(crate) fn per_deg_s(text: &str) -> Option<f64> {
         find(&GYRO_UNITS, &squeeze(text))?.2
     }
 }
@@ -207,8 +205,7 @@ pub(crate) fn is_celsius(text: &str) -> bool {
 }
 
 /// True for the unit of any quantity that recorders measure, as in a row of units.
-#[must_use]
-pub fn is_unit(text: &str) -> bool {
+pub(crate) fn is_unit(text: &str) -> bool {
     const OTHERS: &str = "ut µt μt mt nt gauss mgauss hpa pa kpa mbar v mv % ° m mm m/s hz nounits \
         unitless n/a - localflux localfluxunits yyyy/mm/ddhh:mm:ss.sss";
     AccelUnit::parse(text).is_some()
@@ -237,8 +234,7 @@ impl TimeUnit {
     }
 
     /// The unit of so many seconds.
-    #[must_use]
-    pub fn of_seconds(seconds: f64) -> Option<Self> {
+    pub(crate) fn of_seconds(seconds: f64) -> Option<Self> {
         let is_it = |u: &&(Self, f64, &str)| (u.1 / seconds - 1.0).abs() < 1e-9;
         TIME_UNITS.iter().find(is_it).map(|u| u.0)
     }
@@ -332,59 +328,6 @@ impl GyroScale {
         }
     }
 }
-
-/// Unit that matches the magnitude of readings at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Evidence {
-    /// This unit; for counts with counts per g.
-    Unit(AccelUnit, Option<f64>),
-    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
-    Ambiguous,
-    /// No unit in which gravity has that magnitude.
-    None,
-}
-
-/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
-/// values are whole numbers.
-#[must_use]
-pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
-    match norm {
-        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
-        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
-        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
-        // distinguished within the scale error of a sensor.
-        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
-        800.0..=1250.0 => return Evidence::Ambiguous,
-        _ => {}
-    }
-    let off = |lsb: f64| (norm / lsb).ln().abs();
-    let fits = |(lsb, only_whole): &(f64, bool)| {
-        (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
-    };
-    let nearest = LSB_PER_G
-        .into_iter()
-        .filter(fits)
-        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    nearest.map_or(Evidence::None, |(lsb, _)| {
-        Evidence::Unit(AccelUnit::Counts, Some(lsb))
-    })
-}
-
-/// Largest relative deviation of gravity from the value of a scale.
-pub const MAX_OFF: f64 = 0.2;
-
-/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
-/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
-/// coincide with mg, see [`accel_evidence`].
-const LSB_PER_G: [(f64, bool); 7] = [
-    (64.0, true),
-    (256.0, true),
-    (2048.0, false),
-    (4096.0, false),
-    (8192.0, false),
-    (9806.65, false),
-    (16384.0, false),
-];
 
 /// Counts per °/s of gyroscopes in use: InvenSense and Bosch at ±250, 500, 1000 and
 /// 2000 °/s (MPU-6050 Product Specification 3.4, section 6.1), then ST at 8.75, 17.5,

@@ -386,7 +386,6 @@ fn deviation(values: &[f64]) -> Option<f64> {
 }
 
 /// Whether a column holds the time since the row before rather than the time.
-#[must_use]
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
     let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
@@ -394,7 +393,6 @@ pub fn holds_steps(values: &[f64]) -> bool {
 }
 
 /// Times of rows that hold the time since the row before.
-#[must_use]
 pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
     let sums = steps.iter().map(|step| {
@@ -405,7 +403,6 @@ pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
 }
 
 /// How good a clock a column is: it rises with every row (1), and evenly.
-#[must_use]
 pub fn steadiness(stamps: &[f64]) -> Option<f64> {
     let usual = median(positive_steps(stamps))?;
     let steps = stamps.len() as f64 - 1.0;
@@ -421,7 +418,6 @@ pub fn steadiness(stamps: &[f64]) -> Option<f64> {
 ///
 /// A header or a single blank line is no break if the clock continues across it; several blank
 /// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
-#[must_use]
 pub fn breaks(
     headers: &[usize],
     blanks: &[(usize, usize)],
@@ -442,7 +438,6 @@ pub fn breaks(
 }
 
 /// Blank lines between most rows.
-#[must_use]
 pub fn regular_blanks(blanks: &[(usize, usize)], rows: usize) -> usize {
     let between = blanks.windows(2).map(|b| (b[1].0 - b[0].0) as f64);
     let between: Vec<f64> = between.collect();

@@ -35,7 +35,6 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 /// Repeats prove nothing, and no row is marked, where they are common between the runs, where
 /// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
 /// noise. `is_proof`: what other rows showed of that.
-#[must_use]
 pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
     let (long, short) = find_repeats(channels);
     let mut keep = vec![true; channels[0].len()];
@@ -84,7 +83,6 @@ fn resolves_noise(accel: &[&[f64]]) -> bool {
 /// The row from which on the six channels are shifted (a lost byte on the bus): before it only
 /// the named axes hold gravity, after it only those the same number of places further on. `gravity`:
 /// in the unit of the values; by default that of the first quarter.
-#[must_use]
 pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Option<usize> {
     let rows = channels[0].len();
     let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);

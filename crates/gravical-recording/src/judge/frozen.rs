@@ -18,7 +18,6 @@ const MIN_REPEATS: u64 = 10;
 
 /// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each
 /// axis; `lines`: that of each row.
-#[must_use]
 pub fn frozen_axes(
     sensor: &[Vec<f64>; 3],
     names: &[&str],
@@ -70,7 +69,6 @@ pub(super) fn runs(rows: usize, repeats: impl Fn(usize) -> bool) -> Vec<std::ops
 /// Rows that repeat the row before in every channel throughout the recording: the sensor was read
 /// faster than it measures. With a coarse resolution rows also repeat at rest, until the last
 /// digit flips or a motion begins; after repeated readings the value often differs by much.
-#[must_use]
 pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> Option<Finding> {
     let rows = lines.len();
     let (mut spans, mut jumped, mut flipped) = (LineSpans::default(), 0, 0);

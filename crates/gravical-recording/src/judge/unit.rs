@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use super::cells::median;
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
-use crate::units::{AccelScale, AccelUnit, Evidence, MAX_OFF, Origin, accel_evidence};
+use crate::units::{AccelScale, AccelUnit, Origin};
 
 /// Rows of a block whose spread tells rest from motion.
 const BLOCK_ROWS: usize = 20;
@@ -47,7 +47,6 @@ pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
-#[must_use]
 pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
     quiet_norm(accel).is_some_and(|norm| accel_evidence(norm, true) != Evidence::None)
 }
@@ -55,7 +54,6 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
 /// middle was subtracted.
-#[must_use]
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
@@ -143,6 +141,58 @@ fn find_evidence(norm: f64, integers: bool, claim: AccelClaim) -> Evidence {
         None => accel_evidence(norm, integers),
     }
 }
+
+/// Unit that matches the magnitude of readings at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Evidence {
+    /// This unit; for counts with counts per g.
+    Unit(AccelUnit, Option<f64>),
+    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
+    Ambiguous,
+    /// No unit in which gravity has that magnitude.
+    None,
+}
+
+/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
+/// values are whole numbers.
+fn accel_evidence(norm: f64, integers: bool) -> Evidence {
+    match norm {
+        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
+        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
+        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
+        // distinguished within the scale error of a sensor.
+        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
+        800.0..=1250.0 => return Evidence::Ambiguous,
+        _ => {}
+    }
+    let off = |lsb: f64| (norm / lsb).ln().abs();
+    let fits = |(lsb, only_whole): &(f64, bool)| {
+        (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
+    };
+    let nearest = LSB_PER_G
+        .into_iter()
+        .filter(fits)
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    nearest.map_or(Evidence::None, |(lsb, _)| {
+        Evidence::Unit(AccelUnit::Counts, Some(lsb))
+    })
+}
+
+/// Largest relative deviation of gravity from the value of a scale.
+const MAX_OFF: f64 = 0.2;
+
+/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
+/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
+/// coincide with mg, see [`accel_evidence`].
+const LSB_PER_G: [(f64, bool); 7] = [
+    (64.0, true),
+    (256.0, true),
+    (2048.0, false),
+    (4096.0, false),
+    (8192.0, false),
+    (9806.65, false),
+    (16384.0, false),
+];
 
 /// The magnitude of readings at rest, what is said of their unit, and what is found of it.
 struct AtRest<'a> {

@@ -102,7 +102,7 @@ impl Measured {
         set_aside_slipped(format, &mut rows, known);
         findings.extend(findings::of_lines(&rows));
         findings.extend(text_cells);
-        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
+        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.meaning())));
         findings.append(&mut of_time);
 
         let temperature_c = rows.columns.pop().unwrap_or_default();
