@@ -29,26 +29,22 @@ pub fn rate_hz(metadata: &[String]) -> Option<f64> {
             POSSIBLE.contains(&rate).then_some(rate)
         };
         (0..words.len()).find_map(|i| {
-            if is_listed(NAMES, words[i]) {
-                // The number follows, possibly after its unit or another word.
-                let at = (i + 1..words.len().min(i + 4)).find(|at| number(words[*at]).is_some())?;
-                let beside = &words[i.saturating_sub(2)..at];
-                let before = &words[i.saturating_sub(2)..i];
-                let other_rate = match before {
-                    ["output", "data"] => false,
-                    [.., last] => is_listed(OTHER_RATES, last),
-                    [] => false,
-                };
-                let of_filter = beside.iter().any(|w| is_listed(OF_FILTER, w));
-                let with_unit = words[at].ends_with("hz")
-                    || words[i + 1..words.len().min(at + 2)].contains(&"hz");
-                let clear = with_unit || !matches!(words[i], "sampling" | "frequency");
-                return number(words[at]).filter(|_| clear && !of_filter && !other_rate);
+            let is_at = words[i] == "at";
+            if !is_at && !is_listed(NAMES, words[i]) {
+                return None;
             }
-            // `at 100 Hz`: only with the unit.
-            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
-            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
-            number(rate).filter(|_| unit)
+            // The number follows; after a name possibly behind its unit or another word.
+            let end = words.len().min(if is_at { i + 2 } else { i + 4 });
+            let at = (i + 1..end).find(|at| number(words[*at]).is_some())?;
+            let before = &words[i.saturating_sub(2)..i];
+            let is_other = *before != ["output", "data"]
+                && before.last().is_some_and(|w| is_listed(OTHER_RATES, w));
+            let mut beside = words[i.saturating_sub(2)..at].iter();
+            let of_filter = beside.any(|w| is_listed(OF_FILTER, w));
+            let has_unit =
+                words[at].ends_with("hz") || words[i + 1..words.len().min(at + 2)].contains(&"hz");
+            let is_clear = has_unit || !matches!(words[i], "sampling" | "frequency" | "at");
+            number(words[at]).filter(|_| is_clear && !of_filter && !is_other)
         })
     })
 }
