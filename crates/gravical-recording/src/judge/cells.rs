@@ -73,8 +73,8 @@ pub(crate) fn fill_cells(
         if t.is_finite() && !POSSIBLE_C.contains(t) {
             *t = f64::NAN;
             impossible += 1;
-            marked[row] = true;
         }
+        marked[row] |= t.is_nan();
         counts[6] += usize::from(t.is_nan());
     }
     let total: usize = counts.iter().sum();
