@@ -50,12 +50,6 @@ impl UtcTime {
         jiff::Timestamp::from_second(second).ok().map(UtcTime)
     }
 
-    /// The date: `2026-03-09`.
-    #[must_use]
-    pub fn date(self) -> String {
-        self.0.to_string().chars().take(10).collect()
-    }
-
     /// Date and time of day to the minute: `2026-03-09 10:15`.
     #[must_use]
     pub fn minute(self) -> String {
