@@ -43,7 +43,6 @@ impl BoardSettings {
     }
 
     /// Parses the line that starts with `# gravical mpu6050_logger`; `None` for other lines.
-    #[must_use]
     pub fn parse(line: &str) -> Option<Self> {
         let text = line.trim().strip_prefix('#')?.trim();
         let text = text.strip_prefix("gravical mpu6050_logger")?;
@@ -64,13 +63,11 @@ impl BoardSettings {
     }
 
     /// True if values are counts.
-    #[must_use]
     pub fn is_counts(&self) -> bool {
         self.format == 1 || self.format == 2
     }
 
     /// True if the board calibrates: m/s² and rad/s.
-    #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.format == 3
     }

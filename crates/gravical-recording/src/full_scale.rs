@@ -135,7 +135,6 @@ impl Clipping {
 }
 
 /// Number of values of a channel at rest that are clipped.
-#[must_use]
 pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
     let mut clipping = Clipping::of_accel(scale);
     let lines: Vec<u32> = (1..).take(values.len()).collect();
@@ -148,7 +147,6 @@ pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
 /// three or more readings in a row at the channel's own extreme that the signal comes
 /// to, or leaves, in a step far above its last digit: the top of a smooth
 /// motion is reached in small ones.
-#[must_use]
 pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
     let low = channel.iter().copied().fold(f64::INFINITY, f64::min);
     let high = channel.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -79,7 +79,6 @@ pub fn join_gyroscope_bytes(
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
 /// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
-#[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let options = ReadOptions {
         hash: false,
@@ -97,7 +96,6 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
 }
 
 /// True for a file named after a gyroscope and not also after an accelerometer.
-#[must_use]
 pub fn is_named_gyroscope(path: &Path) -> bool {
     let stem = stem(&path.display().to_string()).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")

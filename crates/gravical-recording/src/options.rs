@@ -82,7 +82,6 @@ pub struct ReadOptions {
 impl ReadOptions {
     /// The same options for a recording whose gyroscope is in a separate file
     /// ([`join_gyroscope`](crate::join_gyroscope)): gyroscope columns named by the user belong to that file.
-    #[must_use]
     pub fn beside_gyroscope_file(&self) -> Self {
         ReadOptions {
             columns: self.columns.as_ref().and_then(of_accelerometer),

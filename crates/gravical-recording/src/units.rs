@@ -27,7 +27,6 @@ macro_rules! units {
 
         impl $unit {
             /// Name in files and options; in text it is displayed with its symbol.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
                     $($unit::$value => $name,)*
@@ -155,7 +154,6 @@ pub(crate) fn is_listed(list: &str, word: &str) -> bool {
 
 impl AccelUnit {
     /// Parses a unit; `None` if it is not a unit of acceleration.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         find(&ACCEL_UNITS, &squeeze(text)).map(|u| u.1)
     }
@@ -168,7 +166,6 @@ impl AccelUnit {
 
 impl GyroUnit {
     /// Parses a unit; `None` if it is not a unit of angular rate.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let unit = squeeze(text);
         // A degree sign lost in a conversion can be any character.
@@ -228,7 +225,6 @@ const NANOSECONDS: &str = "ns nsec nsecs nanosec nanosecs nanos nanosecond nanos
 
 impl TimeUnit {
     /// Seconds per unit.
-    #[must_use]
     pub fn seconds(self) -> f64 {
         TIME_UNITS[self as usize].1
     }
@@ -240,7 +236,6 @@ impl TimeUnit {
     }
 
     /// Parses a unit.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let word = text.trim().to_lowercase();
         let is_it = |u: &&(Self, f64, &str)| is_listed(u.2, &word);
@@ -292,7 +287,6 @@ impl AccelScale {
     }
 
     /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
-    #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         match self.unit {
             AccelUnit::MetrePerSecondSquared => Some(1.0),
@@ -317,7 +311,6 @@ pub struct GyroScale {
 
 impl GyroScale {
     /// Input units per rad/s by definition or data sheet; `None` if unknown.
-    #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         let degrees_per_radian = 180.0 / std::f64::consts::PI;
         match self.unit {

@@ -20,7 +20,6 @@ const MAX_PLACES: i32 = 9;
 /// was measured and printed in the same way; if none changes, and in a table of means, the
 /// resolution is the last decimal place in use. For computed values (filtered, rotated,
 /// interpolated) the result is far below their noise.
-#[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
     let samples = sensor.each_ref().map(|channel| sample(channel));
     let steps = [0, 1, 2].map(|i| smallest_difference(&sensor[i], &samples[i]));

@@ -32,7 +32,6 @@ pub struct AccelClaim {
 /// Median magnitude in the quietest third of the blocks of 20 rows: gravity, in the unit of the
 /// values. `None` without a complete row. The sensor need not be at rest: gravity dominates the mean of
 /// a quiet block.
-#[must_use]
 pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
     let rows = accel[0].len();
     let ranges = (0..rows)
