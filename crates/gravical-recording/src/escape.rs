@@ -17,15 +17,8 @@ fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) 
     {
         return Cow::Borrowed(text);
     }
-    let mut out = String::with_capacity(text.len() + 16);
-    for c in text.chars() {
-        if is_escaped(c) {
-            out.push_str(&write(c))
-        } else {
-            out.push(c)
-        }
-    }
-    Cow::Owned(out)
+    let escape = |c: char| if is_escaped(c) { write(c) } else { c.into() };
+    Cow::Owned(text.chars().map(escape).collect())
 }
 
 /// Text that is safe for a terminal, whatever recordings, file names and calibrations it

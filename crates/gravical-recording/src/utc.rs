@@ -50,8 +50,7 @@ impl UtcTime {
 
     /// Date and time of day to the minute: `2026-03-09 10:15`.
     pub fn minute(self) -> String {
-        let text: String = self.0.to_string().chars().take(16).collect();
-        text.replace('T', " ")
+        self.0.strftime("%Y-%m-%d %H:%M").to_string()
     }
 }
 

@@ -79,6 +79,7 @@ impl Measured {
         if let Some(known) = known {
             time.continue_from(known.anchor, &rows.lines);
         }
+        rows.breaks.extend(&time.restarts);
         let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
         let times = times.take(stamped_rows(format, &rows));
         let anchor = times.rev().find(|(_, t)| t.is_finite());
@@ -109,16 +110,18 @@ impl Measured {
         let time_s = rows.columns.pop().unwrap_or_default();
         let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
         let mut breaks = std::mem::take(&mut rows.breaks);
-        breaks.extend(time.breaks(&rows, &time_s));
+        let (headers, blanks) = (&rows.headers, &rows.blanks);
+        let (rate_hz, count) = (time.timing.median_rate_hz, rows.rows());
+        breaks.extend(judge::breaks(headers, blanks, &time_s, rate_hz, count));
         breaks.sort_unstable();
         breaks.dedup();
-        breaks.retain(|row| (1..rows.rows()).contains(row));
+        breaks.retain(|row| (1..count).contains(row));
         let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
         let mut readings = Readings {
             accel: format.accel.map(&mut take),
             gyro: format.gyro.map(|g| g.map(&mut take)),
             temperature_c: thermometer.map(|_| temperature_c),
-            is_measured: vec![true; rows.rows()],
+            is_measured: vec![true; count],
             time_s: has_clock.then_some(time_s),
             breaks,
         };

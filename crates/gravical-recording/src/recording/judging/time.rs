@@ -21,8 +21,8 @@ pub(crate) struct JudgedTime {
     pub time_s: Vec<f64>,
     pub start_s: Option<f64>,
     pub timing: Timing,
-    /// Lines of the rows at which the clock begins again.
-    pub restarts: Vec<u32>,
+    /// Rows at which the clock begins again.
+    pub restarts: Vec<usize>,
     /// Lines of the rows before which more than four are missing, and these steps, s.
     pub gaps: Vec<(u32, f64)>,
 }
@@ -88,17 +88,6 @@ impl JudgedTime {
         self.time_s.iter_mut().for_each(|t| *t += shift_s);
     }
 
-    /// Breaks beside named gaps.
-    pub fn breaks(&self, rows: &Batch, time_s: &[f64]) -> Vec<usize> {
-        let (headers, blanks) = (&rows.headers, &rows.blanks);
-        let rate_hz = self.timing.median_rate_hz;
-        let mut breaks = judge::breaks(headers, blanks, time_s, rate_hz, rows.rows());
-        // The first row after a restart may have been set aside.
-        let first = |line: &u32| rows.lines.partition_point(|l| l < line);
-        breaks.extend(self.restarts.iter().map(first));
-        breaks
-    }
-
     fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
@@ -154,7 +143,7 @@ impl JudgedTime {
         ];
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
-        self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
+        self.restarts = clock.restarts;
         let gaps = clock.gaps.iter();
         self.gaps = gaps.map(|(r, s)| (rows.lines[*r], *s)).collect();
         self.timing.median_rate_hz = Some(rate_hz);
