@@ -41,6 +41,7 @@ impl Recording {
         let mut findings = measured.findings;
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
+        let middle = if is_unsigned { 32_768.0 } else { 0.0 };
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
         let mut of_unit = Vec::new();
         let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
@@ -76,7 +77,7 @@ impl Recording {
             restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
             breaks: measured.readings.breaks,
-            zero_offset: measured.zero_offset,
+            zero_offset: options.zero_offset.unwrap_or(middle),
             accel_scale,
             contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
             gyro_scale,

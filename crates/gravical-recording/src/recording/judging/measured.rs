@@ -46,7 +46,6 @@ pub(crate) struct Measured {
     pub readings: Readings,
     /// Without the times.
     pub time: JudgedTime,
-    pub zero_offset: f64,
     pub findings: Vec<Finding>,
     pub known: Known,
 }
@@ -129,10 +128,6 @@ impl Measured {
             let values = readings.accel.iter_mut().flatten();
             values.for_each(|v| *v -= offset);
         }
-        let of_encoding = match encoding {
-            Some(Encoding::OffsetBinary) => 32_768.0,
-            _ => 0.0,
-        };
         let known_holds = known.map(|known| known.holds);
         let (empty, holds) =
             judge::fill_cells(&mut readings, &rows.lines, names(format), known_holds);
@@ -142,7 +137,6 @@ impl Measured {
             readings,
             rows,
             time,
-            zero_offset: options.zero_offset.unwrap_or(of_encoding),
             findings,
             known: Known {
                 encoding,
