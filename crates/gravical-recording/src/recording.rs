@@ -29,7 +29,7 @@ pub struct Labels {
 /// Timing of a recording.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Timing {
-    /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 10 ms
+    /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 100 µs
     pub unit: Option<TimeUnit>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
     pub nominal_rate_hz: Option<f64>,
