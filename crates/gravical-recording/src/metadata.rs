@@ -114,12 +114,9 @@ pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
 pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {
-            let start = line.get(..name.len())?;
-            let value = line.get(name.len()..)?;
-            let value = value.trim_start_matches([' ', ':', ',', ';', '\t']);
-            start
-                .eq_ignore_ascii_case(name)
-                .then(|| value.trim_end_matches([',', ';', ' ']))
+            let (start, value) = line.split_at_checked(name.len())?;
+            let is_named = start.eq_ignore_ascii_case(name);
+            is_named.then(|| value.trim_matches([' ', ':', ',', ';', '\t']))
         })
     };
     let time = after("start time")?;
