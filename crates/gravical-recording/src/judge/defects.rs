@@ -90,42 +90,33 @@ pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Opt
     let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
         .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
         .collect();
-    let axes = |shift: usize| [0, 1, 2].map(|i| (accel_at + shift + i) % 6);
-    // Relative error of the magnitude of gravity in three channels of each block.
-    let errors = |shift: usize| -> Vec<f64> {
-        let norm = |block: &[f64; 6]| axes(shift).iter().map(|c| block[*c]).sum::<f64>().sqrt();
-        blocks
-            .iter()
-            .map(|b| (norm(b) / gravity - 1.0).abs())
-            .collect()
+    // Relative error of the magnitude of gravity in three channels of a block.
+    let error = |block: usize, shift: usize| -> f64 {
+        let squares = [0, 1, 2].map(|i| blocks[block][(accel_at + shift + i) % 6]);
+        (squares.iter().sum::<f64>().sqrt() / gravity - 1.0).abs()
     };
-    let named = errors(0);
-    let slips = (1..6).filter_map(|shift| slip_by(channels, &named, &errors(shift)));
-    // Of several shifts that fit as often, the one that began first.
-    slips
-        .max_by_key(|(blocks, row)| (*blocks, Reverse(*row)))
-        .map(|s| s.1)
-}
-
-fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
-}
-
-/// Number of shifted blocks, and the row from which on the channels are shifted, by the errors of
-/// gravity in the named and in the shifted channels.
-fn slip_by(channels: [&[f64]; 6], named: &[f64], shifted: &[f64]) -> Option<(usize, usize)> {
-    let is_named = |b: &usize| named[*b] < 0.1 && shifted[*b] > 0.2;
-    let is_shifted = |b: &usize| named[*b] > 0.2 && shifted[*b] < 0.1;
-    let blocks = named.len();
-    let count = (0..blocks).filter(is_shifted).count();
-    let first = (0..blocks).find(is_shifted)?;
-    let last = (0..first).rev().find(is_named)?;
-    let stays = (first..blocks).filter(is_named).count() * 20 <= count;
     let jump = |row: usize| -> f64 {
         let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
         steps.sum()
     };
-    let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
-    let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
-    (stays && count >= 5).then_some((count, row))
+    // Number of shifted blocks, and the row from which on the channels are shifted.
+    let slip_by = |shift: usize| -> Option<(usize, usize)> {
+        let is_named = |b: &usize| error(*b, 0) < 0.1 && error(*b, shift) > 0.2;
+        let is_shifted = |b: &usize| error(*b, 0) > 0.2 && error(*b, shift) < 0.1;
+        let count = (0..blocks.len()).filter(is_shifted).count();
+        let first = (0..blocks.len()).find(is_shifted)?;
+        let last = (0..first).rev().find(is_named)?;
+        let stays = (first..blocks.len()).filter(is_named).count() * 20 <= count;
+        let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
+        let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
+        (stays && count >= 5).then_some((count, row))
+    };
+    // Of several shifts that fit as often, the one that began first.
+    let slips = (1..6).filter_map(slip_by);
+    let slip = slips.max_by_key(|(blocks, row)| (*blocks, Reverse(*row)));
+    slip.map(|s| s.1)
+}
+
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
 }
