@@ -5,7 +5,6 @@ mod change;
 mod clock;
 mod defects;
 mod encoding;
-mod frozen;
 mod resolution;
 mod unit;
 
@@ -13,9 +12,10 @@ pub(crate) use cells::{HeldRows, POSSIBLE_C, fill_cells, median, trend};
 pub(crate) use change::unit_change;
 pub use clock::{Clock, ClockFault, ClockOptions, clock};
 pub(crate) use clock::{breaks, holds_steps, regular_blanks, steadiness, sum_steps};
-pub(crate) use defects::{mark_hung, repeats_are_proof, slip, unread_runs};
+pub(crate) use defects::{
+    frozen_axes, mark_hung, repeated_rows, repeats_are_proof, slip, unread_runs,
+};
 pub(crate) use encoding::{Encoding, are_unsigned};
-pub(crate) use frozen::{frozen_axes, repeated_rows};
 pub use resolution::resolution;
 pub use unit::quiet_norm;
 pub(crate) use unit::{AccelClaim, accel_unit, shows_gravity};
