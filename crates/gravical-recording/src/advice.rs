@@ -16,7 +16,6 @@ pub struct Advice {
 
 impl Advice {
     /// An option with its value.
-    #[must_use]
     pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
         Advice {
             name: name.into(),

@@ -37,14 +37,12 @@ pub struct BoardSettings {
 
 impl BoardSettings {
     /// Rows under both settings mean the same.
-    #[must_use]
-    pub fn has_units_of(&self, other: &Self) -> bool {
+    pub(crate) fn has_units_of(&self, other: &Self) -> bool {
         let units = |s: &Self| (s.accel_range_g, s.gyro_range_deg_s, s.format);
         units(self) == units(other)
     }
 
     /// Parses the line that starts with `# gravical mpu6050_logger`; `None` for other lines.
-    #[must_use]
     pub fn parse(line: &str) -> Option<Self> {
         let text = line.trim().strip_prefix('#')?.trim();
         let text = text.strip_prefix("gravical mpu6050_logger")?;
@@ -65,28 +63,24 @@ impl BoardSettings {
     }
 
     /// True if values are counts.
-    #[must_use]
     pub fn is_counts(&self) -> bool {
         self.format == 1 || self.format == 2
     }
 
     /// True if the board calibrates: m/s² and rad/s.
-    #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.format == 3
     }
 
     /// Counts per g of a 16-bit converter with this range.
-    #[must_use]
-    pub fn lsb_per_g(&self) -> f64 {
+    pub(crate) fn lsb_per_g(&self) -> f64 {
         32768.0 / f64::from(self.accel_range_g)
     }
 
     /// °C of a count: 1/340 °C each and 36.53 °C at 0 for the MPU6050 (MPU-6000 and MPU-6050
     /// Register Map 4.2, register 65), 1/333.87 °C and 21 °C for the MPU-6500 (MPU-6500
     /// Product Specification 1.3, section 3.4.2, and Register Map 2.1, register 65).
-    #[must_use]
-    pub fn celsius(&self, count: f64) -> f64 {
+    pub(crate) fn celsius(&self, count: f64) -> f64 {
         if self.is_mpu6500 {
             count / 333.87 + 21.0
         } else {
@@ -95,16 +89,13 @@ impl BoardSettings {
     }
 
     /// Counts per °/s; `None` for a range that the sensor does not have.
-    #[must_use]
-    pub fn lsb_per_deg_s(&self) -> Option<f64> {
+    pub(crate) fn lsb_per_deg_s(&self) -> Option<f64> {
         mpu6050_gyroscope_lsb_per_deg_s(self.gyro_range_deg_s)
     }
 
     /// The last settings line above the rows.
-    #[must_use]
-    pub fn last(metadata: &[String]) -> Option<Self> {
-        let mut lines = metadata.iter().rev();
-        lines.find_map(|line| BoardSettings::parse(line))
+    pub(crate) fn last(metadata: &[String]) -> Option<Self> {
+        metadata.iter().rev().find_map(|line| Self::parse(line))
     }
 }
 

@@ -25,7 +25,20 @@ pub(crate) fn parse_date(text: &str, is_day_first: bool) -> Option<f64> {
         [b'p' | b'P', ..] => h % 12.0 + 12.0,
         _ => h % 24.0,
     };
-    Some(day.map_or(Some(0.0), |d| parse_day(d, is_day_first))? + h * 3600.0 + m * 60.0 + s)
+    let midnight_s = match day {
+        Some(day) => parse_day(day, is_day_first)? - ahead_s(zone),
+        None => 0.0,
+    };
+    Some(midnight_s + h * 3600.0 + m * 60.0 + s)
+}
+
+/// Seconds by which a zone is ahead of UTC: `+02:00`, `-0530`, `Z`.
+fn ahead_s(zone: &str) -> f64 {
+    let digits: String = zone.chars().filter(char::is_ascii_digit).collect();
+    let scale = if digits.len() > 2 { 1.0 } else { 100.0 };
+    let number = scale * digits.parse::<f64>().unwrap_or(0.0);
+    let sign = if zone.contains('-') { -1.0 } else { 1.0 };
+    sign * (3600.0 * (number / 100.0).floor() + 60.0 * (number % 100.0))
 }
 
 /// `h:m:s.f`, `h:m:s:ffff` (fraction behind a colon), `m:s.f` or `h:m`.
@@ -79,12 +92,5 @@ fn month(name: &str) -> Option<i64> {
         "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
     ];
     let word: String = name.to_lowercase().chars().take(3).collect();
-    let word = match word.as_str() {
-        "mär" | "mrz" => "mar",
-        "mai" => "may",
-        "okt" => "oct",
-        "dez" => "dec",
-        word => word,
-    };
     MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
 }

@@ -40,6 +40,7 @@ pub struct Location {
 }
 
 /// An error with cause, place and hint; `Debug` writes what a `main` that returns it should show.
+#[must_use = "an error is returned"]
 pub struct Error(Box<Inner>);
 
 struct Inner {
@@ -69,50 +70,42 @@ impl Error {
     }
 
     /// The recording or file does not contain what is needed.
-    #[must_use]
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
     }
 
     /// The recording contradicts what its first rows showed.
-    #[must_use]
     pub fn contradiction(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Contradiction, code, message)
     }
 
     /// An invalid option or combination of options.
-    #[must_use]
     pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Usage, code, message)
     }
 
     /// A value of an option that is not possible: `option-range`. As [`Error::option`].
-    #[must_use]
     pub fn range(option: &'static str, message: impl Into<String>) -> Self {
         Self::usage("option-range", message).of_option(option)
     }
 
     /// Sets the [option](Error::option) that is the cause.
-    #[must_use]
     pub fn of_option(mut self, option: &'static str) -> Self {
         self.0.option = Some(option);
         self
     }
 
     /// The board, its port or the cable to it fails.
-    #[must_use]
     pub fn device(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Device, code, message)
     }
 
     /// A failed read or write of `path`, or the error of this type that its reader passes on.
-    #[must_use]
     pub fn io(path: &Path, source: io::Error) -> Self {
         Self::from(source).in_file(path)
     }
 
     /// Adds a hint, in place of one with its options that is there.
-    #[must_use]
     pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
         self.0.hint = Some(hint.into());
         self.0.options.clear();
@@ -120,14 +113,12 @@ impl Error {
     }
 
     /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
-    #[must_use]
     pub fn advise(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
         self.0.options.push(Advice::new(option, value));
         self
     }
 
     /// Adds the place.
-    #[must_use]
     pub fn at(mut self, path: &Path, line: Option<u64>) -> Self {
         self.0.location = Some(Location {
             path: path.to_path_buf(),
@@ -138,13 +129,11 @@ impl Error {
     }
 
     /// Adds the line, from 1, of a file that whoever opened it [adds](Error::in_file).
-    #[must_use]
     pub(crate) fn at_line(self, line: usize) -> Self {
         self.at(Path::new(""), Some(line as u64))
     }
 
     /// Adds the column to a place with a line.
-    #[must_use]
     pub fn at_column(mut self, column: u64) -> Self {
         if let Some(place) = &mut self.0.location {
             place.column = Some(column);
@@ -153,7 +142,6 @@ impl Error {
     }
 
     /// Sets the file of a place, whose line and column remain.
-    #[must_use]
     pub fn in_file(mut self, path: &Path) -> Self {
         match &mut self.0.location {
             Some(place) => place.path = path.to_path_buf(),
@@ -163,38 +151,32 @@ impl Error {
     }
 
     /// Adds to the message.
-    #[must_use]
     pub fn with_detail(mut self, text: &str) -> Self {
         self.0.message += text;
         self
     }
 
     /// Stable code for scripts: `missing-face`, `unit-unknown` ….
-    #[must_use]
     pub fn code(&self) -> &'static str {
         self.0.code
     }
 
     /// The message without option, place and hint.
-    #[must_use]
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
     /// The option that is the cause, for example `pose_tilt`, if it is one.
-    #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         self.0.option
     }
 
     /// The options that help, or that are better left out, as the hint or else the message says.
-    #[must_use]
     pub fn options(&self) -> &[Advice] {
         &self.0.options
     }
 
     /// The whole text without the hint, with options in the words of a surface: flags, keywords.
-    #[must_use]
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         let mut text = String::new();
         if let Some(place) = &self.0.location {
@@ -220,26 +202,22 @@ impl Error {
     }
 
     /// The hint in the words of a surface.
-    #[must_use]
     pub fn worded_hint(&self, word: impl Fn(&Advice) -> String) -> Option<String> {
         let hint = self.0.hint.as_deref()?;
         Some(with_options(hint, &self.0.options, word))
     }
 
     /// The hint without its options, if any.
-    #[must_use]
     pub fn hint(&self) -> Option<&str> {
         self.0.hint.as_deref()
     }
 
     /// The place, if known.
-    #[must_use]
     pub fn location(&self) -> Option<&Location> {
         self.0.location.as_ref()
     }
 
     /// Cause of the error.
-    #[must_use]
     pub fn category(&self) -> Category {
         self.0.category
     }

@@ -17,45 +17,33 @@ fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) 
     {
         return Cow::Borrowed(text);
     }
-    let mut out = String::with_capacity(text.len() + 16);
-    for c in text.chars() {
-        if is_escaped(c) {
-            out.push_str(&write(c))
-        } else {
-            out.push(c)
-        }
-    }
-    Cow::Owned(out)
+    let escape = |c: char| if is_escaped(c) { write(c) } else { c.into() };
+    Cow::Owned(text.chars().map(escape).collect())
 }
 
 /// Text that is safe for a terminal, whatever recordings, file names and calibrations it
 /// contains: characters that control the terminal are written as `\u{1b}`. Line ends are kept.
 /// All text output passes through this function.
-#[must_use]
 pub fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n', |c| c.escape_unicode().to_string())
 }
 
 /// The same for a part of a line, such as a file name or a label: line ends are escaped too.
-#[must_use]
 pub fn one_line(text: &str) -> Cow<'_, str> {
     escaped(text, |_| false, |c| c.escape_unicode().to_string())
 }
 
 /// The path as text of one line.
-#[must_use]
 pub fn path_text(path: &Path) -> String {
     one_line(&path.to_string_lossy()).into_owned()
 }
 
 /// Equivalent JSON with such characters escaped; they can only occur in strings.
-#[must_use]
 pub fn shown_json(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c == '\n', |c| format!("\\u{:04x}", u32::from(c)))
 }
 
 /// A word of a command line for a shell, with quotes if necessary.
-#[must_use]
 pub fn shell_word(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "_./+-:=,@%".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -69,7 +57,6 @@ pub fn shell_word(text: &str) -> String {
 }
 
 /// The path as a word of a command line for a shell; `./` is added if it begins with a dash, so that it is not an option.
-#[must_use]
 pub fn path_word(path: &Path) -> String {
     let text = path_text(path);
     match text.strip_prefix('-') {

@@ -22,6 +22,7 @@ pub enum Severity {
 }
 
 /// One thing that was found, its lines, and what was done.
+#[must_use = "a finding is told"]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
@@ -50,7 +51,6 @@ pub struct Finding {
 
 impl Finding {
     /// A finding that matters as its kind does.
-    #[must_use]
     pub fn new(kind: FindingKind, message: impl Into<String>) -> Self {
         Finding {
             kind,
@@ -64,7 +64,6 @@ impl Finding {
     }
 
     /// A finding of a kind that matters little here.
-    #[must_use]
     pub fn note(kind: FindingKind, message: impl Into<String>) -> Self {
         Finding {
             severity: Severity::Note,
@@ -73,20 +72,17 @@ impl Finding {
     }
 
     /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
-    #[must_use]
     pub fn advise(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
         self.options.push(Advice::new(option, value));
         self
     }
 
     /// The message with its options, in the words of a surface.
-    #[must_use]
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         with_options(&self.message, &self.options, word)
     }
 
     /// Adds the lines it concerns.
-    #[must_use]
     pub fn at_lines(mut self, spans: &LineSpans) -> Self {
         self.lines = spans.ranges().to_vec();
         self.count = spans.count();
@@ -94,14 +90,12 @@ impl Finding {
     }
 
     /// Adds how many lines, cells or samples it concerns.
-    #[must_use]
     pub fn counting(mut self, count: u64) -> Self {
         self.count = count;
         self
     }
 
     /// Adds the file.
-    #[must_use]
     pub fn in_file(mut self, file: &str) -> Self {
         self.file = Some(file.to_owned());
         self

@@ -21,7 +21,7 @@ const MAX_END_COUNT: f64 = 32768.0;
 
 /// Detects clipping of a channel.
 #[derive(Debug, Clone, Default)]
-pub struct Clipping {
+pub(crate) struct Clipping {
     /// Intervals of magnitudes at an end of the range, in the unit of the file.
     ends: Vec<[f64; 2]>,
     /// The values are counts, whose end is certain. In physical units a single value at a full
@@ -34,48 +34,46 @@ pub struct Clipping {
 }
 
 impl Clipping {
-    fn new(ends: Vec<[f64; 2]>, counts: bool) -> Self {
+    fn of_counts() -> Self {
         Clipping {
-            ends,
-            counts,
+            ends: vec![[MIN_END_COUNT, MAX_END_COUNT]],
+            counts: true,
             ..Clipping::default()
         }
     }
 
-    fn of_counts() -> Self {
-        Clipping::new(vec![[MIN_END_COUNT, MAX_END_COUNT]], true)
+    fn of_ends(ends: impl Iterator<Item = [f64; 2]>) -> Self {
+        Clipping {
+            ends: ends.collect(),
+            ..Clipping::default()
+        }
     }
 
     /// Of an accelerometer; nothing seen yet.
-    #[must_use]
     pub fn of_accel(scale: &AccelScale) -> Self {
         if scale.unit == AccelUnit::Counts {
             return Self::of_counts();
         }
-        let per_g = scale.nominal().map(|n| n * STANDARD_GRAVITY_MPS2);
+        let per_g = scale
+            .nominal()
+            .map_or(f64::NAN, |n| n * STANDARD_GRAVITY_MPS2);
         let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
-        let ranges_g: Vec<f64> = FULL_SCALES_G.into_iter().chain(given).collect();
-        let ends = per_g.into_iter().flat_map(|per_g| {
-            let full = ranges_g.iter().map(move |g| g * per_g);
-            // Within two counts of the full scale.
-            full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005])
-        });
-        Clipping::new(ends.collect(), false)
+        let full = FULL_SCALES_G.into_iter().chain(given).map(|g| g * per_g);
+        // Within two counts of the full scale.
+        Clipping::of_ends(full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005]))
     }
 
     /// Of a gyroscope. If the unit is unknown, °/s or rad/s is assumed.
-    #[must_use]
     pub fn of_gyro(scale: &GyroScale) -> Self {
         if scale.unit == GyroUnit::Counts {
             return Self::of_counts();
         }
         let full_deg_s: Vec<f64> = match scale.lsb_per_deg_s {
             Some(lsb) => vec![32768.0 / lsb],
-            None => LSB_PER_DEG_S
-                .into_iter()
-                .map(|lsb| 32767.0 / lsb)
-                .chain(FULL_SCALES_DEG_S)
-                .collect(),
+            None => {
+                let of_counts = LSB_PER_DEG_S.map(|lsb| 32767.0 / lsb);
+                of_counts.into_iter().chain(FULL_SCALES_DEG_S).collect()
+            }
         };
         let radian = std::f64::consts::PI / 180.0;
         let units: &[f64] = match scale.unit {
@@ -83,12 +81,11 @@ impl Clipping {
             GyroUnit::DegreePerSecond => &[1.0],
             _ => &[1.0, radian],
         };
-        let ends = full_deg_s.iter().flat_map(|deg_s| {
-            let full = units.iter().map(move |unit| deg_s * unit);
-            // Tolerance for rounded sensitivities and two decimals.
-            full.map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005])
-        });
-        Clipping::new(ends.collect(), false)
+        let full = units
+            .iter()
+            .flat_map(|unit| full_deg_s.iter().map(move |deg_s| deg_s * unit));
+        // Tolerance for rounded sensitivities and two decimals.
+        Clipping::of_ends(full.map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005]))
     }
 
     fn is_at_end(&self, magnitude: f64) -> bool {
@@ -96,29 +93,24 @@ impl Clipping {
         ends.any(|[from, to]| (*from..=*to).contains(&magnitude))
     }
 
-    /// Processes a value, with the offset subtracted.
-    fn observe(&mut self, value: f64, line: u64) {
-        let magnitude = value.abs();
-        if magnitude > self.largest {
-            // A value that is exceeded is not the end of the range.
-            if magnitude > 1.004 * self.largest && !self.counts {
-                self.lines = LineSpans::default();
-                self.repeats = 0;
-            }
-            self.largest = magnitude;
-        }
-        let near_largest = self.counts || magnitude > 0.996 * self.largest;
-        if near_largest && self.is_at_end(magnitude) {
-            self.repeats += u64::from(self.last == value);
-            self.last = value;
-            self.lines.push(line);
-        }
-    }
-
     /// Processes the values of rows, with the offset subtracted, and their lines.
     pub fn observe_all(&mut self, values: &[f64], lines: &[u32]) {
         for (value, line) in values.iter().zip(lines) {
-            self.observe(*value, u64::from(*line));
+            let magnitude = value.abs();
+            if magnitude > self.largest {
+                // A value that is exceeded is not the end of the range.
+                if magnitude > 1.004 * self.largest && !self.counts {
+                    self.lines = LineSpans::default();
+                    self.repeats = 0;
+                }
+                self.largest = magnitude;
+            }
+            let near_largest = self.counts || magnitude > 0.996 * self.largest;
+            if near_largest && self.is_at_end(magnitude) {
+                self.repeats += u64::from(self.last == *value);
+                self.last = *value;
+                self.lines.push(u64::from(*line));
+            }
         }
     }
 
@@ -133,7 +125,6 @@ impl Clipping {
     }
 
     /// What was found; `None` without clipping.
-    #[must_use]
     pub fn finding(&self, channel: &str) -> Option<Finding> {
         let count = self.count();
         let text = format!(
@@ -144,12 +135,10 @@ impl Clipping {
 }
 
 /// Number of values of a channel at rest that are clipped.
-#[must_use]
 pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
     let mut clipping = Clipping::of_accel(scale);
-    for (value, line) in values.iter().zip(1..) {
-        clipping.observe(*value, line);
-    }
+    let lines: Vec<u32> = (1..).take(values.len()).collect();
+    clipping.observe_all(values, &lines);
     clipping.count() as usize
 }
 
@@ -158,23 +147,11 @@ pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
 /// three or more readings in a row at the channel's own extreme that the signal comes
 /// to, or leaves, in a step far above its last digit: the top of a smooth
 /// motion is reached in small ones.
-#[must_use]
 pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut digit = f64::INFINITY;
-    let mut before = f64::NAN;
-    for &v in channel {
-        low = low.min(v);
-        high = high.max(v);
-        let change = (v - before).abs();
-        if change > 0.0 {
-            digit = digit.min(change);
-        }
-        before = v;
-    }
-    if !digit.is_finite() {
-        return None;
-    }
+    let low = channel.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = channel.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let changes = channel.windows(2).map(|w| (w[1] - w[0]).abs());
+    let digit = changes.filter(|change| *change > 0.0).reduce(f64::min)?;
     let known = scale.filter(|scale| scale.unit != GyroUnit::Unknown);
     let known = known.map(|scale| Clipping::of_gyro(&scale));
     let repeats = |extreme: f64| channel.iter().filter(|v| **v == extreme).take(3).count() == 3;

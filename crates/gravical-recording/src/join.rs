@@ -79,7 +79,6 @@ pub fn join_gyroscope_bytes(
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
 /// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
-#[must_use]
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let options = ReadOptions {
         hash: false,
@@ -97,7 +96,6 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
 }
 
 /// True for a file named after a gyroscope and not also after an accelerometer.
-#[must_use]
 pub fn is_named_gyroscope(path: &Path) -> bool {
     let stem = stem(&path.display().to_string()).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")
@@ -181,25 +179,20 @@ fn check_rows(recording: &Recording, gyro: &Recording) -> Result<()> {
     let (rows, others) = (recording.lines.len(), gyro.lines.len());
     let apart =
         |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
-    let (text, hint) = if rows != others {
-        let text = format!(
+    let text = if rows != others {
+        format!(
             "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
-        );
-        (
-            text,
-            "give files with time stamps, or with equal numbers of rows",
         )
     } else if let Some(row) = (0..rows).find(apart) {
-        let text = format!(
+        format!(
             "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
             recording.line(row)
-        );
-        (text, "give files with time stamps, or without such rows")
+        )
     } else {
         return Ok(());
     };
     let error = Error::input("gyro-length", text).at(gyro.name.as_ref(), None);
-    Err(error.with_hint(hint))
+    Err(error.with_hint("give files with time stamps, or with the same rows"))
 }
 
 /// The rates at the times of the accelerometer's rows, and a finding about rows without any.
@@ -222,8 +215,8 @@ fn by_stamps(
     let period_s = gyro.timing.rate_hz().map_or(f64::NAN, f64::recip);
     let near_s = SAME_STAMP * period_s;
     // Rows of the gyroscope around a time, and where between them it is.
-    let around = |t: f64| -> Option<(usize, usize, f64)> {
-        let at = rising.partition_point(|row| stamps_s[*row] < t);
+    let around = |t: &f64| -> Option<(usize, usize, f64)> {
+        let at = rising.partition_point(|row| stamps_s[*row] < *t);
         let below = at.checked_sub(1).map(|before| rising[before]);
         match (below, rising.get(at).copied()) {
             (_, Some(b)) if stamps_s[b] - t <= near_s => Some((b, b, 0.0)),
@@ -236,11 +229,13 @@ fn by_stamps(
             _ => None,
         }
     };
-    let places: Vec<Option<(usize, usize, f64)>> = times_s.iter().map(|t| around(*t)).collect();
+    let places: Vec<Option<(usize, usize, f64)>> = times_s.iter().map(around).collect();
     let joined = channels.each_ref().map(|channel| {
-        let rate =
-            |(a, b, share): (usize, usize, f64)| channel[a] + share * (channel[b] - channel[a]);
-        let rates = places.iter().map(|place| place.map_or(f64::NAN, rate));
+        let rates = places.iter().map(|place| {
+            place.map_or(f64::NAN, |(a, b, share)| {
+                channel[a] + share * (channel[b] - channel[a])
+            })
+        });
         rates.collect()
     });
     let uncovered = (0..places.len()).filter(|row| places[*row].is_none());

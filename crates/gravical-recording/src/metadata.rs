@@ -20,7 +20,6 @@ const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
 /// the word `sampling` need the unit; those of a filter and of other rates are ignored.
-#[must_use]
 pub fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -30,26 +29,22 @@ pub fn rate_hz(metadata: &[String]) -> Option<f64> {
             POSSIBLE.contains(&rate).then_some(rate)
         };
         (0..words.len()).find_map(|i| {
-            if is_listed(NAMES, words[i]) {
-                // The number follows, possibly after its unit or another word.
-                let at = (i + 1..words.len().min(i + 4)).find(|at| number(words[*at]).is_some())?;
-                let beside = &words[i.saturating_sub(2)..at];
-                let before = &words[i.saturating_sub(2)..i];
-                let other_rate = match before {
-                    ["output", "data"] => false,
-                    [.., last] => is_listed(OTHER_RATES, last),
-                    [] => false,
-                };
-                let of_filter = beside.iter().any(|w| is_listed(OF_FILTER, w));
-                let with_unit = words[at].ends_with("hz")
-                    || words[i + 1..words.len().min(at + 2)].contains(&"hz");
-                let clear = with_unit || !matches!(words[i], "sampling" | "frequency");
-                return number(words[at]).filter(|_| clear && !of_filter && !other_rate);
+            let is_at = words[i] == "at";
+            if !is_at && !is_listed(NAMES, words[i]) {
+                return None;
             }
-            // `at 100 Hz`: only with the unit.
-            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
-            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
-            number(rate).filter(|_| unit)
+            // The number follows; after a name possibly behind its unit or another word.
+            let end = words.len().min(if is_at { i + 2 } else { i + 4 });
+            let at = (i + 1..end).find(|at| number(words[*at]).is_some())?;
+            let before = &words[i.saturating_sub(2)..i];
+            let is_other = *before != ["output", "data"]
+                && before.last().is_some_and(|w| is_listed(OTHER_RATES, w));
+            let mut beside = words[i.saturating_sub(2)..at].iter();
+            let of_filter = beside.any(|w| is_listed(OF_FILTER, w));
+            let has_unit =
+                words[at].ends_with("hz") || words[i + 1..words.len().min(at + 2)].contains(&"hz");
+            let is_clear = has_unit || !matches!(words[i], "sampling" | "frequency" | "at");
+            number(words[at]).filter(|_| is_clear && !of_filter && !is_other)
         })
     })
 }
@@ -59,7 +54,6 @@ const RANGES_G: std::ops::RangeInclusive<f64> = 0.5..=400.0;
 
 /// The range of the accelerometer, g: `Range: 4 g`, `Dynamic range,±8g`, `Accelerometer Full
 /// Scale: +/-16 g`. The unit is required, and other sensors are ignored.
-#[must_use]
 pub fn range_g(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
@@ -86,7 +80,6 @@ const MAX_SERIAL_CHARS: usize = 64;
 
 /// The sensor's serial number: `Serial Number: MOS2D12345678`, `// DeviceId: 00B41234`,
 /// `Serial no.,1234`.
-#[must_use]
 pub fn serial(metadata: &[String]) -> Option<String> {
     metadata.iter().find_map(|line| {
         // ASCII lower case leaves byte positions unchanged.
@@ -106,7 +99,6 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 }
 
 /// Dates have the day before the month: `date format d/M/yyyy`.
-#[must_use]
 pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
         let line = line.as_ref().to_ascii_lowercase();
@@ -119,16 +111,12 @@ pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
 
 /// When the recording starts, s since 1970: `Start Time 12:00:00` and `Start Date 5/19/2017`, or
 /// both in one line.
-#[must_use]
 pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {
-            let start = line.get(..name.len())?;
-            let value = line.get(name.len()..)?;
-            let value = value.trim_start_matches([' ', ':', ',', ';', '\t']);
-            start
-                .eq_ignore_ascii_case(name)
-                .then(|| value.trim_end_matches([',', ';', ' ']))
+            let (start, value) = line.split_at_checked(name.len())?;
+            let is_named = start.eq_ignore_ascii_case(name);
+            is_named.then(|| value.trim_matches([' ', ':', ',', ';', '\t']))
         })
     };
     let time = after("start time")?;

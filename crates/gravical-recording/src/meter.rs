@@ -45,7 +45,6 @@ pub struct Progress {
 
 impl Meter {
     /// The current progress.
-    #[must_use]
     pub fn progress(&self) -> Progress {
         let total = self.0.total.load(Ordering::Relaxed);
         Progress {
@@ -73,14 +72,12 @@ impl Meter {
     }
 
     /// True after [`stop`](Self::stop).
-    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.0.stopped.load(Ordering::Relaxed)
     }
 
     /// True after [`stop`](Self::stop), for a computation in another crate.
     #[doc(hidden)]
-    #[must_use]
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.0.stopped.clone()
     }

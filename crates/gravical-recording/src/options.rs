@@ -82,7 +82,6 @@ pub struct ReadOptions {
 impl ReadOptions {
     /// The same options for a recording whose gyroscope is in a separate file
     /// ([`join_gyroscope`](crate::join_gyroscope)): gyroscope columns named by the user belong to that file.
-    #[must_use]
     pub fn beside_gyroscope_file(&self) -> Self {
         ReadOptions {
             columns: self.columns.as_ref().and_then(of_accelerometer),
@@ -137,26 +136,11 @@ pub enum ColumnsSpec {
 /// `columns-syntax` (usage).
 pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
     let channel = |name: &str| -> Result<Role> {
-        Ok(match name.trim() {
-            "t" | "time" => Role::Time,
-            "dt" => Role::Step,
-            "ax" => Role::Accel(0),
-            "ay" => Role::Accel(1),
-            "az" => Role::Accel(2),
-            "gx" => Role::Gyro(0),
-            "gy" => Role::Gyro(1),
-            "gz" => Role::Gyro(2),
-            "temp" | "temperature" => Role::Temperature,
-            "label" | "part" => Role::Label,
-            other => {
-                return Err(Error::usage(
-                    "columns-syntax",
-                    format!("there is no channel \"{other}\""),
-                )
-                .with_hint(
-                    "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
-                ));
-            }
+        let name = name.trim();
+        Role::of_name(name).ok_or_else(|| {
+            Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
+                "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
+            )
         })
     };
     if text.contains('=') {

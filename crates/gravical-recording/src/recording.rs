@@ -48,7 +48,6 @@ pub struct Timing {
 
 impl Timing {
     /// The sampling rate to work with, in Hz: that of the time stamps, otherwise the claimed one.
-    #[must_use]
     pub fn rate_hz(&self) -> Option<f64> {
         self.median_rate_hz.or(self.nominal_rate_hz)
     }
@@ -132,7 +131,6 @@ pub struct Recording {
 
 impl Recording {
     /// Sets the name, here and in every finding; before another file is joined.
-    #[must_use]
     pub fn with_name(mut self, name: &str) -> Self {
         name.clone_into(&mut self.name);
         for finding in &mut self.findings {
@@ -142,14 +140,12 @@ impl Recording {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.accel[0].len()
     }
 
     /// When it starts, if its time stamps are dates or seconds since 1970, or the lines above the
     /// header say it; a date without a zone counts as UTC.
-    #[must_use]
     pub fn recorded_at(&self) -> Option<UtcTime> {
         self.start_unix_s().and_then(UtcTime::of_stamp)
     }
@@ -161,7 +157,6 @@ impl Recording {
     }
 
     /// Line number in the file, from 1, of row `row` (from 0).
-    #[must_use]
     pub fn line(&self, row: usize) -> u64 {
         self.lines
             .get(row)
@@ -169,7 +164,6 @@ impl Recording {
     }
 
     /// The rows in these lines, the first and the last.
-    #[must_use]
     pub fn rows_at(&self, [first, last]: [u32; 2]) -> Range<usize> {
         let before = |line: u32| self.lines.partition_point(|l| *l < line);
         let start = before(first);
@@ -177,7 +171,6 @@ impl Recording {
     }
 
     /// True for a long file of a worn device: its rows are means of neighbouring samples.
-    #[must_use]
     pub fn is_averaged(&self) -> bool {
         self.ledger.rows() > self.rows()
     }
@@ -219,14 +212,12 @@ impl Recording {
 
     /// True if there are columns with the names that `gravical apply` writes, whether they are
     /// read or not: the file is a result, not a recording of a session.
-    #[must_use]
     pub fn is_result(&self) -> bool {
         let has = |name: &&str| self.column_names.iter().any(|n| n == name);
         CALIBRATED.iter().any(|own| own.iter().all(has))
     }
 
     /// Time of a row since the first, s, by its stamp, or without stamps by the rate.
-    #[must_use]
     pub fn time_at(&self, row: usize) -> Option<f64> {
         match &self.time_s {
             Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
@@ -235,13 +226,11 @@ impl Recording {
     }
 
     /// Accelerometer values of a row.
-    #[must_use]
     pub fn accel_at(&self, row: usize) -> [f64; 3] {
         [self.accel[0][row], self.accel[1][row], self.accel[2][row]]
     }
 
     /// Row ranges between the breaks, none of them empty.
-    #[must_use]
     pub fn segments(&self) -> Vec<Range<usize>> {
         let edges: Vec<usize> = [&[0], &self.breaks[..], &[self.rows()]].concat();
         let ranges = edges.windows(2).map(|w| w[0]..w[1]);
@@ -249,7 +238,6 @@ impl Recording {
     }
 
     /// The sampling rate to work with, in Hz; assumed if it is unknown.
-    #[must_use]
     pub fn working_rate_hz(&self) -> f64 {
         self.timing.rate_hz().unwrap_or(Self::ASSUMED_RATE_HZ)
     }
@@ -259,7 +247,6 @@ impl Recording {
 }
 
 /// The first 256 KiB of a text, without the line that they cut.
-#[must_use]
 pub fn whole_lines(head: &[u8]) -> String {
     String::from_utf8_lossy(without_cut_line(head)).replace('\0', "")
 }

@@ -1,5 +1,7 @@
 //! What a column holds.
 
+use crate::units::is_listed;
+
 /// What a column holds. Axes are 0, 1, 2 for x, y, z.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Role {
@@ -20,18 +22,30 @@ pub enum Role {
     Other,
 }
 
+/// The name of each, and others that a user may give.
+const NAMES: [(Role, &str); 10] = [
+    (Role::Time, "time t"),
+    (Role::Step, "dt"),
+    (Role::Accel(0), "ax"),
+    (Role::Accel(1), "ay"),
+    (Role::Accel(2), "az"),
+    (Role::Gyro(0), "gx"),
+    (Role::Gyro(1), "gy"),
+    (Role::Gyro(2), "gz"),
+    (Role::Temperature, "temp temperature"),
+    (Role::Label, "label part"),
+];
+
 impl Role {
+    pub(crate) fn of_name(name: &str) -> Option<Self> {
+        let named = NAMES.iter().find(|(_, names)| is_listed(names, name));
+        named.map(|(role, _)| *role)
+    }
+
     /// A name for a column that holds it; `column` counts from 0.
     pub(crate) fn name(self, column: usize) -> String {
-        let axis = |i: usize| ["x", "y", "z"][i];
-        match self {
-            Role::Time => "time".to_owned(),
-            Role::Step => "dt".to_owned(),
-            Role::Accel(i) => format!("a{}", axis(i)),
-            Role::Gyro(i) => format!("g{}", axis(i)),
-            Role::Temperature => "temp".to_owned(),
-            Role::Label => "label".to_owned(),
-            Role::Other => format!("c{}", column + 1),
-        }
+        let named = NAMES.iter().find(|(role, _)| *role == self);
+        let name = named.and_then(|(_, names)| names.split(' ').next());
+        name.map_or_else(|| format!("c{}", column + 1), str::to_owned)
     }
 }

@@ -11,7 +11,6 @@ use crate::options::ReadOptions;
 use crate::text::axes;
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
-#[must_use]
 pub fn stem(name: &str) -> String {
     let file = Path::new(name)
         .file_name()

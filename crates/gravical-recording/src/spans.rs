@@ -40,19 +40,16 @@ impl LineSpans {
     }
 
     /// How many lines were added.
-    #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
     /// True when no line was added.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
     /// The first ranges, both ends included.
-    #[must_use]
     pub fn ranges(&self) -> &[[u64; 2]] {
         &self.spans
     }
@@ -67,7 +64,6 @@ impl FromIterator<u64> for LineSpans {
 }
 
 /// "lines 12, 40-43, …" of the ranges of a finding.
-#[must_use]
 pub fn format_spans(spans: &[[u64; 2]], count: u64, most: usize) -> String {
     let mut shown: u64 = 0;
     let mut parts = Vec::new();

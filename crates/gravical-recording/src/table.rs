@@ -21,7 +21,6 @@ pub enum TableColumn<'a> {
 
 impl TableColumn<'_> {
     /// Number of rows.
-    #[must_use]
     pub fn rows(self) -> usize {
         match self {
             TableColumn::Numbers(values) => values.len(),

@@ -27,7 +27,6 @@ macro_rules! units {
 
         impl $unit {
             /// Name in files and options; in text it is displayed with its symbol.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
                     $($unit::$value => $name,)*
@@ -109,56 +108,43 @@ impl fmt::Display for GyroUnit {
     }
 }
 
-impl AccelUnit {
-    /// Parses a unit; `None` if it is not a unit of acceleration.
-    #[must_use]
-    pub fn parse(text: &str) -> Option<Self> {
-        let unit = squeeze(text);
-        Some(match () {
-            _ if is_listed(MPS2, &unit) => AccelUnit::MetrePerSecondSquared,
-            _ if is_listed("g gs gn g0", &unit) => AccelUnit::StandardGravity,
-            _ if is_listed("mg millig", &unit) => AccelUnit::MilliGravity,
-            _ if is_listed(COUNTS, &unit) || size(&PER_G, &unit).is_some() => AccelUnit::Counts,
-            _ => return None,
-        })
-    }
-
-    /// Counts per g of a unit that is read as counts.
-    #[must_use]
-    pub fn per_g(text: &str) -> Option<f64> {
-        size(&PER_G, &squeeze(text))
-    }
-}
+/// Spellings of a unit, and for one that is read as counts of known sensitivity its counts per g or
+/// per °/s.
+type Spellings<U> = (&'static str, U, Option<f64>);
 
 const MPS2: &str = "m/s2 mps2 ms-2 ms2 m/s/s m/sec2 m/s2r m.s-2 ms2r metre/s2 meter/s2 \
     meterspersecondsquared";
 const COUNTS: &str = "counts count lsb raw adc a.u. int16";
 const DEG_S: &str = "deg/s dps degs deg degs-1 deg/sec degree/s degrees/s deg.s-1 °s-1";
 const RAD_S: &str = "rad/s rads rad rps rad/sec rads-1 rad.s-1 radians/s";
+const MDPS: &str = "mdps mdeg/s millideg/s m°/s mdegs-1";
+const MRAD_PER_DEG: f64 = 1000.0 * std::f64::consts::PI / 180.0;
 
-/// Names of a unit, and its size.
-type UnitNames = (&'static str, f64);
-
-/// Units of acceleration that are read as counts of known sensitivity, in units per g.
-const PER_G: [UnitNames; 3] = [
-    ("cm/s2 cms-2 gal", 980.665),
-    ("mm/s2 mms-2", 9806.65),
-    ("ug µg μg", 1e6),
+const ACCEL_UNITS: [Spellings<AccelUnit>; 7] = [
+    (MPS2, AccelUnit::MetrePerSecondSquared, None),
+    ("g gs gn g0", AccelUnit::StandardGravity, None),
+    ("mg millig", AccelUnit::MilliGravity, None),
+    (COUNTS, AccelUnit::Counts, None),
+    ("cm/s2 cms-2 gal", AccelUnit::Counts, Some(980.665)),
+    ("mm/s2 mms-2", AccelUnit::Counts, Some(9806.65)),
+    ("ug µg μg", AccelUnit::Counts, Some(1e6)),
 ];
 
-/// Units of angular rate that are read as counts of known sensitivity, in units per °/s.
-const PER_DEG_S: [UnitNames; 4] = [
-    ("mdps mdeg/s millideg/s m°/s mdegs-1", MDPS_PER_DEG_S),
-    ("mrad/s mrads-1", 1000.0 * std::f64::consts::PI / 180.0),
-    ("deg/h deg/hr °/h °/hr dph", 3600.0),
-    ("rpm", 1.0 / 6.0),
+const GYRO_UNITS: [Spellings<GyroUnit>; 7] = [
+    (DEG_S, GyroUnit::DegreePerSecond, None),
+    (RAD_S, GyroUnit::RadianPerSecond, None),
+    (COUNTS, GyroUnit::Counts, None),
+    (MDPS, GyroUnit::Counts, Some(MDPS_PER_DEG_S)),
+    ("mrad/s mrads-1", GyroUnit::Counts, Some(MRAD_PER_DEG)),
+    ("deg/h deg/hr °/h °/hr dph", GyroUnit::Counts, Some(3600.0)),
+    ("rpm", GyroUnit::Counts, Some(1.0 / 6.0)),
 ];
 
 /// m°/s in one °/s.
 pub const MDPS_PER_DEG_S: f64 = 1000.0;
 
-fn size(units: &[UnitNames], text: &str) -> Option<f64> {
-    units.iter().find(|u| is_listed(u.0, text)).map(|u| u.1)
+fn find<U: Copy>(units: &[Spellings<U>], word: &str) -> Option<Spellings<U>> {
+    units.iter().find(|u| is_listed(u.0, word)).copied()
 }
 
 /// Whether a word is one of a list, in which blanks separate the words.
@@ -166,29 +152,33 @@ pub(crate) fn is_listed(list: &str, word: &str) -> bool {
     !word.is_empty() && list.split(' ').any(|w| w == word)
 }
 
+impl AccelUnit {
+    /// Parses a unit; `None` if it is not a unit of acceleration.
+    pub fn parse(text: &str) -> Option<Self> {
+        find(&ACCEL_UNITS, &squeeze(text)).map(|u| u.1)
+    }
+
+    /// Counts per g of a unit that is read as counts.
+    pub(crate) fn per_g(text: &str) -> Option<f64> {
+        find(&ACCEL_UNITS, &squeeze(text))?.2
+    }
+}
+
 impl GyroUnit {
     /// Parses a unit; `None` if it is not a unit of angular rate.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let unit = squeeze(text);
         // A degree sign lost in a conversion can be any character.
-        let is_degree = |sign: &str| {
+        let is_degree = unit.strip_suffix("/s").is_some_and(|sign| {
             sign.chars().count() == 1 && !sign.starts_with(|c: char| c.is_ascii_alphanumeric())
-        };
-        Some(match () {
-            _ if is_listed(DEG_S, &unit) || unit.strip_suffix("/s").is_some_and(is_degree) => {
-                GyroUnit::DegreePerSecond
-            }
-            _ if is_listed(RAD_S, &unit) => GyroUnit::RadianPerSecond,
-            _ if is_listed(COUNTS, &unit) || size(&PER_DEG_S, &unit).is_some() => GyroUnit::Counts,
-            _ => return None,
-        })
+        });
+        let named = find(&GYRO_UNITS, &unit).map(|u| u.1);
+        named.or(is_degree.then_some(GyroUnit::DegreePerSecond))
     }
 
     /// Counts per °/s of a unit that is read as counts.
-    #[must_use]
-    pub fn per_deg_s(text: &str) -> Option<f64> {
-        size(&PER_DEG_S, &squeeze(text))
+    pub(crate) fn per_deg_s(text: &str) -> Option<f64> {
+        find(&GYRO_UNITS, &squeeze(text))?.2
     }
 }
 
@@ -212,8 +202,7 @@ pub(crate) fn is_celsius(text: &str) -> bool {
 }
 
 /// True for the unit of any quantity that recorders measure, as in a row of units.
-#[must_use]
-pub fn is_unit(text: &str) -> bool {
+pub(crate) fn is_unit(text: &str) -> bool {
     const OTHERS: &str = "ut µt μt mt nt gauss mgauss hpa pa kpa mbar v mv % ° m mm m/s hz nounits \
         unitless n/a - localflux localfluxunits yyyy/mm/ddhh:mm:ss.sss";
     AccelUnit::parse(text).is_some()
@@ -223,49 +212,36 @@ pub fn is_unit(text: &str) -> bool {
         || is_listed(OTHERS, &squeeze(text))
 }
 
-impl TimeUnit {
-    /// All units.
-    pub(crate) const ALL: [TimeUnit; 4] = [
-        TimeUnit::Second,
-        TimeUnit::Millisecond,
-        TimeUnit::Microsecond,
-        TimeUnit::Nanosecond,
-    ];
+/// The units of time, in the order of the enum: seconds of one, and its spellings.
+pub(crate) const TIME_UNITS: [(TimeUnit, f64, &str); 4] = [
+    (TimeUnit::Second, 1.0, "s sec secs second seconds"),
+    (TimeUnit::Millisecond, 1e-3, MILLISECONDS),
+    (TimeUnit::Microsecond, 1e-6, MICROSECONDS),
+    (TimeUnit::Nanosecond, 1e-9, NANOSECONDS),
+];
+const MILLISECONDS: &str = "ms msec msecs millisec millisecs millis millisecond milliseconds";
+const MICROSECONDS: &str = "us µs μs usec usecs microsec microsecs micros microsecond microseconds";
+const NANOSECONDS: &str = "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds";
 
+impl TimeUnit {
     /// Seconds per unit.
-    #[must_use]
     pub fn seconds(self) -> f64 {
-        match self {
-            TimeUnit::Second => 1.0,
-            TimeUnit::Millisecond => 1e-3,
-            TimeUnit::Microsecond => 1e-6,
-            TimeUnit::Nanosecond => 1e-9,
-        }
+        TIME_UNITS[self as usize].1
     }
 
     /// The unit of so many seconds.
-    #[must_use]
-    pub fn of_seconds(seconds: f64) -> Option<Self> {
-        let mut units = TimeUnit::ALL.into_iter();
-        units.find(|u| (u.seconds() / seconds - 1.0).abs() < 1e-9)
+    pub(crate) fn of_seconds(seconds: f64) -> Option<Self> {
+        let is_it = |u: &&(Self, f64, &str)| (u.1 / seconds - 1.0).abs() < 1e-9;
+        TIME_UNITS.iter().find(is_it).map(|u| u.0)
     }
 
     /// Parses a unit.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let word = text.trim().to_lowercase();
-        let mut units = TimeUnit::ALL.into_iter().zip(TIME_NAMES);
-        units.find(|u| is_listed(u.1, &word)).map(|u| u.0)
+        let is_it = |u: &&(Self, f64, &str)| is_listed(u.2, &word);
+        TIME_UNITS.iter().find(is_it).map(|u| u.0)
     }
 }
-
-/// Names of each unit of time.
-const TIME_NAMES: [&str; 4] = [
-    "s sec secs second seconds",
-    "ms msec msecs millisec millisecs millis millisecond milliseconds",
-    "us µs μs usec usecs microsec microsecs micros microsecond microseconds",
-    "ns nsec nsecs nanosec nanosecs nanos nanosecond nanoseconds",
-];
 
 /// Seconds of one unit of time, which may have a number: `ms`, `[10ms]`.
 pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
@@ -311,7 +287,6 @@ impl AccelScale {
     }
 
     /// Input units per m/s² by definition or data sheet; `None` for counts of unknown range.
-    #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         match self.unit {
             AccelUnit::MetrePerSecondSquared => Some(1.0),
@@ -336,7 +311,6 @@ pub struct GyroScale {
 
 impl GyroScale {
     /// Input units per rad/s by definition or data sheet; `None` if unknown.
-    #[must_use]
     pub fn nominal(&self) -> Option<f64> {
         let degrees_per_radian = 180.0 / std::f64::consts::PI;
         match self.unit {
@@ -347,59 +321,6 @@ impl GyroScale {
         }
     }
 }
-
-/// Unit that matches the magnitude of readings at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Evidence {
-    /// This unit; for counts with counts per g.
-    Unit(AccelUnit, Option<f64>),
-    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
-    Ambiguous,
-    /// No unit in which gravity has that magnitude.
-    None,
-}
-
-/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
-/// values are whole numbers.
-#[must_use]
-pub fn accel_evidence(norm: f64, integers: bool) -> Evidence {
-    match norm {
-        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
-        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
-        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
-        // distinguished within the scale error of a sensor.
-        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
-        800.0..=1250.0 => return Evidence::Ambiguous,
-        _ => {}
-    }
-    let off = |lsb: f64| (norm / lsb).ln().abs();
-    let fits = |(lsb, only_whole): &(f64, bool)| {
-        (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
-    };
-    let nearest = LSB_PER_G
-        .into_iter()
-        .filter(fits)
-        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    nearest.map_or(Evidence::None, |(lsb, _)| {
-        Evidence::Unit(AccelUnit::Counts, Some(lsb))
-    })
-}
-
-/// Largest relative deviation of gravity from the value of a scale.
-pub const MAX_OFF: f64 = 0.2;
-
-/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
-/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
-/// coincide with mg, see [`accel_evidence`].
-const LSB_PER_G: [(f64, bool); 7] = [
-    (64.0, true),
-    (256.0, true),
-    (2048.0, false),
-    (4096.0, false),
-    (8192.0, false),
-    (9806.65, false),
-    (16384.0, false),
-];
 
 /// Counts per °/s of gyroscopes in use: InvenSense and Bosch at ±250, 500, 1000 and
 /// 2000 °/s (MPU-6050 Product Specification 3.4, section 6.1), then ST at 8.75, 17.5,

@@ -30,7 +30,6 @@ pub struct UtcTime(jiff::Timestamp);
 
 impl UtcTime {
     /// The current time, or SOURCE_DATE_EPOCH.
-    #[must_use]
     pub fn now() -> Self {
         let epoch = std::env::var("SOURCE_DATE_EPOCH")
             .ok()
@@ -41,7 +40,6 @@ impl UtcTime {
 
     /// Of a time stamp in seconds since 1970; none unless it is from 2000 to 2099, since most
     /// boards count from their start.
-    #[must_use]
     pub fn of_stamp(since_1970_s: f64) -> Option<Self> {
         let second = since_1970_s.floor() as i64;
         if !(EARLIEST_S..LATEST_S).contains(&second) {
@@ -50,17 +48,9 @@ impl UtcTime {
         jiff::Timestamp::from_second(second).ok().map(UtcTime)
     }
 
-    /// The date: `2026-03-09`.
-    #[must_use]
-    pub fn date(self) -> String {
-        self.0.to_string().chars().take(10).collect()
-    }
-
     /// Date and time of day to the minute: `2026-03-09 10:15`.
-    #[must_use]
     pub fn minute(self) -> String {
-        let text: String = self.0.to_string().chars().take(16).collect();
-        text.replace('T', " ")
+        self.0.strftime("%Y-%m-%d %H:%M").to_string()
     }
 }
 

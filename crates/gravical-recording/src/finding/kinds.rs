@@ -164,13 +164,11 @@ kinds! {
 
 impl FindingKind {
     /// Its stable name for scripts: `unit-mismatch`, `torn-line` ….
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.row().0
     }
 
     /// The usual severity; where it is found it may differ.
-    #[must_use]
     pub fn severity(self) -> Severity {
         match self.row().1 {
             Weight::Note => Severity::Note,
@@ -179,13 +177,11 @@ impl FindingKind {
     }
 
     /// True for a kind that makes a calibration poor.
-    #[must_use]
     pub fn is_gate(self) -> bool {
         self.row().1 == Weight::Gate
     }
 
     /// True if samples were lost or could not be read.
-    #[must_use]
     pub fn is_loss(self) -> bool {
         use FindingKind as K;
         matches!(
@@ -204,7 +200,6 @@ impl FindingKind {
 
     /// True for what the values show once there are enough: a channel that does not change, the end
     /// of the range.
-    #[must_use]
     pub fn is_of_samples(self) -> bool {
         use FindingKind as K;
         matches!(

@@ -4,7 +4,6 @@ use crate::finding::{Finding, FindingKind};
 use crate::readings::Readings;
 
 /// Median of the finite values.
-#[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
     let middle = values.len() / 2;
@@ -12,7 +11,6 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 }
 
 /// Shares of the steps that go up and down.
-#[must_use]
 pub fn trend(values: &[f64]) -> (f64, f64) {
     let steps = values.len().max(2) as f64 - 1.0;
     let up = values.windows(2).filter(|w| w[1] > w[0]).count() as f64;
@@ -75,8 +73,8 @@ pub(crate) fn fill_cells(
         if t.is_finite() && !POSSIBLE_C.contains(t) {
             *t = f64::NAN;
             impossible += 1;
-            marked[row] = true;
         }
+        marked[row] |= t.is_nan();
         counts[6] += usize::from(t.is_nan());
     }
     let total: usize = counts.iter().sum();

@@ -24,7 +24,6 @@ const FULL: f64 = 32_700.0;
 /// The first row under another unit or range: the magnitude at rest jumps from gravity in one unit
 /// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
 /// 1 g. `before`: the magnitude at rest before these rows, if it is known.
-#[must_use]
 pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32], before: Option<f64>) -> Option<Finding> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;

@@ -1,7 +1,7 @@
 //! Stamps to times and a rate.
 
 use super::cells::{median, trend};
-use crate::units::TimeUnit;
+use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
 
 /// Rates of recordings, Hz.
@@ -10,8 +10,6 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
-/// Unit of the stamps of some motion trackers, s.
-const TICK_S: f64 = 1e-4;
 /// A sensor cannot warm faster, °C/s.
 const FASTEST_WARMING: f64 = 2.0;
 /// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
@@ -90,10 +88,8 @@ pub struct Clock {
     pub restarts: Vec<usize>,
     /// Rows with the stamp of the row before
     pub duplicates: Vec<usize>,
-    /// Rows before which more than four are missing, and the longest step, s
-    pub gaps: Vec<usize>,
-    /// The longest of them
-    pub longest_gap_s: f64,
+    /// Rows before which more than four are missing, and the steps to them, s
+    pub gaps: Vec<(usize, f64)>,
 }
 
 /// Times and rate by the stamps of the rows.
@@ -116,16 +112,12 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     let start = start.ok_or(ClockFault::Frozen)?;
     let coarse = coarse_rate(&stamps, PAUSE * usual);
     let period = coarse.map_or(usual, f64::recip);
-    clock.unit_s = match options.unit_s {
-        Some(unit_s) if POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit_s))) => unit_s,
-        Some(_) => return Err(ClockFault::NoUnit(period)),
-        None => {
-            let (unit_s, is_assumed) = guess_unit_s(start, stamps.len(), period, &options)
-                .ok_or(ClockFault::NoUnit(period))?;
-            clock.is_unit_assumed = is_assumed;
-            unit_s
-        }
+    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
+    let unit = match options.unit_s {
+        Some(unit_s) => Some((unit_s, false)).filter(is_possible),
+        None => guess_unit_s(start, stamps.len(), period, &options),
     };
+    (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
     clock.start_s = start * clock.unit_s;
     clock.continue_over(stamps, usual, options.gaps);
     clock.judge_steps(coarse, usual, &options);
@@ -135,6 +127,10 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
 
 fn positive_steps(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
     values.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0)
+}
+
+fn is_one(rows: &[usize], row: usize) -> bool {
+    rows.binary_search(&row).is_ok()
 }
 
 /// A usual step advances and is no gap.
@@ -196,7 +192,7 @@ fn guess_unit_s(
     options: &ClockOptions<'_>,
 ) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let units = TimeUnit::ALL.map(TimeUnit::seconds).into_iter();
+    let units = TIME_UNITS.into_iter().map(|u| u.1);
     let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let is_nominal = |u: &f64| {
         let share = options.rate_hz.map(|nominal| rate_hz(*u) / nominal);
@@ -205,8 +201,7 @@ fn guess_unit_s(
     let is_dated = |u: &f64| UtcTime::of_stamp(start * *u).is_some();
     let is_likely = |u: &f64| options.likely_unit_s == Some(*u);
     let find = |is: &dyn Fn(&f64) -> bool| units.iter().copied().find(is);
-    let told = find(&is_nominal).or_else(|| Some(TICK_S).filter(is_nominal));
-    let told = told.or_else(|| find(&is_dated));
+    let told = find(&is_nominal).or_else(|| find(&is_dated));
     if let Some(unit) = told.or_else(|| find(&is_likely)) {
         return Some((unit, false));
     }
@@ -240,7 +235,7 @@ impl Clock {
                     && stamp < 100.0 * usual.max(1.0 / self.unit_s);
                 if let Some(period) = wrap_period(before, stamp, usual, self.unit_s) {
                     offset += period;
-                } else if is_near_zero || gaps.binary_search(&row).is_ok() {
+                } else if is_near_zero || is_one(gaps, row) {
                     offset += before + usual - stamp;
                     self.restarts.push(row);
                 } else {
@@ -260,32 +255,26 @@ impl Clock {
     /// are parted evenly.
     fn judge_steps(&mut self, coarse: Option<f64>, usual: f64, options: &ClockOptions<'_>) {
         let mut steps = Vec::with_capacity(self.time_s.len());
-        let (mut pauses, mut paused) = (0, 0.0);
+        let (mut stamped, mut pauses, mut paused) = (0, 0, 0.0);
         let mut before = f64::NAN;
-        for row in 0..self.time_s.len() {
-            let t = self.time_s[row];
-            let step = t - before;
-            if t.is_finite() {
-                before = t;
-                self.duration_s = self.duration_s.max(t);
+        for (row, t) in self.time_s.iter().enumerate() {
+            if !t.is_finite() {
+                continue;
             }
+            let step = t - std::mem::replace(&mut before, *t);
+            stamped += 1;
+            self.duration_s = self.duration_s.max(*t);
             if step > PAUSE * usual {
-                if options.pauses.binary_search(&row).is_ok()
-                    && options.gaps.binary_search(&row).is_err()
-                {
+                if is_one(options.pauses, row) && !is_one(options.gaps, row) {
                     (pauses, paused) = (pauses + 1, paused + step);
                     continue;
                 }
-                self.gaps.push(row);
-                self.longest_gap_s = self.longest_gap_s.max(step);
+                self.gaps.push((row, step));
             } else if step == 0.0 {
                 self.duplicates.push(row);
             }
-            if step.is_finite() {
-                steps.push(step);
-            }
+            steps.extend(Some(step).filter(|s| s.is_finite()));
         }
-        let stamped = self.time_s.iter().filter(|t| t.is_finite()).count();
         let recorded = self.duration_s - paused;
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
         let mean = (rows > 0.0 && recorded > 0.0).then(|| rows / recorded);
@@ -300,7 +289,7 @@ impl Clock {
         {
             self.bunched = Some(bunched);
             self.rate_hz = mean;
-            self.part_evenly(coarse.is_some().then_some(PAUSE * usual), options);
+            self.part_evenly(coarse.is_some(), options);
             return;
         }
         let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
@@ -321,24 +310,19 @@ impl Clock {
         }
     }
 
-    /// Rows at equal distances between the breaks, and between steps of the stamps that are longer
-    /// than `longest`.
-    fn part_evenly(&mut self, longest: Option<f64>, options: &ClockOptions<'_>) {
+    /// Rows at equal distances between the breaks, and also between gaps where stamps are coarse.
+    fn part_evenly(&mut self, is_coarse: bool, options: &ClockOptions<'_>) {
         let period = 1.0 / self.rate_hz;
         let (mut start, mut from) = (0.0, 0);
-        let mut before = f64::NAN;
         for row in 0..self.time_s.len() {
-            let stamp = self.time_s[row];
-            let is_apart = options.gaps.binary_search(&row).is_ok()
-                || options.pauses.binary_search(&row).is_ok()
-                || self.restarts.binary_search(&row).is_ok()
-                || longest.is_some_and(|longest| stamp - before > longest);
+            let is_gap = || self.gaps.binary_search_by_key(&row, |gap| gap.0).is_ok();
+            let is_apart = is_one(options.gaps, row)
+                || is_one(options.pauses, row)
+                || is_one(&self.restarts, row)
+                || is_coarse && is_gap();
             if is_apart && row > 0 {
                 let next = self.time_s[row - 1] + period;
-                (start, from) = (stamp.max(next), row);
-            }
-            if stamp.is_finite() {
-                before = stamp;
+                (start, from) = (self.time_s[row].max(next), row);
             }
             self.time_s[row] = start + (row - from) as f64 * period;
         }
@@ -352,11 +336,10 @@ impl Clock {
         let unit_s = self.unit_s;
         self.time_s.iter_mut().for_each(|t| *t *= unit_s);
         self.duration_s *= unit_s;
-        self.longest_gap_s *= unit_s;
+        self.gaps.iter_mut().for_each(|gap| gap.1 *= unit_s);
         self.jitter_s = self.jitter_s.map(|jitter| jitter * unit_s);
         self.rate_hz /= unit_s;
-        let mean_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
-        self.mean_rate_hz = mean_hz.filter(|hz| hz.is_finite());
+        self.mean_rate_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
     }
 }
 
@@ -381,8 +364,8 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 /// Whether the long steps are pauses of the recorder and not waits for a full buffer: they are
 /// rare and of different lengths, and the stamps between them are evenly spaced.
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
-    let mut waits = steps.to_vec();
-    waits.retain(|s| *s > PAUSE * usual);
+    let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
+    let mut waits: Vec<f64> = waits.collect();
     let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
     let even = steps.iter().filter(is_even).count();
     // Allows for some lost samples.
@@ -403,7 +386,6 @@ fn deviation(values: &[f64]) -> Option<f64> {
 }
 
 /// Whether a column holds the time since the row before rather than the time.
-#[must_use]
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
     let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
@@ -411,18 +393,16 @@ pub fn holds_steps(values: &[f64]) -> bool {
 }
 
 /// Times of rows that hold the time since the row before.
-#[must_use]
 pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
-    let finite = steps.iter().map(|s| if s.is_finite() { *s } else { 0.0 });
-    let sums = finite.scan(0.0, |sum, step| {
-        *sum += step;
-        Some(*sum)
+    let mut sum = 0.0;
+    let sums = steps.iter().map(|step| {
+        sum += if step.is_finite() { *step } else { 0.0 };
+        sum
     });
     sums.collect()
 }
 
 /// How good a clock a column is: it rises with every row (1), and evenly.
-#[must_use]
 pub fn steadiness(stamps: &[f64]) -> Option<f64> {
     let usual = median(positive_steps(stamps))?;
     let steps = stamps.len() as f64 - 1.0;
@@ -438,7 +418,6 @@ pub fn steadiness(stamps: &[f64]) -> Option<f64> {
 ///
 /// A header or a single blank line is no break if the clock continues across it; several blank
 /// lines are deliberate. Some loggers end every line twice: then only more blank lines count.
-#[must_use]
 pub fn breaks(
     headers: &[usize],
     blanks: &[(usize, usize)],
@@ -459,7 +438,6 @@ pub fn breaks(
 }
 
 /// Blank lines between most rows.
-#[must_use]
 pub fn regular_blanks(blanks: &[(usize, usize)], rows: usize) -> usize {
     let between = blanks.windows(2).map(|b| (b[1].0 - b[0].0) as f64);
     let between: Vec<f64> = between.collect();

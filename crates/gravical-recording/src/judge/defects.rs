@@ -1,12 +1,13 @@
-//! Rows that are no measurement.
+//! Rows that are no measurement, axes that keep one value, and rows that repeat.
 
 use std::cmp::Reverse;
 use std::ops::Range;
 
 use gravical_signal::resolution;
 
-use super::frozen::runs;
 use super::unit::quiet_norm;
+use crate::finding::{Finding, FindingKind};
+use crate::spans::LineSpans;
 
 /// Rows for which all channels may repeat by chance.
 const MAX_REPEATS: usize = 20;
@@ -18,15 +19,41 @@ const RESOLUTION_ROWS: usize = 20_000;
 const MAX_RESOLUTION_G: f64 = 0.002;
 /// Rows of a block whose magnitude tells whether channels are shifted.
 const SLIP_ROWS: usize = 10;
+/// Rows in which an axis must keep exactly one value, while the others change, to count as frozen.
+const FROZEN_ROWS: usize = 100;
+/// The same for a channel that never changes in the whole recording.
+const WHOLE_ROWS: usize = 20;
+/// Steps of the resolution by which a channel must change to show that the row before was no new
+/// reading.
+const JUMP: f64 = 2.5;
+/// Largest number of rows per run of repeats that ends with a jump; a rest every four seconds at
+/// 25 Hz is as rare.
+const ROWS_OF_RUN: usize = 100;
+/// Repeated rows from which on they are told.
+const MIN_REPEATS: u64 = 10;
+
+/// Runs of rows, two or more, in each of which all channels repeat the row before.
+fn repeats(channels: &[&[f64]]) -> Vec<Range<usize>> {
+    let rows = channels[0].len();
+    let (mut found, mut from) = (Vec::new(), 0);
+    for row in 1..=rows {
+        if row < rows && channels.iter().all(|c| c[row] == c[row - 1]) {
+            continue;
+        }
+        if row - from > 1 {
+            found.push(from..row);
+        }
+        from = row;
+    }
+    found
+}
 
 /// Rows in a row in which the accelerometer reads zero on all axes: it was not read.
 pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
-    let is_zero = |row: usize| accel.iter().all(|axis| axis[row] == 0.0);
-    let zeros = runs(accel[0].len(), |row| is_zero(row) && is_zero(row - 1));
-    zeros
-        .into_iter()
-        .filter(|run| run.len() >= ZEROS_IN_A_ROW)
-        .collect()
+    let is_zero = |run: &Range<usize>| accel.iter().all(|axis| axis[run.start] == 0.0);
+    let mut runs = repeats(&accel);
+    runs.retain(|run| run.len() >= ZEROS_IN_A_ROW && is_zero(run));
+    runs
 }
 
 /// False for the rows of runs in which all channels, those of the accelerometer first, repeat exactly
@@ -35,7 +62,6 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 /// Repeats prove nothing, and no row is marked, where they are common between the runs, where
 /// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
 /// noise. `is_proof`: what other rows showed of that.
-#[must_use]
 pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
     let (long, short) = find_repeats(channels);
     let mut keep = vec![true; channels[0].len()];
@@ -62,8 +88,7 @@ fn are_proof(channels: &[&[f64]], long: &[Range<usize>], short: usize) -> bool {
 
 /// Runs in which all channels repeat for longer than by chance, and repeats in shorter ones.
 fn find_repeats(channels: &[&[f64]]) -> (Vec<Range<usize>>, usize) {
-    let repeats = |row: usize| channels.iter().all(|c| c[row] == c[row - 1]);
-    let all = runs(channels[0].len(), repeats).into_iter();
+    let all = repeats(channels).into_iter();
     let (long, short): (Vec<_>, Vec<_>) = all.partition(|run| run.len() > MAX_REPEATS);
     (long, short.iter().map(|run| run.len() - 1).sum())
 }
@@ -84,7 +109,6 @@ fn resolves_noise(accel: &[&[f64]]) -> bool {
 /// The row from which on the six channels are shifted (a lost byte on the bus): before it only
 /// the named axes hold gravity, after it only those the same number of places further on. `gravity`:
 /// in the unit of the values; by default that of the first quarter.
-#[must_use]
 pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Option<usize> {
     let rows = channels[0].len();
     let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);
@@ -92,42 +116,126 @@ pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Opt
     let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
         .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
         .collect();
-    let axes = |shift: usize| [0, 1, 2].map(|i| (accel_at + shift + i) % 6);
-    // Relative error of the magnitude of gravity in three channels of each block.
-    let errors = |shift: usize| -> Vec<f64> {
-        let norm = |block: &[f64; 6]| axes(shift).iter().map(|c| block[*c]).sum::<f64>().sqrt();
-        blocks
-            .iter()
-            .map(|b| (norm(b) / gravity - 1.0).abs())
-            .collect()
+    // Relative error of the magnitude of gravity in three channels of a block.
+    let error = |block: usize, shift: usize| -> f64 {
+        let squares = [0, 1, 2].map(|i| blocks[block][(accel_at + shift + i) % 6]);
+        (squares.iter().sum::<f64>().sqrt() / gravity - 1.0).abs()
     };
-    let named = errors(0);
-    let slips = (1..6).filter_map(|shift| slip_by(channels, &named, &errors(shift)));
+    let jump = |row: usize| -> f64 {
+        let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
+        steps.sum()
+    };
+    // Number of shifted blocks, and the row from which on the channels are shifted.
+    let slip_by = |shift: usize| -> Option<(usize, usize)> {
+        let is_named = |b: &usize| error(*b, 0) < 0.1 && error(*b, shift) > 0.2;
+        let is_shifted = |b: &usize| error(*b, 0) > 0.2 && error(*b, shift) < 0.1;
+        let count = (0..blocks.len()).filter(is_shifted).count();
+        let first = (0..blocks.len()).find(is_shifted)?;
+        let last = (0..first).rev().find(is_named)?;
+        let stays = (first..blocks.len()).filter(is_named).count() * 20 <= count;
+        let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
+        let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
+        (stays && count >= 5).then_some((count, row))
+    };
     // Of several shifts that fit as often, the one that began first.
-    slips
-        .max_by_key(|(blocks, row)| (*blocks, Reverse(*row)))
-        .map(|s| s.1)
+    let slips = (1..6).filter_map(slip_by);
+    let slip = slips.max_by_key(|(blocks, row)| (*blocks, Reverse(*row)));
+    slip.map(|s| s.1)
 }
 
 fn mean_square(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
 }
 
-/// Number of shifted blocks, and the row from which on the channels are shifted, by the errors of
-/// gravity in the named and in the shifted channels.
-fn slip_by(channels: [&[f64]; 6], named: &[f64], shifted: &[f64]) -> Option<(usize, usize)> {
-    let is_named = |b: &usize| named[*b] < 0.1 && shifted[*b] > 0.2;
-    let is_shifted = |b: &usize| named[*b] > 0.2 && shifted[*b] < 0.1;
-    let blocks = named.len();
-    let count = (0..blocks).filter(is_shifted).count();
-    let first = (0..blocks).find(is_shifted)?;
-    let last = (0..first).rev().find(is_named)?;
-    let stays = (first..blocks).filter(is_named).count() * 20 <= count;
-    let jump = |row: usize| -> f64 {
-        let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
-        steps.sum()
+/// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each
+/// axis; `lines`: that of each row.
+pub fn frozen_axes(
+    sensor: &[Vec<f64>; 3],
+    names: &[&str],
+    resolution: &[f64],
+    lines: &[u32],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (axis, channel) in sensor.iter().enumerate() {
+        let (mut spans, mut longest) = (LineSpans::default(), 0);
+        for run in repeats(&[channel.as_slice()]) {
+            let is_whole = run.start == 0 && run.end == channel.len();
+            let least = if is_whole { WHOLE_ROWS } else { FROZEN_ROWS };
+            if run.len() < least {
+                continue;
+            }
+            let others = [1, 2].map(|k| &sensor[(axis + k) % 3][run.clone()]);
+            if is_frozen(others, resolution[axis]) {
+                longest = longest.max(run.len());
+                let line = |row: usize| u64::from(lines[row]);
+                spans.push_range(line(run.start), line(run.end - 1), run.len() as u64);
+            }
+        }
+        if longest > 0 {
+            let name = names[axis];
+            let text = format!(
+                "{name} keeps exactly one value for {longest} rows while the other axes change"
+            );
+            findings.push(Finding::new(FindingKind::FrozenAxis, text).at_lines(&spans));
+        }
+    }
+    findings
+}
+
+/// Rows that repeat the row before in every channel throughout the recording: the sensor was read
+/// faster than it measures. With a coarse resolution rows also repeat at rest, until the last
+/// digit flips or a motion begins; after repeated readings the value often differs by much.
+pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> Option<Finding> {
+    let rows = lines.len();
+    let (mut spans, mut jumped, mut flipped) = (LineSpans::default(), 0, 0);
+    for run in repeats(channels) {
+        let ends_with_jump = match channels.first().and_then(|c| c.get(run.end)) {
+            // The last run has no end: it is assumed to be like most of the others.
+            None => jumped > flipped,
+            Some(_) => channels
+                .iter()
+                .zip(resolution)
+                .any(|(c, step)| (c[run.end] - c[run.end - 1]).abs() > JUMP * step),
+        };
+        if ends_with_jump {
+            let line = |row: usize| u64::from(lines[row]);
+            spans.push_range(line(run.start + 1), line(run.end - 1), run.len() as u64 - 1);
+            jumped += 1;
+        } else {
+            flipped += 1;
+        }
+    }
+    let count = spans.count();
+    (jumped > flipped && jumped * ROWS_OF_RUN > rows && count >= MIN_REPEATS).then(|| {
+        let share = 100.0 * count as f64 / rows.max(1) as f64;
+        let text = format!(
+            "{count} rows ({share:.0} %) repeat the row before in every channel: the sensor was read faster than it measures"
+        );
+        Finding::new(FindingKind::RepeatedRows, text).at_lines(&spans)
+    })
+}
+
+/// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
+/// twice that of noise.
+const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;
+/// Range, in resolutions, that both other axes must cover: a turn or a push about one axis may
+/// leave another one unchanged, but not a motion that changes both so much.
+const FAR_RANGE: f64 = 20.0;
+
+/// True if an axis is faulty that keeps one value while the two others have these: one of them
+/// scatters by more than the resolution `step` can hide, or both change by much. At rest with a
+/// coarse resolution an axis may keep its value without a fault.
+fn is_frozen(others: [&[f64]; 2], step: f64) -> bool {
+    let rows = others[0].len() as f64;
+    let is_lively = |axis: &[f64]| {
+        let steps = axis.windows(2).map(|w| w[1] - w[0]).filter(|s| !s.is_nan());
+        let squares: f64 = steps.map(|s| s * s).sum();
+        squares > 0.0 && squares >= (LIVE_STEP * step).powi(2) * rows
     };
-    let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
-    let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
-    (stays && count >= 5).then_some((count, row))
+    let is_far = |axis: &[f64]| {
+        let low = axis.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = axis.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        high - low > FAR_RANGE * step
+    };
+    others.iter().any(|axis| is_lively(axis)) || others.iter().all(|axis| is_far(axis))
 }

@@ -1,7 +1,5 @@
 //! Integers of 16 bits that were printed as unsigned.
 
-use std::fmt;
-
 /// How numbers of the converter were written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Encoding {
@@ -11,18 +9,8 @@ pub enum Encoding {
     OffsetBinary,
 }
 
-impl fmt::Display for Encoding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Encoding::TwosComplement => "unsigned numbers of 16 bits: 65535 is -1",
-            Encoding::OffsetBinary => "unsigned numbers of 16 bits: 32768 is 0",
-        })
-    }
-}
-
 impl Encoding {
     /// The encoding that the accelerometer shows, if any.
-    #[must_use]
     pub fn of(accel: [&[f64]; 3]) -> Option<Self> {
         if !accel.iter().all(|c| are_unsigned(c)) {
             return None;
@@ -36,6 +24,13 @@ impl Encoding {
             return Some(Encoding::TwosComplement);
         }
         share_is(12_288.0, 53_248.0, |share| share > 0.5).then_some(Encoding::OffsetBinary)
+    }
+
+    pub(crate) fn meaning(self) -> &'static str {
+        match self {
+            Encoding::TwosComplement => "unsigned numbers of 16 bits: 65535 is -1",
+            Encoding::OffsetBinary => "unsigned numbers of 16 bits: 32768 is 0",
+        }
     }
 
     /// The numbers that were written.

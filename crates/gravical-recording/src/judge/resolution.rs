@@ -20,7 +20,6 @@ const MAX_PLACES: i32 = 9;
 /// was measured and printed in the same way; if none changes, and in a table of means, the
 /// resolution is the last decimal place in use. For computed values (filtered, rotated,
 /// interpolated) the result is far below their noise.
-#[must_use]
 pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
     let samples = sensor.each_ref().map(|channel| sample(channel));
     let steps = [0, 1, 2].map(|i| smallest_difference(&sensor[i], &samples[i]));
@@ -37,10 +36,7 @@ pub fn resolution(sensor: &[Vec<f64>; 3]) -> [f64; 3] {
 
 /// Values of rows at equal distances, without empty ones, sorted.
 fn sample(channel: &[f64]) -> Vec<f64> {
-    let mut stride = 1;
-    while channel.len().div_ceil(stride) > MAX_VALUES {
-        stride *= 2;
-    }
+    let stride = channel.len().div_ceil(MAX_VALUES).next_power_of_two();
     let values = channel.iter().copied().step_by(stride);
     let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     values.sort_unstable_by(f64::total_cmp);

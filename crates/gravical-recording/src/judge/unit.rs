@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use super::cells::median;
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
-use crate::units::{AccelScale, AccelUnit, Evidence, MAX_OFF, Origin, accel_evidence};
+use crate::units::{AccelScale, AccelUnit, Origin};
 
 /// Rows of a block whose spread tells rest from motion.
 const BLOCK_ROWS: usize = 20;
@@ -32,7 +32,6 @@ pub struct AccelClaim {
 /// Median magnitude in the quietest third of the blocks of 20 rows: gravity, in the unit of the
 /// values. `None` without a complete row. The sensor need not be at rest: gravity dominates the mean of
 /// a quiet block.
-#[must_use]
 pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
     let rows = accel[0].len();
     let ranges = (0..rows)
@@ -47,7 +46,6 @@ pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
-#[must_use]
 pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
     quiet_norm(accel).is_some_and(|norm| accel_evidence(norm, true) != Evidence::None)
 }
@@ -55,7 +53,6 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
 /// middle was subtracted.
-#[must_use]
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
@@ -89,38 +86,32 @@ pub fn accel_unit(
             None => AccelScale::new(AccelUnit::Unknown, range_lsb, Origin::Assumed),
         };
     };
-    let mut data = |unit, lsb| by_gravity(norm, (unit, lsb), claim, given_lsb, findings);
+    let mut rest = AtRest {
+        norm,
+        claim,
+        given_lsb,
+        findings,
+    };
     match find_evidence(norm, integers, claim) {
-        Evidence::Unit(unit, lsb) => data(unit, lsb),
+        Evidence::Unit(unit, lsb) => rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
-            unknown(findings, FindingKind::WithoutGravity, norm, text, &[])
+            rest.unknown(FindingKind::WithoutGravity, text, &[])
         }
         // A given range, or a claim for one of the matching units decides.
-        Evidence::Ambiguous if given_lsb.is_some() => data(AccelUnit::Counts, given_lsb),
+        Evidence::Ambiguous if given_lsb.is_some() => rest.read_as(AccelUnit::Counts, given_lsb),
         Evidence::Ambiguous => match claim.unit {
-            Some(AccelUnit::MilliGravity) => data(AccelUnit::MilliGravity, None),
-            Some(AccelUnit::Counts) => data(AccelUnit::Counts, Some(1024.0)),
+            Some(AccelUnit::MilliGravity) => rest.read_as(AccelUnit::MilliGravity, None),
+            Some(AccelUnit::Counts) => rest.read_as(AccelUnit::Counts, Some(1024.0)),
             None if !integers => {
                 // cm/s² is rare, and a calibration of one serves for the other.
-                let text = format!(
-                    "the magnitude at rest is {}: read as mg; cm/s² would fit as well: give the unit if it is that",
-                    short(norm)
-                );
-                let scale = data(AccelUnit::MilliGravity, None);
-                let assumed = Finding::new(FindingKind::UnitAssumed, text);
-                findings.push(assumed.advise("accel_unit", ""));
-                scale
+                let text = "read as mg; cm/s² would fit as well: give the unit if it is that";
+                rest.tell(FindingKind::UnitAssumed, text, &[""]);
+                rest.read_as(AccelUnit::MilliGravity, None)
             }
             _ => {
                 let text = "mg, cm/s² or counts at 1024 per g; give the unit";
-                unknown(
-                    findings,
-                    FindingKind::UnitUnknown,
-                    norm,
-                    text,
-                    &["mg", "counts"],
-                )
+                rest.unknown(FindingKind::UnitUnknown, text, &["mg", "counts"])
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
@@ -130,7 +121,7 @@ pub fn accel_unit(
         Evidence::None => {
             let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
             let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
-            unknown(findings, FindingKind::UnitUnknown, norm, &text, &["counts"])
+            rest.unknown(FindingKind::UnitUnknown, &text, &["counts"])
         }
     }
 }
@@ -150,59 +141,116 @@ fn find_evidence(norm: f64, integers: bool, claim: AccelClaim) -> Evidence {
     }
 }
 
-/// The unit and, of counts, counts per g that gravity shows; contradictions of the header and of
-/// ranges are told.
-fn by_gravity(
-    norm: f64,
-    (unit, measured_lsb): (AccelUnit, Option<f64>),
-    claim: AccelClaim,
-    given_lsb: Option<f64>,
-    findings: &mut Vec<Finding>,
-) -> AccelScale {
-    let is_counts = unit == AccelUnit::Counts;
-    let lsb = given_lsb.or(measured_lsb).filter(|_| is_counts);
-    if let Some(claim) = claim.unit.filter(|claim| *claim != unit) {
-        let text = format!(
-            "the header gives {claim}, but the magnitude at rest is {}: the values are read as {unit}",
-            short(norm)
-        );
-        findings.push(Finding::new(FindingKind::UnitMismatch, text));
-    }
-    let stated = given_lsb.or(claim.lsb_per_g).filter(|_| is_counts);
-    if let (Some(stated), Some(measured)) = (stated, measured_lsb)
-        && (stated / measured - 1.0).abs() > MAX_OFF
-    {
-        let text = if given_lsb.is_some() {
-            format!(
-                "±{} g was given, but the magnitude at rest corresponds to ±{} g; the given range is used",
-                short(32768.0 / stated),
-                short(32768.0 / measured)
-            )
-        } else {
-            format!(
-                "the file claims {} counts per g, the magnitude at rest is that of {}; that of gravity is used",
-                short(stated),
-                short(measured)
-            )
-        };
-        findings.push(Finding::new(FindingKind::RangeMismatch, text));
-    }
-    AccelScale::new(unit, lsb, Origin::Data)
+/// Unit that matches the magnitude of readings at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Evidence {
+    /// This unit; for counts with counts per g.
+    Unit(AccelUnit, Option<f64>),
+    /// Between 800 and 1250: mg, cm/s² or counts at 1024 per g.
+    Ambiguous,
+    /// No unit in which gravity has that magnitude.
+    None,
 }
 
-/// An unknown unit; `units`: those that the user may give.
-fn unknown(
-    findings: &mut Vec<Finding>,
-    kind: FindingKind,
+/// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
+/// values are whole numbers.
+fn accel_evidence(norm: f64, integers: bool) -> Evidence {
+    match norm {
+        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
+        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
+        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
+        // distinguished within the scale error of a sensor.
+        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
+        800.0..=1250.0 => return Evidence::Ambiguous,
+        _ => {}
+    }
+    let off = |lsb: f64| (norm / lsb).ln().abs();
+    let fits = |(lsb, only_whole): &(f64, bool)| {
+        (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
+    };
+    let nearest = LSB_PER_G
+        .into_iter()
+        .filter(fits)
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    nearest.map_or(Evidence::None, |(lsb, _)| {
+        Evidence::Unit(AccelUnit::Counts, Some(lsb))
+    })
+}
+
+/// Largest relative deviation of gravity from the value of a scale.
+const MAX_OFF: f64 = 0.2;
+
+/// Counts per g of converters in use, and whether values must be whole numbers: Empatica E4,
+/// ADXL345 and BMA, then 16 bits at ±16 to ±2 g; mm/s² are treated as counts. 1000 and 1024 per g
+/// coincide with mg, see [`accel_evidence`].
+const LSB_PER_G: [(f64, bool); 7] = [
+    (64.0, true),
+    (256.0, true),
+    (2048.0, false),
+    (4096.0, false),
+    (8192.0, false),
+    (9806.65, false),
+    (16384.0, false),
+];
+
+/// The magnitude of readings at rest, what is said of their unit, and what is found of it.
+struct AtRest<'a> {
     norm: f64,
-    what: &str,
-    units: &[&str],
-) -> AccelScale {
-    let text = format!("the magnitude at rest is {}: {what}", short(norm));
-    let finding = Finding::new(kind, text);
-    let units = units.iter();
-    findings.push(units.fold(finding, |f, unit| f.advise("accel_unit", *unit)));
-    AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+    claim: AccelClaim,
+    given_lsb: Option<f64>,
+    findings: &'a mut Vec<Finding>,
+}
+
+impl AtRest<'_> {
+    /// The unit and, of counts, counts per g that gravity shows; contradictions of the header and
+    /// of ranges are told.
+    fn read_as(&mut self, unit: AccelUnit, measured_lsb: Option<f64>) -> AccelScale {
+        let is_counts = unit == AccelUnit::Counts;
+        let lsb = self.given_lsb.or(measured_lsb).filter(|_| is_counts);
+        if let Some(claim) = self.claim.unit.filter(|claim| *claim != unit) {
+            let norm = short(self.norm);
+            let text = format!(
+                "the header gives {claim}, but the magnitude at rest is {norm}: the values are read as {unit}"
+            );
+            let mismatch = Finding::new(FindingKind::UnitMismatch, text);
+            self.findings.push(mismatch);
+        }
+        let stated = self.given_lsb.or(self.claim.lsb_per_g);
+        if let (true, Some(stated), Some(measured)) = (is_counts, stated, measured_lsb)
+            && (stated / measured - 1.0).abs() > MAX_OFF
+        {
+            let text = if self.given_lsb.is_some() {
+                let [given_g, shown_g] = [stated, measured].map(|lsb| short(32768.0 / lsb));
+                format!(
+                    "±{given_g} g was given, but the magnitude at rest corresponds to ±{shown_g} g; the given range is used"
+                )
+            } else {
+                let [claimed, shown] = [stated, measured].map(short);
+                format!(
+                    "the file claims {claimed} counts per g, the magnitude at rest is that of {shown}; that of gravity is used"
+                )
+            };
+            let mismatch = Finding::new(FindingKind::RangeMismatch, text);
+            self.findings.push(mismatch);
+        }
+        AccelScale::new(unit, lsb, Origin::Data)
+    }
+
+    /// Tells what the magnitude may mean; `units`: those that the user may give.
+    fn tell(&mut self, kind: FindingKind, what: &str, units: &[&str]) {
+        let text = format!("the magnitude at rest is {}: {what}", short(self.norm));
+        let found = Finding::new(kind, text);
+        let advised = units
+            .iter()
+            .fold(found, |f, unit| f.advise("accel_unit", *unit));
+        self.findings.push(advised);
+    }
+
+    /// The same of a unit that stays unknown.
+    fn unknown(&mut self, kind: FindingKind, what: &str, units: &[&str]) -> AccelScale {
+        self.tell(kind, what, units);
+        AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+    }
 }
 
 fn given_disagrees(scale: &AccelScale, norm: f64) -> Option<Finding> {
@@ -219,16 +267,14 @@ fn given_disagrees(scale: &AccelScale, norm: f64) -> Option<Finding> {
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
 /// another range than its counts were converted with.
 fn wrong_full_scale(norm: f64) -> Option<String> {
-    for (unit, gravity) in [("m/s^2", 9.80665), ("g", 1.0)] {
-        for factor in [0.125, 0.25, 0.5, 2.0, 4.0, 8.0] {
-            if (norm / gravity / factor - 1.0).abs() < 0.1 {
-                return Some(format!(
-                    "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
-                ));
-            }
-        }
-    }
-    None
+    let units = [("m/s^2", 9.80665), ("g", 1.0)].into_iter();
+    let mut scales =
+        units.flat_map(|u| [0.125, 0.25, 0.5, 2.0, 4.0, 8.0].map(|factor| (u, factor)));
+    let is_it =
+        |((_, gravity), factor): &((_, f64), f64)| (norm / gravity / factor - 1.0).abs() < 0.1;
+    scales.find(is_it).map(|((unit, _), factor)| format!(
+        "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+    ))
 }
 
 fn short(value: f64) -> String {

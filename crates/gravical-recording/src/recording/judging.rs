@@ -41,6 +41,7 @@ impl Recording {
         let mut findings = measured.findings;
         let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
+        let middle = if is_unsigned { 32_768.0 } else { 0.0 };
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
         let mut of_unit = Vec::new();
         let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
@@ -76,7 +77,7 @@ impl Recording {
             restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
             breaks: measured.readings.breaks,
-            zero_offset: measured.zero_offset,
+            zero_offset: options.zero_offset.unwrap_or(middle),
             accel_scale,
             contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
             gyro_scale,
@@ -95,12 +96,11 @@ impl Recording {
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
-        let [ax, ay, az, gx, gy, gz, _] = names(format);
-        let [accel_step, gyro_step] = &self.resolution;
-        let mut findings = judge::frozen_axes(&self.accel, [ax, ay, az], accel_step, &self.lines);
-        if let Some(gyro) = &self.gyro {
-            let frozen = judge::frozen_axes(gyro, [gx, gy, gz], gyro_step, &self.lines);
-            findings.extend(frozen);
+        let mut findings = Vec::new();
+        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
+        let names = names(format);
+        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.resolution) {
+            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
         }
         for (channel, name, mut clipping) in self.ends_of_ranges(format) {
             clipping.observe_all(channel, &self.lines);
@@ -109,11 +109,8 @@ impl Recording {
         if !is_held {
             let channels = self.accel.iter().chain(self.gyro.iter().flatten());
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
-            findings.extend(judge::repeated_rows(
-                &channels,
-                self.resolution.as_flattened(),
-                &self.lines,
-            ));
+            let steps = self.resolution.as_flattened();
+            findings.extend(judge::repeated_rows(&channels, steps, &self.lines));
         }
         if format.is_guessed {
             findings.extend(findings::not_an_accelerometer(&self.accel));

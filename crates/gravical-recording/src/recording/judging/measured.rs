@@ -10,6 +10,7 @@ use crate::judge::{self, Encoding, HeldRows};
 use crate::readings::Readings;
 use crate::recording::Labels;
 use crate::role::Role;
+use crate::spans::LineSpans;
 use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
 
 /// Sensors that are listed.
@@ -45,7 +46,6 @@ pub(crate) struct Measured {
     pub readings: Readings,
     /// Without the times.
     pub time: JudgedTime,
-    pub zero_offset: f64,
     pub findings: Vec<Finding>,
     pub known: Known,
 }
@@ -78,6 +78,7 @@ impl Measured {
         if let Some(known) = known {
             time.continue_from(known.anchor, &rows.lines);
         }
+        rows.breaks.extend(&time.restarts);
         let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
         let times = times.take(stamped_rows(format, &rows));
         let anchor = times.rev().find(|(_, t)| t.is_finite());
@@ -101,23 +102,25 @@ impl Measured {
         set_aside_slipped(format, &mut rows, known);
         findings.extend(findings::of_lines(&rows));
         findings.extend(text_cells);
-        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.to_string())));
+        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.meaning())));
         findings.append(&mut of_time);
 
         let temperature_c = rows.columns.pop().unwrap_or_default();
         let time_s = rows.columns.pop().unwrap_or_default();
         let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
         let mut breaks = std::mem::take(&mut rows.breaks);
-        breaks.extend(time.breaks(&rows, &time_s));
+        let (headers, blanks) = (&rows.headers, &rows.blanks);
+        let (rate_hz, count) = (time.timing.median_rate_hz, rows.rows());
+        breaks.extend(judge::breaks(headers, blanks, &time_s, rate_hz, count));
         breaks.sort_unstable();
         breaks.dedup();
-        breaks.retain(|row| (1..rows.rows()).contains(row));
+        breaks.retain(|row| (1..count).contains(row));
         let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
         let mut readings = Readings {
             accel: format.accel.map(&mut take),
             gyro: format.gyro.map(|g| g.map(&mut take)),
             temperature_c: thermometer.map(|_| temperature_c),
-            is_measured: vec![true; rows.rows()],
+            is_measured: vec![true; count],
             time_s: has_clock.then_some(time_s),
             breaks,
         };
@@ -125,10 +128,6 @@ impl Measured {
             let values = readings.accel.iter_mut().flatten();
             values.for_each(|v| *v -= offset);
         }
-        let of_encoding = match encoding {
-            Some(Encoding::OffsetBinary) => 32_768.0,
-            _ => 0.0,
-        };
         let known_holds = known.map(|known| known.holds);
         let (empty, holds) =
             judge::fill_cells(&mut readings, &rows.lines, names(format), known_holds);
@@ -138,7 +137,6 @@ impl Measured {
             readings,
             rows,
             time,
-            zero_offset: options.zero_offset.unwrap_or(of_encoding),
             findings,
             known: Known {
                 encoding,
@@ -238,17 +236,6 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
             rows.ledger.sum()
         )));
     }
-    let (sensor, hint) = if format.options.is_gyroscope {
-        (
-            "gyroscope",
-            "check that the sketch wakes the gyroscope, or leave its file out",
-        )
-    } else {
-        (
-            "accelerometer",
-            "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor",
-        )
-    };
     let channels = format.accel.map(|c| &rows.columns[c]);
     for (channel, name) in channels.iter().zip(names(format)) {
         if channel.iter().all(|v| v.is_nan()) {
@@ -260,40 +247,41 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
     if channels.iter().all(is_zero) {
+        let sensor = if format.options.is_gyroscope {
+            "gyroscope"
+        } else {
+            "accelerometer"
+        };
         let text =
             format!("the {sensor} reads zero or nothing in all {count} rows: it did not answer");
+        let hint = "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor";
         return Err(Error::input("all-zero", text).with_hint(hint));
     }
     Ok(())
 }
 
-/// The first thermometer that lives: one that stays at zero loses.
-fn find_thermometer(format: &Format, rows: &Batch) -> Option<usize> {
-    let is_alive = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != v[0]);
-    let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
-    let all = (0..format.columns.len()).filter(is_one);
-    let is_known = |v: &[f64]| v.iter().any(|t| t.is_finite() && *t != 0.0);
-    let mut alive = all.clone().filter(|c| is_alive(&rows.columns[*c]));
-    let mut known = all.filter(|c| is_known(&rows.columns[*c]));
-    alive.next().or_else(|| known.next())
-}
-
-/// The column of the thermometer, and the temperature in °C.
+/// The column of the thermometer, and the temperature in °C. Of several the first that changes, else
+/// the first that is not zero.
 fn take_temperature(
     format: &Format,
     rows: &mut Batch,
     known: Option<&Known>,
     findings: &mut Vec<Finding>,
 ) -> Option<(usize, Vec<f64>)> {
+    let find = |is_one: fn(f64, f64) -> bool| {
+        let mut columns = format.columns.iter().zip(&rows.columns);
+        columns.position(|(column, values)| {
+            let shows = |t: &f64| t.is_finite() && is_one(*t, values[0]);
+            column.role == Role::Temperature && values.iter().any(shows)
+        })
+    };
     let column = match known {
         Some(known) => known.thermometer?,
-        None => find_thermometer(format, rows)?,
+        None => find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0))?,
     };
     let mut values = std::mem::take(&mut rows.columns[column]);
-    let board = format
-        .board
-        .filter(|b| b.is_counts() && format.columns[column].unit.is_empty());
-    if let Some(board) = board {
+    let is_bare = format.columns[column].unit.is_empty();
+    if let Some(board) = format.board.filter(|b| b.is_counts() && is_bare) {
         values.iter_mut().for_each(|v| *v = board.celsius(*v));
     }
     if known.is_some() {
@@ -318,35 +306,28 @@ fn set_aside_defects(
     marks_hung: Option<bool>,
 ) -> Option<Finding> {
     let channels = format.channels();
-    let mut emptied = None;
     // Zero is no rate that a sensor at rest could not have.
+    let mut emptied: Vec<u64> = Vec::new();
     if !format.columns[format.accel[0]].is_linear && !format.options.is_gyroscope {
         let values = rows.slices(&channels);
         let is_read = |row: usize| values.iter().any(|c| c[row] != 0.0);
         let keep: Vec<bool> = (0..rows.rows()).map(is_read).collect();
         rows.keep(&keep, Reason::Zeros);
-        emptied = empty_unread(format, rows);
+        for run in judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice())) {
+            for column in format.accel {
+                rows.columns[column][run.clone()].fill(f64::NAN);
+            }
+            emptied.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
+        }
     }
     let keep = judge::mark_hung(&rows.slices(&channels), marks_hung);
     rows.keep(&keep, Reason::Hung);
-    emptied
-}
-
-fn empty_unread(format: &Format, rows: &mut Batch) -> Option<Finding> {
-    let runs = judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice()));
-    let mut lines = Vec::new();
-    for run in runs {
-        for column in format.accel {
-            rows.columns[column][run.clone()].fill(f64::NAN);
-        }
-        lines.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
-    }
     let text = format!(
         "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
-        lines.len()
+        emptied.len()
     );
-    (!lines.is_empty())
-        .then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines.into_iter().collect()))
+    let lines: LineSpans = emptied.into_iter().collect();
+    (!lines.is_empty()).then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines))
 }
 
 /// Undoes an encoding; that of the gyroscope only if it is written so, too.
@@ -367,10 +348,8 @@ fn set_aside_slipped(format: &Format, rows: &mut Batch, known: Option<&Known>) {
         return;
     };
     let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
-    if !is_adjacent(a) || !is_adjacent(g) || a[0].abs_diff(g[0]) != 3 {
-        return;
-    }
-    if known.is_some_and(|known| !is_off_at_the_end(format, rows, known)) {
+    let are_adjacent = is_adjacent(a) && is_adjacent(g) && a[0].abs_diff(g[0]) == 3;
+    if !are_adjacent || known.is_some_and(|known| !is_off_at_the_end(format, rows, known)) {
         return;
     }
     let first = a[0].min(g[0]);

@@ -4,7 +4,7 @@ use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Clock, ClockFault, ClockOptions};
 use crate::recording::Timing;
 use crate::role::Role;
-use crate::text::{Batch, Format};
+use crate::text::{Batch, Column, Format};
 use crate::units::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
@@ -21,8 +21,8 @@ pub(crate) struct JudgedTime {
     pub time_s: Vec<f64>,
     pub start_s: Option<f64>,
     pub timing: Timing,
-    /// Lines of the rows at which the clock begins again.
-    pub restarts: Vec<u32>,
+    /// Rows at which the clock begins again.
+    pub restarts: Vec<usize>,
     /// Lines of the rows before which more than four are missing, and these steps, s.
     pub gaps: Vec<(u32, f64)>,
 }
@@ -35,15 +35,9 @@ impl JudgedTime {
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
-        let timing = Timing {
-            nominal_rate_hz,
-            duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
-            ..Timing::default()
-        };
-        let mut judged = JudgedTime {
-            timing,
-            ..JudgedTime::default()
-        };
+        let mut judged = JudgedTime::default();
+        judged.timing.nominal_rate_hz = nominal_rate_hz;
+        judged.timing.duration_s = nominal_rate_hz.map(|r| rows.rows() as f64 / r);
         let possible = temperature_c.into_iter().flatten();
         let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
         let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
@@ -94,17 +88,6 @@ impl JudgedTime {
         self.time_s.iter_mut().for_each(|t| *t += shift_s);
     }
 
-    /// Breaks beside named gaps.
-    pub fn breaks(&self, rows: &Batch, time_s: &[f64]) -> Vec<usize> {
-        let (headers, blanks) = (&rows.headers, &rows.blanks);
-        let rate_hz = self.timing.median_rate_hz;
-        let mut breaks = judge::breaks(headers, blanks, time_s, rate_hz, rows.rows());
-        // The first row after a restart may have been set aside.
-        let first = |line: &u32| rows.lines.partition_point(|l| l < line);
-        breaks.extend(self.restarts.iter().map(first));
-        breaks
-    }
-
     fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
@@ -141,8 +124,9 @@ impl JudgedTime {
         found(Kind::DuplicateTime, &clock.duplicates, text);
         let text = format!("{} rows have no time stamp", clock.absent.len());
         found(Kind::AbsentTime, &clock.absent, text);
-        let text = gap_text(clock.gaps.len(), clock.longest_gap_s);
-        found(Kind::Gap, &clock.gaps, text);
+        let (gaps, steps_s): (Vec<usize>, Vec<f64>) = clock.gaps.iter().copied().unzip();
+        let text = gap_text(gaps.len(), steps_s.into_iter().fold(0.0, f64::max));
+        found(Kind::Gap, &gaps, text);
         let of_all = [
             (Kind::BurstTime, clock.bunched.map(|bunched| format!(
                 "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
@@ -159,10 +143,9 @@ impl JudgedTime {
         ];
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
-        self.restarts = clock.restarts.iter().map(|r| rows.lines[*r]).collect();
-        let step_s = |row: usize| clock.time_s[row] - clock.time_s[row - 1];
-        let gaps = clock.gaps.iter().filter(|row| **row > 0);
-        self.gaps = gaps.map(|r| (rows.lines[*r], step_s(*r))).collect();
+        self.restarts = clock.restarts;
+        let gaps = clock.gaps.iter();
+        self.gaps = gaps.map(|(r, s)| (rows.lines[*r], *s)).collect();
         self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
@@ -205,9 +188,8 @@ fn find_clock(
             (values.clone(), 0.0)
         };
         let unit_s = match column.unit.as_str() {
-            _ if column.is_dated => Some(1.0),
             "fine" => fine_ticks_s(&stamps),
-            unit => time_scale_s(unit),
+            _ => stated_unit_s(column),
         };
         let score = judge::steadiness(&stamps).unwrap_or(f64::MIN) - penalty;
         candidates.push((score, stamps, unit_s));
@@ -218,6 +200,11 @@ fn find_clock(
     let given = format.options.time_unit.map(TimeUnit::seconds);
     let unit_s = given.or(unit_s);
     Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
+}
+
+fn stated_unit_s(column: &Column) -> Option<f64> {
+    let seconds = column.is_dated.then_some(1.0);
+    seconds.or_else(|| time_scale_s(&column.unit))
 }
 
 /// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT, whose
@@ -233,13 +220,7 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
 fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
     let is_time = |c: &usize| format.columns[*c].role == Role::Time;
     let times = || (0..format.columns.len()).filter(is_time);
-    let unit_s = |c: usize| {
-        let column = &format.columns[c];
-        column
-            .is_dated
-            .then_some(1.0)
-            .or_else(|| time_scale_s(&column.unit))
-    };
+    let unit_s = |c: usize| stated_unit_s(&format.columns[c]);
     let mut wholes = times().filter(|c| unit_s(*c).is_none_or(|u| u == 1.0));
     wholes.find_map(|whole| {
         times().find_map(|below| {
@@ -265,8 +246,7 @@ fn add_parts(seconds: &[f64], fraction: &[f64], unit_s: f64) -> Option<Vec<f64>>
 /// A column of time that holds text, where no other column is a clock.
 fn unread_stamps(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut columns = format.columns.iter().zip(&rows.words);
-    let (_, words) = columns.find(|(c, words)| c.role == Role::Time && !words.is_empty())?;
-    let first = words.first()?;
+    let first = columns.find_map(|(c, words)| words.first().filter(|_| c.role == Role::Time))?;
     let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
     let text = format!("time stamps like \"{first}\" are not understood; they are not used");
     let unread = Finding::new(FindingKind::StampsUnread, text);
