@@ -1,6 +1,6 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DMatrix, SMatrix, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
@@ -208,24 +208,6 @@ impl Sensor {
         } else {
             2.0
         }
-    }
-
-    /// Derivatives (21 × 6) of the other parameters by the bends once these are fixed, and the
-    /// covariance that is left: C_mb C_bb⁺ and C_mm − C_mb C_bb⁺ C_bm.
-    pub(crate) fn at_known_bends(&self) -> (SMatrix<f64, 21, 6>, Covariance) {
-        const MIN_VARIANCE: f64 = 1e-14;
-        let with_bends: SMatrix<f64, 21, 6> = self.covariance.fixed_columns::<6>(BENDS).into();
-        let of_bends = self.covariance_of_bends();
-        let inverse = of_bends.pseudo_inverse(MIN_VARIANCE).unwrap_or_default();
-        let by_bends = with_bends * inverse;
-        (
-            by_bends,
-            self.covariance - by_bends * with_bends.transpose(),
-        )
-    }
-
-    pub(crate) fn covariance_of_bends(&self) -> SMatrix<f64, 6, 6> {
-        self.covariance.fixed_view::<6, 6>(BENDS, BENDS).into()
     }
 }
 
