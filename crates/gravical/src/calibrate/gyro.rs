@@ -120,7 +120,7 @@ fn gyroscope(
 fn by_motions(fit: &MotionFit, left_out: usize) -> Option<GyroscopeSection> {
     let model = matrix3::inverse(&fit.matrix)?;
     let scale = matrix3::row_norms(&model);
-    let used: Vec<&FittedMotion> = fit.motions.iter().flatten().filter(|m| m.used).collect();
+    let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
     let rms_deg = |chords: Vec<f64>| rms(chords.into_iter().map(chord_deg));
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
@@ -179,15 +179,14 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
 
 /// Names the motions that contradict the others, recording by recording.
 fn outliers(recordings: &[Recording], readings: &Readings, fit: &MotionFit) -> Vec<Finding> {
-    let used = fit.motions.iter().flatten().filter(|m| m.used);
+    let used = fit.motions.iter().filter(|m| m.used);
     let usual = chord_deg(rms(used.map(|m| m.residual)));
     let one = |(index, recording): (usize, &Recording)| {
         let places = readings.places.iter().zip(&fit.motions);
         let own = places.filter(|((recording, _), _)| *recording == index);
-        let own = own.filter_map(|((_, lines), motion)| Some((lines, (*motion)?)));
         let contradict = own.clone().filter(|(_, motion)| !motion.used);
         let (mut spans, mut worst) = (LineSpans::default(), 0.0_f64);
-        for ([from, to], motion) in contradict.clone() {
+        for ((_, [from, to]), motion) in contradict.clone() {
             spans.push_range(*from, *to, to - from + 1);
             worst = worst.max(motion.residual);
         }
