@@ -144,11 +144,12 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
             sd_mps2,
         });
     }
-    let counts = |k: usize| search.counts(k);
-    let lengths = found.linear.lengths(&search.held, &found.solution, counts);
+    let lengths = found
+        .linear
+        .lengths(&search.held, &found.solution, |_| true);
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
-    let noise = alone.linear.lengths(&bare, &alone.solution, counts);
+    let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
     Ok(Fit {
         gravity_sd: options.gravity_sd,
         quality: FitQuality {
@@ -277,11 +278,9 @@ impl Undetermined {
 /// Degrees of freedom of the angles of faces, less what the parameters take of them.
 fn tilt_freedom(search: &Search, found: &Found) -> f64 {
     let mut freedom = 0.0;
-    for (row, pose) in found.linear.rows.iter().zip(&search.poses) {
-        if let Some(whitener) = row
-            .whitener(&search.held)
-            .filter(|_| row.is_face && pose.bad.is_none())
-        {
+    let rows = found.linear.rows.iter();
+    for row in rows.filter(|row| row.is_face && row.counts) {
+        if let Some(whitener) = row.whitener(&search.held) {
             let jacobian = whitener * row.jacobian;
             let taken = jacobian * found.solution.covariance * jacobian.transpose();
             freedom += 2.0 - taken[(1, 1)] - taken[(2, 2)];

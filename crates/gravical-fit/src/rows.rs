@@ -128,6 +128,8 @@ fn data_sheet(x: &Parameters) -> DVector<f64> {
 /// The rows of one pose.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
+    /// The pose is not left out.
+    pub counts: bool,
     pub residual: Vector3<f64>,
     pub jacobian: SMatrix<f64, 3, PARAMETERS>,
     pub is_face: bool,
@@ -165,7 +167,7 @@ pub(crate) struct Linear {
     pub x: Parameters,
     /// Which parameters are fitted.
     pub free: Vec<usize>,
-    /// One for every pose; those left out have one too.
+    /// One for every pose.
     pub rows: Vec<Row>,
     /// Residuals of the data sheet and their derivatives.
     sheet: (DVector<f64>, DMatrix<f64>),
@@ -212,52 +214,54 @@ impl Linear {
         let face = |pose: &Placed| pose.face.filter(|_| oriented);
         let residuals = |x: &Parameters| {
             let point = Point::new(x)?;
-            let each = poses
-                .iter()
-                .map(|pose| point.residual(pose, face(pose), held.gravity));
             let mut stacked = DVector::zeros(3 * poses.len());
-            for (k, residual) in each.enumerate() {
+            for (k, pose) in poses.iter().enumerate() {
+                let residual = point.residual(pose, face(pose), held.gravity);
                 stacked.fixed_rows_mut::<3>(3 * k).copy_from(&residual);
             }
             Some(stacked)
         };
         let point = Point::new(x)?;
-        let (value, derivatives) = (residuals(x)?, jacobian(x, free, residuals)?);
+        let (value, derivatives) = (residuals(x)?, jacobian(x, residuals)?);
         let row = |(k, pose): (usize, &Placed)| {
             let by_reading = point.by_reading(pose, face(pose));
-            let mut full = SMatrix::<f64, 3, PARAMETERS>::zeros();
-            for (column, &parameter) in free.iter().enumerate() {
-                full.set_column(parameter, &derivatives.fixed_view::<3, 1>(3 * k, column));
-            }
             let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
             let mut noise = by_reading * variance * by_reading.transpose();
             noise[(0, 0)] += pose.outlier_sd.powi(2);
             Row {
+                counts: pose.bad.is_none(),
                 residual: value.fixed_rows::<3>(3 * k).into_owned(),
-                jacobian: full,
+                jacobian: derivatives
+                    .fixed_view::<3, PARAMETERS>(3 * k, 0)
+                    .into_owned(),
                 is_face: face(pose).is_some(),
                 noise,
                 error: by_reading * by_reading.transpose(),
             }
         };
-        let all: Vec<usize> = (0..PARAMETERS).collect();
         Some(Linear {
             x: *x,
             free: free.to_vec(),
             rows: poses.iter().enumerate().map(row).collect(),
-            sheet: (data_sheet(x), jacobian(x, &all, |x| Some(data_sheet(x)))?),
+            sheet: (data_sheet(x), jacobian(x, |x| Some(data_sheet(x)))?),
         })
     }
 
-    /// Sums over the poses that `count`.
-    pub fn normal(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Normal> {
+    /// The rows of the poses that count and are to be `kept`.
+    fn kept(&self, keep: impl Fn(usize) -> bool) -> impl Iterator<Item = &Row> {
+        let each = self.rows.iter().enumerate();
+        each.filter_map(move |(k, row)| (row.counts && keep(k)).then_some(row))
+    }
+
+    /// Sums over the poses that are `kept`.
+    pub fn normal(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Normal> {
         let mut sum = Normal {
             matrix: Covariance::zeros(),
             gradient: Parameters::zeros(),
             cost: 0.0,
             log_determinant: 0.0,
         };
-        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+        for row in self.kept(keep) {
             let whitener = row.whitener(held)?;
             let residual = whitener * row.residual;
             sum.cost += residual.norm_squared();
@@ -332,9 +336,9 @@ impl Linear {
         })
     }
 
-    /// The least squares of the poses that `count`.
-    pub fn solve_poses(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Solution> {
-        self.solve(&self.normal(held, counts)?, held)
+    /// The least squares of the poses that are `kept`.
+    pub fn solve_poses(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Solution> {
+        self.solve(&self.normal(held, keep)?, held)
     }
 
     /// Lengths alone show what the model misses: the angles of a face have a deviation of their own.
@@ -342,13 +346,13 @@ impl Linear {
         &self,
         held: &Held,
         solution: &Solution,
-        counts: impl Fn(usize) -> bool,
+        keep: impl Fn(usize) -> bool,
     ) -> Lengths {
         let mut sum = Lengths {
             chi2: 0.0,
             freedom: 0.0,
         };
-        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+        for row in self.kept(keep) {
             let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
             let derivative = row.jacobian.row(0);
             let residual = row.residual[0] + (derivative * solution.step)[0];
@@ -359,31 +363,21 @@ impl Linear {
         sum
     }
 
-    /// Sum of squares at another point, weights as at this one; infinite where there is none.
-    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> f64 {
-        let cost = || {
-            let point = Point::new(x)?;
-            let mut sum = 0.0;
-            for (pose, row) in poses
-                .iter()
-                .zip(&self.rows)
-                .filter(|(p, _)| p.bad.is_none())
-            {
-                let face = pose.face.filter(|_| row.is_face);
-                sum +=
-                    (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();
-            }
-            if held.prior {
-                sum += data_sheet(x).norm_squared();
-            }
-            if held.bend > 0.0 {
-                sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
-            }
-            Some(sum)
-        };
-        cost()
-            .filter(|c: &f64| c.is_finite())
-            .unwrap_or(f64::INFINITY)
+    /// Sum of squares at another point, weights as at this one; none where it is not finite.
+    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> Option<f64> {
+        let point = Point::new(x)?;
+        let mut sum = 0.0;
+        for (pose, row) in poses.iter().zip(&self.rows).filter(|(_, r)| r.counts) {
+            let face = pose.face.filter(|_| row.is_face);
+            sum += (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();
+        }
+        if held.prior {
+            sum += data_sheet(x).norm_squared();
+        }
+        if held.bend > 0.0 {
+            sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
+        }
+        sum.is_finite().then_some(sum)
     }
 }
 

@@ -90,12 +90,14 @@ impl Search {
         let mut found: Option<Found> = None;
         for _ in 0..MAX_STEPS {
             let linear = Linear::new(&self.poses, &x, (oriented, &free), held)?;
-            let solution = linear.solve_poses(held, |k| self.counts(k))?;
-            let now = linear.cost_at(&self.poses, &x, held);
+            let solution = linear.solve_poses(held, |_| true)?;
+            let now = linear.cost_at(&self.poses, &x, held)?;
+            let no_worse = |x: &Parameters| {
+                let cost = linear.cost_at(&self.poses, x, held);
+                cost.is_some_and(|cost| cost <= now * (1.0 + 1e-9))
+            };
             let shares = (0..14).map(|i| 0.5_f64.powi(i));
-            let next = shares
-                .map(|share| x + share * solution.step)
-                .find(|x| linear.cost_at(&self.poses, x, held) <= now * (1.0 + 1e-9));
+            let next = shares.map(|share| x + share * solution.step).find(no_worse);
             let converged = solution.decrement < 1e-3 || next.is_none();
             found = Some(Found { linear, solution });
             match next {
@@ -121,7 +123,7 @@ impl Search {
         self.shortfalls(&found);
         let linear = self.fit(&self.estimating())?.linear;
         self.x = linear.x;
-        let solution = linear.solve_poses(&self.held, |k| self.counts(k))?;
+        let solution = linear.solve_poses(&self.held, |_| true)?;
         Some(Found { linear, solution })
     }
 

@@ -91,10 +91,9 @@ pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
     // Derivatives are taken where M is about 1.
     let unit = matrix(x).norm() / 3_f64.sqrt();
     let scaled = x / unit;
-    let all: Vec<usize> = (0..BENDS).collect();
-    let slopes = jacobian(&scaled, &all, |x| Some(invariants(x)));
-    let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, BENDS, f64::NAN));
-    let covariance = covariance.view((0, 0), (BENDS, BENDS)) / (unit * unit);
+    let slopes = jacobian(&scaled, |x| Some(invariants(x)));
+    let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, PARAMETERS, f64::NAN));
+    let covariance = covariance / (unit * unit);
     let variances = (&slopes * covariance * slopes.transpose()).diagonal();
     let sd = |i: usize| root(variances[i]);
     Deviations {
