@@ -103,7 +103,8 @@ pub struct FitQuality {
 pub struct Fit {
     pub(crate) search: Search,
     pub(crate) found: Found,
-    pub(crate) gravity_sd: f64,
+    /// The calibration as numbers, working units.
+    pub(crate) sensor: Sensor,
     /// How well the poses suit the model.
     pub quality: FitQuality,
 }
@@ -150,14 +151,24 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
+    let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
-        gravity_sd: options.gravity_sd,
+        sensor: Sensor {
+            parameters: *found.x(),
+            covariance: found.solution.covariance,
+            gravity: Gravity {
+                value_mps2: options.gravity,
+                sd_mps2: options.gravity_sd,
+            },
+            model_error_mps2: search.held.model_error,
+            tilt_freedom,
+        },
         quality: FitQuality {
             chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
             freedom: lengths.freedom,
             model_error_mps2: search.held.model_error,
             oriented: search.is_oriented(),
-            tilt_degrees_of_freedom: tilt_freedom(&search, &found),
+            tilt_degrees_of_freedom: tilt_freedom,
             prior: search.held.prior,
         },
         search,
@@ -321,7 +332,7 @@ impl Fit {
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
         let unit = |i: usize| if i < DRIFT { self.search.scale } else { 1.0 };
-        let with_gravity = self.sensor(self.search.scale).covariance_with_gravity();
+        let with_gravity = self.sensor.covariance_with_gravity();
         std::array::from_fn(|i| {
             std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
         })
@@ -329,17 +340,7 @@ impl Fit {
 
     /// The calibration as numbers, for readings in units of `unit`.
     pub fn sensor(&self, unit: f64) -> Sensor {
-        let sensor = Sensor {
-            parameters: *self.found.x(),
-            covariance: self.found.solution.covariance,
-            gravity: Gravity {
-                value_mps2: self.search.held.gravity,
-                sd_mps2: self.gravity_sd,
-            },
-            model_error_mps2: self.search.held.model_error,
-            tilt_freedom: self.quality.tilt_degrees_of_freedom,
-        };
-        sensor.rescaled(unit / self.search.scale)
+        self.sensor.clone().rescaled(unit / self.search.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.

@@ -11,7 +11,7 @@ use crate::model::{
     BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, inverse, matrix, sensitivity,
     sphere,
 };
-use crate::rows::{Held, Placed, force};
+use crate::rows::{Held, Placed, Row, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
@@ -144,7 +144,7 @@ impl Fit {
     /// All of it.
     pub fn trust(&self) -> Trust {
         Trust {
-            predicted_mps2: self.sensor(self.search.scale).predicted_mps2(),
+            predicted_mps2: self.sensor.predicted_mps2(),
             worst: self.weakest(),
             left_out: self.left_out(),
             undetected: self.undetected(),
@@ -157,14 +157,13 @@ impl Fit {
     fn sensor_with(&self, covariance: Covariance) -> Sensor {
         Sensor {
             covariance,
-            ..self.sensor(self.search.scale)
+            ..self.sensor.clone()
         }
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest.
     pub fn weakest(&self) -> WorstDirection {
-        let sensor = self.sensor(self.search.scale);
-        sensor.weakest(sensor.coverage_factor())
+        self.sensor.weakest(self.sensor.coverage_factor())
     }
 
     /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
@@ -194,11 +193,8 @@ impl Fit {
             ..*held
         };
         let bare = linear.solve(&normal, &without_sheet)?;
-        let mut without_gravity = self.sensor_with(bare.covariance);
-        without_gravity.gravity.sd_mps2 = 0.0;
-        let claims = without_gravity.claims(sphere(DIRECTIONS));
-        let sd_without_sheet = claims.iter().map(|c| c.sd_mps2).fold(0.0, f64::max);
-        if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
+        let claims = self.sensor_with(bare.covariance).claims(sphere(DIRECTIONS));
+        if claims.iter().any(|c| c.sd_mps2 > MAX_UNDETERMINED_MPS2) {
             return None;
         }
         let rest = linear.solve(&normal, held)?;
@@ -221,9 +217,8 @@ impl Fit {
         let held = &self.search.held;
         let straight = Held { bend: 0.0, ..*held };
         let linear = &self.found.linear;
-        let solution = linear.solve_poses(&straight, |k| self.search.counts(k))?;
-        let test = |k: usize| {
-            let row = &linear.rows[k];
+        let solution = linear.solve_poses(&straight, |_| true)?;
+        let test = |(k, row): (usize, &Row)| {
             // An error along gravity changes the length and no angle.
             let change = row.whitener(held)? * Vector3::new(1.0, 0.0, 0.0);
             let whitened: SMatrix<f64, 3, PARAMETERS> = row.whitener(held)? * row.jacobian;
@@ -232,13 +227,11 @@ impl Fit {
         Some(State {
             covariance: self.found.solution.covariance,
             straight: solution.covariance,
-            tests: (0..linear.rows.len())
-                .filter(|k| self.search.counts(*k))
+            tests: (linear.rows.iter().enumerate())
+                .filter(|(_, row)| row.counts)
                 .filter_map(test)
                 .collect(),
-            freedom: linear
-                .lengths(held, &solution, |k| self.search.counts(k))
-                .freedom,
+            freedom: linear.lengths(held, &solution, |_| true).freedom,
         })
     }
 
@@ -358,12 +351,7 @@ impl Fit {
         let Found { linear, solution } = &self.found;
         let held = &self.search.held;
         let mut sums = [Covariance::zeros(); 3];
-        for (_, row) in linear
-            .rows
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| self.search.counts(*k))
-        {
+        for row in linear.rows.iter().filter(|row| row.counts) {
             let whitener = row.whitener(held)?;
             let gain = solution.covariance * (whitener * row.jacobian).transpose() * whitener;
             for (sum, part) in sums.iter_mut().zip(row.parts(held)) {
@@ -416,17 +404,12 @@ impl Trust {
         if self.left_out.iter().flatten().any(contradicts) {
             return Grade::Poor;
         }
-        if self.left_out_rms().is_some() && hidden <= FAIR_MPS2 {
-            return match claimed.max(hidden) {
-                most if most <= GOOD_MPS2 => Grade::Good,
-                most if most <= FAIR_MPS2 => Grade::Fair,
-                _ => Grade::Poor,
-            };
-        }
-        if 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 {
-            Grade::NotVerifiable
-        } else {
-            Grade::Poor
+        let is_tested = self.left_out_rms().is_some() && hidden <= FAIR_MPS2;
+        match claimed.max(hidden) {
+            most if is_tested && most <= GOOD_MPS2 => Grade::Good,
+            most if is_tested && most <= FAIR_MPS2 => Grade::Fair,
+            _ if !is_tested && 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 => Grade::NotVerifiable,
+            _ => Grade::Poor,
         }
     }
 }
