@@ -199,11 +199,9 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     let scale = nominal.unwrap_or(usual);
     let known = poses.iter().filter_map(|p| p.temperature_c);
     let reference_c = known.clone().sum::<f64>() / known.count() as f64;
-    let start = options
-        .start
-        .map(Matrix3::from)
-        .map(|m| m.transpose() / scale);
-    let start = start.unwrap_or_else(Matrix3::identity);
+    let start = options.start.map_or_else(Matrix3::identity, |rows| {
+        Matrix3::from(rows).transpose() / scale
+    });
     let mut placed = Vec::new();
     let mut place_of = Vec::new();
     for pose in poses {
@@ -270,13 +268,10 @@ fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f
 impl Undetermined {
     /// Where nothing limits the direction that the readings cover least.
     pub(crate) fn of(poses: &[Pose]) -> Undetermined {
-        let mut spread = Matrix3::zeros();
-        for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
-            let n = Vector3::from(pose.mean)
-                .try_normalize(0.0)
-                .unwrap_or_default();
-            spread += n * n.transpose();
-        }
+        let means = poses.iter().map(|p| Vector3::from(p.mean));
+        let means = means.filter(|mean| mean.norm().is_finite());
+        let directions = means.map(|mean| mean.try_normalize(0.0).unwrap_or_default());
+        let spread: Matrix3<f64> = directions.map(|n| n * n.transpose()).sum();
         let eigen = spread.symmetric_eigen();
         let least = eigen.eigenvalues.imin();
         Undetermined {
@@ -350,30 +345,21 @@ impl Fit {
 
     /// What became of each pose.
     pub fn poses(&self) -> Vec<FittedPose> {
-        self.search
-            .place_of
-            .iter()
-            .map(|&k| self.fitted(k))
-            .collect()
-    }
-
-    fn fitted(&self, k: usize) -> FittedPose {
-        let pose = &self.search.poses[k];
-        let force = force(self.found.x(), pose).unwrap_or_default();
-        let row = &self.found.linear.rows[k];
-        let face = pose.face.filter(|_| row.is_face);
-        let tilt = || {
+        let fitted = |&k: &usize| {
+            let (pose, row) = (&self.search.poses[k], &self.found.linear.rows[k]);
+            let force = force(self.found.x(), pose).unwrap_or_default();
+            let face = pose.face.filter(|_| row.is_face);
             let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();
-            (row.residual[1].hypot(row.residual[2]), sd)
+            FittedPose {
+                face,
+                direction: force.try_normalize(0.0).unwrap_or_default().into(),
+                tilt: face.map(|_| (row.residual[1].hypot(row.residual[2]), sd)),
+                bad: pose.bad,
+            }
         };
-        FittedPose {
-            face,
-            direction: force.try_normalize(0.0).unwrap_or_default().into(),
-            tilt: face.map(|_| tilt()),
-            bad: pose.bad,
-        }
+        self.search.place_of.iter().map(fitted).collect()
     }
 }

@@ -154,25 +154,16 @@ impl Search {
     }
 }
 
-/// M = U Q with U upper triangular, of positive diagonal, in the axes of the channels, by an RQ
-/// decomposition: turns the frame of the case, which no length tells.
+/// M = U Q with U upper triangular in the axes of the channels, by a Cholesky decomposition of M Mᵀ = U Uᵀ
+/// from its last row up: turns the frame of the case, which no length tells.
 fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
     let m = matrix(x);
-    // Columns in the order of the channels.
-    let ordered = Matrix3::from_fn(|r, c| {
-        let axis = channel_of
-            .iter()
-            .position(|channel| *channel == c)
-            .unwrap_or(c);
-        m[(r, axis)]
-    });
-    let flip = |m: &Matrix3<f64>| Matrix3::from_fn(|r, c| m[(2 - c, 2 - r)]);
-    let upper = flip(&flip(&ordered).qr().r());
-    for axis in 0..3 {
-        let channel = channel_of[axis];
-        let same = m[(channel, axis)].signum() * upper[(channel, channel)].signum();
+    let flip = |m: Matrix3<f64>| Matrix3::from_fn(|r, c| m[(2 - r, 2 - c)]);
+    let upper = flip(flip(m * m.transpose()).cholesky()?.l());
+    for (axis, channel) in channel_of.into_iter().enumerate() {
+        let sign = m[(channel, axis)].signum();
         for r in 0..3 {
-            x[3 * r + axis] = same * upper[(r, channel)];
+            x[3 * r + axis] = sign * upper[(r, channel)];
         }
     }
     x.iter().all(|v| v.is_finite()).then_some(())
