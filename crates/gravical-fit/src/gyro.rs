@@ -242,7 +242,9 @@ fn problem<'a>(
 
 fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
     let start = problem.start(&Matrix3::identity());
-    check(problem.expected_covariance(&start))?;
+    // By noise alone: what the motions can determine at best.
+    let weights = problem.weights(&vec![true; problem.motions.len()], 0.0);
+    check(problem.solve(&start, &weights).map(|s| s.covariance))?;
     let mut robust = problem.robust(start);
     if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
         // Perhaps the axes are not the accelerometer's.

@@ -187,9 +187,7 @@ impl Sensor {
     /// sessions: 2 where one combination of parameters is open, up to 3 where several are. Errors are
     /// drawn from the covariance, always the same ones.
     pub fn coverage_factor(&self) -> f64 {
-        let Some(inverse) = matrix(&self.parameters).try_inverse() else {
-            return 2.0;
-        };
+        let inverse = inverse(&self.parameters);
         let eigen = self.covariance_with_gravity().symmetric_eigen();
         let spread = Covariance::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
         let root = eigen.eigenvectors * spread;

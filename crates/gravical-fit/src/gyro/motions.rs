@@ -140,9 +140,9 @@ pub(super) struct Problem<'a> {
 }
 
 /// Least squares at one state.
-struct Solved {
+pub(super) struct Solved {
     step: Parameters,
-    covariance: Square,
+    pub covariance: Square,
 }
 
 impl Problem<'_> {
@@ -152,12 +152,6 @@ impl Problem<'_> {
         }))
     }
 
-    /// By noise alone: what the motions can determine at best.
-    pub fn expected_covariance(&self, at: &At) -> Option<Square> {
-        let weights = self.weights(&vec![true; self.motions.len()], 0.0);
-        Some(self.solve(at, &weights)?.covariance)
-    }
-
     fn at(&self, x: Parameters) -> At {
         let linear: Vec<Linear> = self.motions.iter().map(|m| Linear::new(m, &x)).collect();
         let typical = median(linear.iter().map(|l| l.residual.norm()).collect());
@@ -165,7 +159,7 @@ impl Problem<'_> {
     }
 
     /// Least squares with a weight for each motion; β is held to the rests.
-    fn solve(&self, at: &At, weights: &[f64]) -> Option<Solved> {
+    pub fn solve(&self, at: &At, weights: &[f64]) -> Option<Solved> {
         // Directions that nothing shows stay where they are.
         let mut normal = Square::from_diagonal_element(1e-4);
         let mut gradient = Parameters::zeros();
@@ -187,7 +181,7 @@ impl Problem<'_> {
     }
 
     /// Of the motions that are `used`, with a variance beside that of noise; 0 for the others.
-    fn weights(&self, used: &[bool], more: f64) -> Vec<f64> {
+    pub fn weights(&self, used: &[bool], more: f64) -> Vec<f64> {
         let weight = |(motion, used): (&Path, &bool)| {
             f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
         };
@@ -256,17 +250,6 @@ impl Problem<'_> {
         used
     }
 
-    /// Variance per component that noise does not explain, the same for every motion: a hand that trembles,
-    /// a gyroscope that is not linear.
-    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> Option<f64> {
-        let each = || lengths.iter().zip(&self.motions).zip(used);
-        let largest = lengths.iter().map(|l| l * l).sum();
-        unexplained(freedom, largest, |more| {
-            let used = each().filter(|(_, used)| **used);
-            Some(used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum())
-        })
-    }
-
     /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
     /// too closely: a motion that it rejected is admitted again if the others predict it.
     pub fn settle(&self, robust: At) -> Option<Fitted> {
@@ -280,7 +263,13 @@ impl Problem<'_> {
                 break;
             }
             let step = self.solve(&at, &self.weights(&used, 0.0))?.step;
-            let more = self.unexplained(&at.lengths(&step), &used, freedom)?;
+            // What noise does not explain, the same for every motion: a hand that trembles, a gyroscope that
+            // is not linear.
+            let squares: Vec<f64> = at.lengths(&step).iter().map(|l| l * l).collect();
+            let more = unexplained(freedom, squares.iter().sum(), |more| {
+                let weights = self.weights(&used, more);
+                Some(weights.iter().zip(&squares).map(|(w, l)| w * l).sum())
+            })?;
             let weights = self.weights(&used, more);
             let solved = self.solve(&at, &weights)?;
             let again: Vec<bool> = (0..used.len())
