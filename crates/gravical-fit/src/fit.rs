@@ -210,10 +210,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
             sd: Vector3::from(pose.sd) / scale,
             warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
             hint: pose.hint,
-            face: None,
-            bad: None,
-            shortfall: 0.0,
-            outlier_sd: 0.0,
+            ..Placed::default()
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }
@@ -285,7 +282,7 @@ impl Undetermined {
 fn tilt_freedom(search: &Search, found: &Found) -> f64 {
     let mut freedom = 0.0;
     let rows = found.linear.rows.iter();
-    for row in rows.filter(|row| row.is_face && row.counts) {
+    for row in rows.filter(|row| row.face.is_some() && row.counts) {
         if let Some(whitener) = row.whitener(&search.held) {
             let jacobian = whitener * row.jacobian;
             let taken = jacobian * found.solution.covariance * jacobian.transpose();
@@ -348,15 +345,16 @@ impl Fit {
         let fitted = |&k: &usize| {
             let (pose, row) = (&self.search.poses[k], &self.found.linear.rows[k]);
             let force = force(self.found.x(), pose).unwrap_or_default();
-            let face = pose.face.filter(|_| row.is_face);
             let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();
             FittedPose {
-                face,
+                face: row.face,
                 direction: force.try_normalize(0.0).unwrap_or_default().into(),
-                tilt: face.map(|_| (row.residual[1].hypot(row.residual[2]), sd)),
+                tilt: row
+                    .face
+                    .map(|_| (row.residual[1].hypot(row.residual[2]), sd)),
                 bad: pose.bad,
             }
         };

@@ -16,7 +16,7 @@ use crate::model::{
 use crate::pose::{Face, Hint};
 
 /// A pose in working units (M is about 1), and what the search found out about it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Placed {
     pub mean: Vector3<f64>,
     pub sd: Vector3<f64>,
@@ -132,7 +132,8 @@ pub(crate) struct Row {
     pub counts: bool,
     pub residual: Vector3<f64>,
     pub jacobian: SMatrix<f64, 3, PARAMETERS>,
-    pub is_face: bool,
+    /// The face that it is fitted as.
+    pub face: Option<Face>,
     /// Covariance of the residual by the noise of the mean.
     pub noise: Matrix3<f64>,
     /// … by a model error of 1 m/s².
@@ -150,7 +151,7 @@ impl Row {
     /// L⁻¹ of the covariance L Lᵀ; of a free pose only its first row counts.
     pub fn whitener(&self, held: &Held) -> Option<Matrix3<f64>> {
         let [noise, error, tilt] = self.parts(held);
-        if !self.is_face {
+        if self.face.is_none() {
             let variance = noise[(0, 0)] + error[(0, 0)];
             let weight = 1.0 / variance.sqrt();
             let only = Matrix3::from_diagonal(&Vector3::new(weight, 0.0, 0.0));
@@ -234,7 +235,7 @@ impl Linear {
                 jacobian: derivatives
                     .fixed_view::<3, PARAMETERS>(3 * k, 0)
                     .into_owned(),
-                is_face: face(pose).is_some(),
+                face: face(pose),
                 noise,
                 error: by_reading * by_reading.transpose(),
             }
@@ -265,7 +266,7 @@ impl Linear {
             let whitener = row.whitener(held)?;
             let residual = whitener * row.residual;
             sum.cost += residual.norm_squared();
-            if row.is_face {
+            if row.face.is_some() {
                 let jacobian = whitener * row.jacobian;
                 sum.matrix += jacobian.tr_mul(&jacobian);
                 sum.gradient += jacobian.tr_mul(&residual);
@@ -299,12 +300,8 @@ impl Linear {
                 normal.log_determinant += 2.0 * held.bend.ln();
             }
         }
-        let fitted: Vec<usize> = self
-            .free
-            .iter()
-            .copied()
-            .filter(|i| *i < BENDS || held.bend > 0.0)
-            .collect();
+        let is_fitted = |i: &usize| *i < BENDS || held.bend > 0.0;
+        let fitted: Vec<usize> = self.free.iter().copied().filter(is_fitted).collect();
         // Columns of length one: units differ.
         let scale = DVector::from_fn(fitted.len(), |i, _| {
             normal.matrix[(fitted[i], fitted[i])].sqrt().recip()
@@ -368,8 +365,8 @@ impl Linear {
         let point = Point::new(x)?;
         let mut sum = 0.0;
         for (pose, row) in poses.iter().zip(&self.rows).filter(|(_, r)| r.counts) {
-            let face = pose.face.filter(|_| row.is_face);
-            sum += (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();
+            let residual = point.residual(pose, row.face, held.gravity);
+            sum += (row.whitener(held)? * residual).norm_squared();
         }
         if held.prior {
             sum += data_sheet(x).norm_squared();

@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, inverse, matrix, sensitivity,
-    sphere,
+    BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, sensitivity, sphere,
 };
 use crate::rows::{Held, Placed, Row, force};
 use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
@@ -134,7 +133,7 @@ struct State {
     covariance: Covariance,
     /// The same without bends: what one pose tests of another.
     straight: Covariance,
-    /// Of each pose that counts: its number, derivatives of the whitened response to an error of 1 m/s²
+    /// Of each pose that counts: its number as given, derivatives of the whitened response to an error of 1 m/s²
     /// along gravity, and its square.
     tests: Vec<(usize, Parameters, f64)>,
     freedom: f64,
@@ -188,10 +187,8 @@ impl Fit {
         }
         let linear = &self.found.linear;
         let normal = linear.normal(held, others)?;
-        let without_sheet = Held {
-            prior: false,
-            ..*held
-        };
+        let mut without_sheet = *held;
+        without_sheet.prior = false;
         let bare = linear.solve(&normal, &without_sheet)?;
         let claims = self.sensor_with(bare.covariance).claims(sphere(DIRECTIONS));
         if claims.iter().any(|c| c.sd_mps2 > MAX_UNDETERMINED_MPS2) {
@@ -219,18 +216,19 @@ impl Fit {
         let linear = &self.found.linear;
         let solution = linear.solve_poses(&straight, |_| true)?;
         let test = |(k, row): (usize, &Row)| {
+            let pose = self.search.place_of.iter().position(|place| *place == k)?;
+            let whitener = row.whitener(held)?;
             // An error along gravity changes the length and no angle.
-            let change = row.whitener(held)? * Vector3::new(1.0, 0.0, 0.0);
-            let whitened: SMatrix<f64, 3, PARAMETERS> = row.whitener(held)? * row.jacobian;
-            Some((k, whitened.tr_mul(&change), change.norm_squared()))
+            let change = whitener.column(0).into_owned();
+            let influence = (whitener * row.jacobian).tr_mul(&change);
+            Some((pose, influence, change.norm_squared()))
         };
+        let rows = linear.rows.iter().enumerate();
+        let rows = rows.filter(|(_, row)| row.counts);
         Some(State {
             covariance: self.found.solution.covariance,
             straight: solution.covariance,
-            tests: (linear.rows.iter().enumerate())
-                .filter(|(_, row)| row.counts)
-                .filter_map(test)
-                .collect(),
+            tests: rows.filter_map(test).collect(),
             freedom: linear.lengths(held, &solution, |_| true).freedom,
         })
     }
@@ -240,27 +238,17 @@ impl Fit {
     /// for an error of a mean along gravity. The residual is held against Student's t, 5 % over all poses,
     /// with the scale of the others and of what is usual.
     pub fn undetected(&self) -> Option<Undetected> {
-        let hidden = self.undetected_by(&self.state()?)?;
-        let pose = self
-            .search
-            .place_of
-            .iter()
-            .position(|k| *k == hidden.pose)?;
-        Some(Undetected { pose, ..hidden })
+        self.undetected_by(&self.state()?)
     }
 
     fn undetected_by(&self, state: &State) -> Option<Undetected> {
-        let inverse = inverse(self.found.x());
-        let gravity = self.search.held.gravity;
-        let along: Vec<(Vector3<f64>, Parameters)> = sphere(DIRECTIONS)
-            .map(|n| (n, sensitivity(&inverse, &n, gravity)))
-            .collect();
+        let along = self.along();
         let freedom = (state.freedom - 1.0).max(0.0) + USUAL_FREEDOM;
         let level = 1.0 - 0.025 / state.tests.len() as f64;
         let limit = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(level);
         let scale = ((state.freedom - 1.0).max(0.0) + USUAL_CHI2 * USUAL_FREEDOM) / freedom;
         let shown = (limit + POWER_90) * scale.sqrt();
-        let each = state.tests.iter().filter_map(|(k, influence, weight)| {
+        let each = state.tests.iter().filter_map(|(pose, influence, weight)| {
             let moved = state.straight * influence;
             let redundancy = weight - influence.dot(&moved);
             // Below this share of the error the difference is rounding.
@@ -272,7 +260,7 @@ impl Fit {
             let gain = along.iter().map(|(n, h)| (n, h.dot(&moved).abs()));
             let (direction, gain) = gain.max_by(|a, b| a.1.total_cmp(&b.1))?;
             Some(Undetected {
-                pose: *k,
+                pose: *pose,
                 reading_mps2,
                 effect_mps2: gain * reading_mps2,
                 direction: (*direction).into(),
@@ -291,7 +279,7 @@ impl Fit {
             *covariance -= moved * moved.transpose() / (h.dot(&moved) + variance);
         }
         more.freedom += 1.0 - (more.straight * h).dot(&h) / variance;
-        let number = self.search.poses.len() + state.tests.len();
+        let number = self.search.place_of.len() + state.tests.len();
         more.tests.push((number, -h / variance, 1.0 / variance));
         more
     }
@@ -332,6 +320,14 @@ impl Fit {
         proposed
     }
 
+    /// Directions over the sphere, with the sensitivity of ‖a‖ along each.
+    fn along(&self) -> Vec<(Vector3<f64>, Parameters)> {
+        let inverse = inverse(self.found.x());
+        let gravity = self.search.held.gravity;
+        let each = sphere(DIRECTIONS).map(|n| (n, sensitivity(&inverse, &n, gravity)));
+        each.collect()
+    }
+
     fn directions(&self) -> Vec<Vector3<f64>> {
         let of = |p: &Placed| force(self.found.x(), p).unwrap_or_default().normalize();
         self.search.poses.iter().map(of).collect()
@@ -359,22 +355,17 @@ impl Fit {
             }
         }
         let rest = solution.covariance - sums[0] - sums[1] - sums[2];
-        let inverse = inverse(self.found.x());
-        let over_sphere = |f: &dyn Fn(Vector3<f64>) -> f64| {
-            (sphere(DIRECTIONS).map(f).sum::<f64>() / DIRECTIONS as f64).sqrt()
+        let along = self.along();
+        let rms = |square: &dyn Fn(&(Vector3<f64>, Parameters)) -> f64| {
+            (along.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
         };
-        let of = |c: &Covariance| {
-            over_sphere(&|n| {
-                let h = sensitivity(&inverse, &n, held.gravity);
-                (c * h).dot(&h).max(0.0)
-            })
-        };
+        let of = |c: &Covariance| rms(&|(_, h)| (c * h).dot(h).max(0.0));
         Some(Budget {
             noise: of(&sums[0]),
             model_error: of(&sums[1]).hypot(held.model_error),
             tilt: of(&sums[2]),
             data_sheet: of(&rest),
-            bends: over_sphere(&|n| (held.gravity * bend(self.found.x(), &n)).powi(2)),
+            bends: rms(&|(n, _)| (held.gravity * bend(self.found.x(), n)).powi(2)),
         })
     }
 }

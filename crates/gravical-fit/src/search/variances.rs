@@ -33,10 +33,8 @@ impl Search {
             };
             self.held.bend = mean(|bend| bend * bend).sqrt();
             self.typical_bend = mean(f64::ln).exp();
-            let bare = Held {
-                model_error: 0.0,
-                ..self.held
-            };
+            let mut bare = self.held;
+            bare.model_error = 0.0;
             let exact = found.linear.solve_poses(&bare, |_| true)?;
             // Without a length left over there is no error to see.
             let lengths = found.linear.lengths(&bare, &exact, |_| true);
