@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
-use crate::rows::{Held, Placed, force};
+use crate::rows::{Held, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
 use crate::sensor::{Gravity, Sensor};
 
@@ -58,10 +58,10 @@ pub struct Undetermined {
 pub struct FittedPose {
     /// The face that it was fitted as.
     pub face: Option<Face>,
-    /// Unit vector of the specific force, axes of the case.
-    pub direction: [f64; 3],
-    /// Angle to its face and the standard deviation of its components, rad.
-    pub tilt: Option<(f64, f64)>,
+    /// It took part in the fit.
+    pub fitted: bool,
+    /// Angle to its face and the standard deviation of its components, if that is known, rad.
+    pub tilt: Option<(f64, Option<f64>)>,
     /// Left out since it contradicts the others: the probability that any good pose misses as much.
     pub bad: Option<f64>,
 }
@@ -343,19 +343,17 @@ impl Fit {
     /// What became of each pose.
     pub fn poses(&self) -> Vec<FittedPose> {
         let fitted = |&k: &usize| {
-            let (pose, row) = (&self.search.poses[k], &self.found.linear.rows[k]);
-            let force = force(self.found.x(), pose).unwrap_or_default();
+            let row = &self.found.linear.rows[k];
             let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();
+            let angle = row.residual[1].hypot(row.residual[2]);
             FittedPose {
                 face: row.face,
-                direction: force.try_normalize(0.0).unwrap_or_default().into(),
-                tilt: row
-                    .face
-                    .map(|_| (row.residual[1].hypot(row.residual[2]), sd)),
-                bad: pose.bad,
+                fitted: row.counts,
+                tilt: row.face.map(|_| (angle, Some(sd))),
+                bad: self.search.poses[k].bad,
             }
         };
         self.search.place_of.iter().map(fitted).collect()

@@ -3,12 +3,12 @@
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::Covariance;
-use gravical_fit::{BiasDrift, DriftTest, Fit, Hint, Options, Trust, fit};
+use gravical_fit::{BiasDrift, DriftTest, Fit, FittedPose, Hint, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
-use crate::poses::face::{Claim, Face};
+use crate::poses::face::Claim;
 use crate::{Error, Result};
 
 use super::ferraris;
@@ -87,19 +87,6 @@ pub enum Prior {
     Off,
 }
 
-/// What a placement was used for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Use {
-    /// The face it was fitted as, axes of the case.
-    pub face: Option<Face>,
-    /// It took part in the fit.
-    pub fitted: bool,
-    /// Tilt off the face in degrees (raw angle by Ferraris' method), and its standard deviation.
-    pub tilt_deg: Option<(f64, Option<f64>)>,
-    /// Left out because it does not fit: chance of that.
-    pub bad: Option<f64>,
-}
-
 /// An estimated accelerometer, axes of the case.
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
@@ -107,8 +94,8 @@ pub(crate) struct Estimate {
     pub model: [[f64; 3]; 3],
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
-    /// For every placement.
-    pub uses: Vec<Use>,
+    /// What became of every placement; by Ferraris' method its tilt is the raw angle.
+    pub uses: Vec<FittedPose>,
     /// The tilt of the placements.
     pub tilt: Option<PoseTilt>,
     /// How it was estimated, and how well it is known.
@@ -272,15 +259,7 @@ fn by_fit(
         let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
         Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
-    let fitted = fit.poses();
-    let uses = fitted.iter().map(|pose| Use {
-        face: pose.face,
-        fitted: pose.bad.is_none(),
-        tilt_deg: pose
-            .tilt
-            .map(|(tilt, sd)| (tilt.to_degrees(), Some(sd.to_degrees()))),
-        bad: pose.bad,
-    });
+    let uses = fit.poses();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
@@ -291,11 +270,11 @@ fn by_fit(
     Ok(Estimate {
         model,
         calibration: Calibration { matrix, bias },
-        uses: uses.collect(),
-        tilt: fitted.iter().any(|p| p.face.is_some()).then(|| PoseTilt {
+        tilt: uses.iter().any(|p| p.face.is_some()).then(|| PoseTilt {
             value: fit.tilt().to_degrees(),
             source,
         }),
+        uses,
         basis: Basis::Fit(Box::new((fit, trust)), drift_test),
     })
 }
@@ -320,10 +299,10 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
     };
     let on_face = |(index, placement): (usize, &Pose)| {
         let face = faces.face_of(index);
-        Use {
+        FittedPose {
             face,
             fitted: face.is_some(),
-            tilt_deg: face.map(|_| (placement.angle_deg, None)),
+            tilt: face.map(|_| (placement.angle_deg.to_radians(), None)),
             bad: None,
         }
     };

@@ -3,7 +3,7 @@
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_fit::model::{Covariance as ParameterCovariance, DRIFT};
-use gravical_fit::{Fit, Trust, deviations};
+use gravical_fit::{Fit, FittedPose, Trust, deviations};
 
 use crate::calibration_file::{
     AccelerometerSection, Budget, Contribution, Covariance, PoseKind, PoseResult, Source,
@@ -13,7 +13,7 @@ use crate::poses::Pose;
 use crate::recording::AccelUnit;
 use crate::stats::pooled_deviation;
 
-use super::estimate::{Basis, Estimate, Use, standard_error};
+use super::estimate::{Basis, Estimate, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
@@ -162,7 +162,7 @@ fn drift_sd(estimate: &Estimate) -> f64 {
 /// their own direction. The zero offset is added back to the raw means, so that they are the file's numbers.
 fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
     let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
-    let one = |(placement, used): (&Pose, &Use)| {
+    let one = |(placement, used): (&Pose, &FittedPose)| {
         let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
         let (label, kind, expected) = match used.face {
@@ -187,8 +187,8 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             calibrated,
             error,
             error_norm: matrix3::norm(&error),
-            tilt_deg: used.tilt_deg.map(|(tilt, _)| tilt),
-            tilt_sd_deg: used.tilt_deg.and_then(|(_, sd)| sd),
+            tilt_deg: used.tilt.map(|(tilt, _)| tilt.to_degrees()),
+            tilt_sd_deg: used.tilt.and_then(|(_, sd)| sd).map(f64::to_degrees),
             magnitude_error_mps2: Some(length - gravity),
             left_out_error_mps2: None,
             left_out_sd_mps2: None,
