@@ -71,7 +71,7 @@ pub struct GyroOptions {
 }
 
 /// What the static intervals show.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct GyroRest {
     /// Reading at rest without gravity's part, input unit.
     pub bias: [f64; 3],

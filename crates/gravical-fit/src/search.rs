@@ -63,11 +63,6 @@ impl Search {
         }
     }
 
-    /// Pose `k` takes part in the fit.
-    pub fn counts(&self, k: usize) -> bool {
-        self.poses[k].bad.is_none()
-    }
-
     pub fn is_oriented(&self) -> bool {
         let counted = self.poses.iter().filter(|p| p.bad.is_none());
         let faces = counted.filter_map(|p| p.face);

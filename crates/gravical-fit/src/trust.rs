@@ -179,13 +179,12 @@ impl Fit {
     }
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
+        let (linear, held) = (&self.found.linear, &self.search.held);
         let near = NEIGHBOUR.cos();
-        let others = |i: usize| self.search.counts(i) && directions[i].dot(&directions[k]) < near;
-        let held = &self.search.held;
-        if !self.search.counts(k) || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
+        let others = |i: usize| linear.rows[i].counts && directions[i].dot(&directions[k]) < near;
+        if !linear.rows[k].counts || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
             return None;
         }
-        let linear = &self.found.linear;
         let normal = linear.normal(held, others)?;
         let mut without_sheet = *held;
         without_sheet.prior = false;

@@ -41,12 +41,8 @@ pub(super) fn at_rest(
     });
     let spread = intervals.len() >= MIN_INTERVALS && is_spread(&forces);
     let mut rest = GyroRest {
-        bias: [0.0; 3],
-        bias_sd: [0.0; 3],
-        g_sensitivity: [[0.0; 3]; 3],
         local: vec![Vector3::zeros(); intervals.len()],
-        local_sd: Vector3::zeros(),
-        noise_sd: Vector3::zeros(),
+        ..GyroRest::default()
     };
     for i in 0..3 {
         let offset = intervals.first()?.rate[i];

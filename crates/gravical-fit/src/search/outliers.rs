@@ -38,7 +38,7 @@ impl Search {
     /// session by hand has, all that are rarer than chance.
     pub fn misfits(&self) -> Vec<(usize, f64)> {
         let held = self.held.bare();
-        let counted = (0..self.poses.len()).filter(|k| self.counts(*k));
+        let counted = (0..self.poses.len()).filter(|k| self.poses[*k].bad.is_none());
         let count = counted.clone().count();
         let out = (self.poses.len() - count) as f64;
         let spare = MAX_SHARE_OUT * self.poses.len() as f64 - out;
