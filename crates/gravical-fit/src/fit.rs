@@ -145,9 +145,8 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
             sd_mps2,
         });
     }
-    let lengths = found
-        .linear
-        .lengths(&search.held, &found.solution, |_| true);
+    let Found { linear, solution } = &found;
+    let lengths = linear.lengths(&search.held, solution, |_| true);
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);

@@ -7,7 +7,9 @@ mod variances;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, sphere, tangents};
+use crate::model::{
+    BENDS, BIAS, DIRECTIONS, DRIFT, Parameters, inverse, matrix, sensitivity, sphere, tangents,
+};
 use crate::pose::Face;
 use crate::rows::{Held, Linear, Placed, Solution, free_parameters};
 
@@ -65,10 +67,9 @@ impl Search {
 
     pub fn is_oriented(&self) -> bool {
         let counted = self.poses.iter().filter(|p| p.bad.is_none());
-        let faces = counted.filter_map(|p| p.face);
-        let mut axes = [false; 3];
-        faces.for_each(|face| axes[face.axis] = true);
-        axes.iter().filter(|on| **on).count() >= 2
+        let mut faces = counted.filter_map(|p| p.face);
+        let first = faces.next();
+        first.is_some_and(|first| faces.any(|face| face.axis != first.axis))
     }
 
     /// Gauss–Newton with the weights of the present parameters; steps are halved until they help.
@@ -125,10 +126,7 @@ impl Search {
     /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
     /// the frame changes no length and does not count.
     fn shortfalls(&mut self, found: &Found) {
-        let Some(inverse) = matrix(found.x()).try_inverse() else {
-            return;
-        };
-        let by_case = inverse.transpose();
+        let by_case = inverse(found.x()).transpose();
         let gravity = self.held.gravity;
         let covariance = &found.solution.covariance;
         for pose in &mut self.poses {
@@ -138,7 +136,7 @@ impl Search {
                 let (along, aside) = (by_case * n, by_case * t);
                 let h = Parameters::from_fn(|i, _| match i {
                     0..BIAS => 0.5 * (aside[i / 3] * n[i % 3] + along[i / 3] * t[i % 3]),
-                    BIAS..12 => aside[i - BIAS] / gravity,
+                    BIAS..DRIFT => aside[i - BIAS] / gravity,
                     _ => 0.0,
                 });
                 (covariance * h).dot(&h)
@@ -167,7 +165,7 @@ fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
 /// Where ‖a‖ of a direction is known least, and its standard deviation there by M and b, m/s².
 pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, f64)> {
     let inverse = matrix(found.x()).try_inverse()?;
-    sphere(400)
+    sphere(DIRECTIONS)
         .map(|n| {
             let mut h = sensitivity(&inverse, &n, gravity);
             h.fixed_rows_mut::<6>(BENDS).fill(0.0);

@@ -67,7 +67,7 @@ impl Linear {
                 0..9 => by_turn[(i, k)] * sums[(3 * (p / 3) + k, p % 3)],
                 _ => -by_turn[(i, k)] * by_bias[(k, p - 9)],
             });
-            each.sum()
+            each.sum::<f64>()
         });
         Linear {
             residual: rotation * before - Vector3::from(motion.gravity[1]),
@@ -189,8 +189,8 @@ impl Problem<'_> {
     }
 
     /// Median of the residuals in their standard deviations over that of noise, at least 1.
-    fn excess(&self, lengths: impl Iterator<Item = f64>) -> f64 {
-        let whitened = lengths.zip(&self.motions).map(|(l, m)| l / m.sd);
+    fn excess(&self, lengths: &[f64]) -> f64 {
+        let whitened = lengths.iter().zip(&self.motions).map(|(l, m)| l / m.sd);
         (median(whitened.collect()) / RAYLEIGH_MEDIAN).max(1.0)
     }
 
@@ -224,7 +224,7 @@ impl Problem<'_> {
         let mut step = Parameters::zeros();
         for _ in 0..10 {
             let lengths = at.lengths(&step);
-            let width = CAUCHY * self.excess(lengths.iter().copied());
+            let width = CAUCHY * self.excess(&lengths);
             let weight = |(length, motion): (&f64, &Path)| {
                 let whitened = length / motion.sd;
                 motion.sd.powi(-2) / (1.0 + (whitened / width).powi(2))
@@ -240,7 +240,7 @@ impl Problem<'_> {
         let count = lengths.len();
         // Nine parameters take up part of few residuals.
         let taken_up = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
-        let limit = OUTLIER * taken_up * self.excess(lengths.iter().copied());
+        let limit = OUTLIER * taken_up * self.excess(lengths);
         let agrees = |(length, motion): (&f64, &Path)| *length <= limit * motion.sd;
         let used: Vec<bool> = lengths.iter().zip(&self.motions).map(agrees).collect();
         let kept = used.iter().filter(|u| **u).count();
