@@ -97,14 +97,9 @@ impl Point {
     fn by_reading(&self, pose: &Placed, face: Option<Face>) -> Matrix3<f64> {
         let force = self.force(pose);
         let norm = force.norm();
-        let mut rows = Matrix3::zeros();
-        rows.set_row(0, &(force / norm).transpose());
-        if let Some(face) = face {
-            let [first, second] = tangents(&Vector3::from(face.direction()));
-            rows.set_row(1, &(first / norm).transpose());
-            rows.set_row(2, &(second / norm).transpose());
-        }
-        rows * self.inverse
+        let aside = |face: Face| tangents(&face.direction().into()).map(|t| t / norm);
+        let [first, second] = face.map_or_else(Default::default, aside);
+        Matrix3::from_columns(&[force / norm, first, second]).transpose() * self.inverse
     }
 }
 

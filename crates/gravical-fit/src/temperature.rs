@@ -52,7 +52,8 @@ impl Drift {
 /// Direction of each of the temperatures `t_c` (in order of time): it changes at the extreme from
 /// which the temperature has come back by `turn_c`. Empty if it never changes by that much.
 pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
-    let mut turns: Vec<(usize, Direction)> = Vec::new();
+    let mut directions = Vec::new();
+    let mut now = None;
     let (mut lowest, mut highest) = (0, 0);
     for (i, t) in t_c.iter().enumerate() {
         if *t < t_c[lowest] {
@@ -61,23 +62,19 @@ pub fn detect_directions(t_c: &[f64], turn_c: f64) -> Vec<Direction> {
         if *t > t_c[highest] {
             highest = i;
         }
-        let before = turns.last().map(|turn| turn.1);
-        let turn = if t - t_c[lowest] >= turn_c && before != Some(Direction::Warming) {
+        let (start, next) = if t - t_c[lowest] >= turn_c && now != Some(Direction::Warming) {
             (lowest, Direction::Warming)
-        } else if t_c[highest] - t >= turn_c && before != Some(Direction::Cooling) {
+        } else if t_c[highest] - t >= turn_c && now != Some(Direction::Cooling) {
             (highest, Direction::Cooling)
         } else {
             continue;
         };
-        turns.push(turn);
+        directions.resize(start, now.unwrap_or(next));
+        now = Some(next);
         (lowest, highest) = (i, i);
     }
-    let Some(&(_, first)) = turns.first() else {
-        return Vec::new();
-    };
-    let mut directions = vec![first; t_c.len()];
-    for (start, direction) in turns {
-        directions[start..].fill(direction);
+    if let Some(last) = now {
+        directions.resize(t_c.len(), last);
     }
     directions
 }
