@@ -322,11 +322,8 @@ impl Fit {
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
-        let unit = |i: usize| if i < DRIFT { self.search.scale } else { 1.0 };
-        let with_gravity = self.sensor.covariance_with_gravity();
-        std::array::from_fn(|i| {
-            std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
-        })
+        let all = self.sensor(1.0).covariance_with_gravity();
+        std::array::from_fn(|i| std::array::from_fn(|k| all[(of(i), of(k))]))
     }
 
     /// The calibration as numbers, for readings in units of `unit`.

@@ -1,6 +1,6 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
@@ -169,18 +169,15 @@ impl Sensor {
 
     /// The direction in which the error claimed of ‖a‖ is largest, standard deviations counting `factor` times.
     pub fn weakest(&self, factor: f64) -> WorstDirection {
-        let each = self.claims(sphere(DIRECTIONS)).into_iter();
-        let each = each.map(|claim| WorstDirection {
-            direction: claim.direction.into(),
-            error_mps2: claim.bent_mps2.abs() + factor * claim.sd_mps2,
-            sd_mps2: claim.sd_mps2,
-        });
-        let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
-        worst.unwrap_or(WorstDirection {
-            direction: [0.0, 0.0, 1.0],
-            error_mps2: f64::INFINITY,
-            sd_mps2: f64::INFINITY,
-        })
+        let claims = self.claims(sphere(DIRECTIONS));
+        let error = |claim: &Claim| claim.bent_mps2.abs() + factor * claim.sd_mps2;
+        let errors = DVector::from_iterator(DIRECTIONS, claims.iter().map(error));
+        let worst = &claims[errors.imax()];
+        WorstDirection {
+            direction: worst.direction.into(),
+            error_mps2: error(worst),
+            sd_mps2: worst.sd_mps2,
+        }
     }
 
     /// So many times its largest standard deviation is what ‖a‖ is off in any direction in 95 % of
