@@ -260,35 +260,30 @@ impl Pair {
     fn norm(&self, gravity: f64) -> Option<NormDifference> {
         let [a, b] = &self.parameters;
         let [to_a, to_b] = [matrix(a).try_inverse()?, matrix(b).try_inverse()?];
-        let mut out = NormDifference {
-            rms_mps2: 0.0,
-            predicted_rms_mps2: 0.0,
-            largest_mps2: 0.0,
-            largest_at: Vector3::z(),
-        };
-        for n in sphere(DIRECTIONS) {
+        let force = |n: &Vector3<f64>| {
             let reading = matrix(a) * n * gravity + bias(a, 0.0);
-            let force = to_b * (reading - bias(b, 0.0));
-            let off = force.norm() - gravity;
-            let h = [(to_a, n), (to_b, force.normalize())]
-                .map(|(inverse, n)| sensitivity(&inverse, &n, gravity));
-            out.rms_mps2 += off * off / DIRECTIONS as f64;
-            out.predicted_rms_mps2 += self.variance(&h) / DIRECTIONS as f64;
-            if off.abs() > out.largest_mps2.abs() {
-                (out.largest_mps2, out.largest_at) = (off, n);
-            }
-        }
-        out.rms_mps2 = out.rms_mps2.sqrt();
-        out.predicted_rms_mps2 = out.predicted_rms_mps2.max(0.0).sqrt();
-        Some(out)
-    }
-
-    /// Variance of a difference whose derivatives are −h of the first and h of the second.
-    fn variance(&self, h: &[Parameters; 2]) -> f64 {
-        let [a, b] = &self.covariances;
-        let own = h[0].dot(&(a * h[0])) + h[1].dot(&(b * h[1]));
-        let step = |[a, b]: &[Parameters; 2]| (h[1].dot(b) - h[0].dot(a)).powi(2);
-        own + self.common.iter().map(step).sum::<f64>()
+            to_b * (reading - bias(b, 0.0))
+        };
+        let variance = |n: &Vector3<f64>| {
+            let of_a = sensitivity(&to_a, n, gravity);
+            let of_b = sensitivity(&to_b, &force(n).normalize(), gravity);
+            let own = of_a.dot(&(self.covariances[0] * of_a));
+            let own = own + of_b.dot(&(self.covariances[1] * of_b));
+            let common = self.common.iter();
+            let common = common.map(|[a, b]| (of_b.dot(b) - of_a.dot(a)).powi(2));
+            own + common.sum::<f64>()
+        };
+        let each: Vec<Vector3<f64>> = sphere(DIRECTIONS).collect();
+        let off = each.iter().map(|n| force(n).norm() - gravity);
+        let off = DVector::from_iterator(DIRECTIONS, off);
+        let largest = off.iamax();
+        let predicted = each.iter().map(variance).sum::<f64>() / DIRECTIONS as f64;
+        Some(NormDifference {
+            rms_mps2: (off.norm_squared() / DIRECTIONS as f64).sqrt(),
+            predicted_rms_mps2: predicted.max(0.0).sqrt(),
+            largest_mps2: off[largest],
+            largest_at: each[largest],
+        })
     }
 }
 
