@@ -190,14 +190,13 @@ fn path(
             accel = s.accel;
         }
         let by_force = sensitivity * Vector3::from(accelerometer.apply(accel));
-        let rate = Vector3::from(s.rate) - bias - by_force;
-        [rate[0], rate[1], rate[2], s.step_s]
+        (Vector3::from(s.rate) - bias - by_force, s.step_s)
     };
-    let mut samples: Vec<[f64; 4]> = motion.samples.iter().map(&mut sample).collect();
-    samples.last_mut()?[3] = 0.0;
+    let mut samples: Vec<(Vector3<f64>, f64)> = motion.samples.iter().map(&mut sample).collect();
+    samples.last_mut()?.1 = 0.0;
     let directions = [before, after].map(|interval| direction(interval, accelerometer));
-    let is_number = samples.as_flattened().iter().all(|v| v.is_finite());
-    is_number.then(|| Path {
+    let is_number = |s: &(Vector3<f64>, f64)| s.0.norm().is_finite() && s.1.is_finite();
+    samples.iter().all(is_number).then(|| Path {
         samples,
         gravity: directions.map(|d| d.0),
         sd: (0.5 * (directions[0].1 + directions[1].1)).sqrt(),
@@ -205,14 +204,14 @@ fn path(
 }
 
 /// Unit vector of gravity in a static interval, and the trace of its covariance.
-fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
+fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> (Vector3<f64>, f64) {
     let force = Vector3::from(accelerometer.apply(interval.accel));
     let unit = force.normalize();
     let tangent = Matrix3::identity() - unit * unit.transpose();
     // nalgebra's arrays are columns.
     let of_reading = tangent * Matrix3::from(accelerometer.matrix).transpose() / force.norm();
     let spread = of_reading * Matrix3::from_diagonal(&interval.accel_sd.into());
-    (unit.into(), spread.norm_squared())
+    (unit, spread.norm_squared())
 }
 
 /// The motions in rad/s by `unit`, rad/s per input unit; noise and drift of the rate in their `sd`.
@@ -226,12 +225,10 @@ fn problem<'a>(
     let noise = mean_square(options.noise.into());
     let drift = mean_square(rest.local_sd);
     for motion in &mut motions {
-        let seconds: f64 = motion.samples.iter().map(|s| s[3]).sum();
+        let seconds: f64 = motion.samples.iter().map(|s| s.1).sum();
         let own = noise * seconds.abs() + drift * seconds.powi(2) + FLOOR.powi(2);
         motion.sd = motion.sd.hypot(own.sqrt());
-        for sample in &mut motion.samples {
-            sample[..3].iter_mut().for_each(|rate| *rate *= unit);
-        }
+        motion.samples.iter_mut().for_each(|s| s.0 *= unit);
     }
     Problem {
         motions,
@@ -300,9 +297,8 @@ fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
 /// turn gravity by more than noise and less than an unknown way, and that the formula fits within 25°.
 fn scale_by_motions(paths: &[Path]) -> Option<f64> {
     let scale = |path: &Path| {
-        let [from, to] = path.gravity.map(Vector3::from);
-        let rates = path.samples.iter();
-        let integral: Vector3<f64> = rates.map(|s| Vector3::new(s[0], s[1], s[2]) * s[3]).sum();
+        let [from, to] = path.gravity;
+        let integral: Vector3<f64> = path.samples.iter().map(|s| s.0 * s.1).sum();
         let change = to - from;
         let turned = (0.5 * (from + to)).cross(&integral);
         let along = change.dot(&turned);

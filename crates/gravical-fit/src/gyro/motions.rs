@@ -13,9 +13,9 @@ pub(super) type Square = SMatrix<f64, 12, 12>;
 /// A motion from one rest to the next.
 pub(super) struct Path {
     /// Rate in rad/s by the nominal scale, bias taken off, and the time to the next sample, s.
-    pub samples: Vec<[f64; 4]>,
+    pub samples: Vec<(Vector3<f64>, f64)>,
     /// Unit vectors of specific force before and after, axes of the accelerometer.
-    pub gravity: [[f64; 3]; 2],
+    pub gravity: [Vector3<f64>; 2],
     /// Standard deviation of each component of what is left, rad: directions of gravity, noise, drift.
     pub sd: f64,
 }
@@ -59,7 +59,7 @@ impl Linear {
         let e = Matrix3::from_fn(|r, c| x[3 * r + c]);
         let (attitude, sums) = turned(&motion.samples, &e, Vector3::new(x[9], x[10], x[11]));
         let rotation = attitude.transpose();
-        let before = Vector3::from(motion.gravity[0]);
+        let [before, after] = motion.gravity;
         let by_turn = rotation * before.cross_matrix();
         let by_bias = Matrix3::from_fn(|k, r| sums[(3 * r + k, 3)]) * e;
         let jacobian = SMatrix::from_fn(|i, p| {
@@ -70,7 +70,7 @@ impl Linear {
             each.sum::<f64>()
         });
         Linear {
-            residual: rotation * before - Vector3::from(motion.gravity[1]),
+            residual: rotation * before - after,
             jacobian,
         }
     }
@@ -84,7 +84,7 @@ impl Linear {
 /// column by column. Over one sample the rate is a straight line: it turns by h (ω₀ + ω₁)/2 + h²/12 ω₀ × ω₁
 /// (Magnus' series).
 fn turned(
-    samples: &[[f64; 4]],
+    samples: &[(Vector3<f64>, f64)],
     e: &Matrix3<f64>,
     bias: Vector3<f64>,
 ) -> (Matrix3<f64>, SMatrix<f64, 9, 4>) {
@@ -92,8 +92,8 @@ fn turned(
     let mut q = UnitQuaternion::identity();
     let mut attitude = Matrix3::identity();
     let mut before: Option<(Vector3<f64>, f64)> = None;
-    for &[x, y, z, to_next] in samples {
-        let y = Vector3::new(x, y, z) - bias;
+    for &(reading, to_next) in samples {
+        let y = reading - bias;
         let rate = e * y;
         let mut weight = 0.5 * to_next; // 0 in the last sample
         if let Some((last, h)) = before {
