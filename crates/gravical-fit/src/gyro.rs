@@ -196,7 +196,8 @@ fn path(
     samples.last_mut()?.1 = 0.0;
     let directions = [before, after].map(|interval| direction(interval, accelerometer));
     let is_number = |s: &(Vector3<f64>, f64)| s.0.norm().is_finite() && s.1.is_finite();
-    samples.iter().all(is_number).then(|| Path {
+    let is_whole = samples.iter().all(is_number);
+    is_whole.then(|| Path {
         samples,
         gravity: directions.map(|d| d.0),
         sd: (0.5 * (directions[0].1 + directions[1].1)).sqrt(),
