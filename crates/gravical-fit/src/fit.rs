@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
-use crate::rows::{Held, Placed};
+use crate::rows::{Held, Linear, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
 use crate::sensor::{Gravity, Sensor};
 
@@ -102,7 +102,8 @@ pub struct FitQuality {
 #[derive(Debug, Clone)]
 pub struct Fit {
     pub(crate) search: Search,
-    pub(crate) found: Found,
+    /// The problem at the solution.
+    pub(crate) linear: Linear,
     /// The calibration as numbers, working units.
     pub(crate) sensor: Sensor,
     /// How well the poses suit the model.
@@ -171,7 +172,7 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
             prior: search.held.prior,
         },
         search,
-        found,
+        linear: found.linear,
     })
 }
 
@@ -294,21 +295,21 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
 impl Fit {
     /// M of u = M a + b, input unit per m/s², row-major.
     pub fn model(&self) -> [[f64; 3]; 3] {
-        let m = matrix(self.found.x()) * self.search.scale;
+        let m = matrix(&self.linear.x) * self.search.scale;
         std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
     }
 
     /// b, input unit.
     pub fn bias(&self) -> [f64; 3] {
-        std::array::from_fn(|i| self.found.x()[BIAS + i] * self.search.scale)
+        std::array::from_fn(|i| self.linear.x[BIAS + i] * self.search.scale)
     }
 
     /// Drift of b, if it was fitted.
     pub fn drift(&self) -> Option<BiasDrift> {
-        let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
+        let sd = |i: usize| self.sensor.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
             reference_c: self.search.reference_c,
-            per_c: std::array::from_fn(|i| self.found.x()[DRIFT + i] * self.search.scale),
+            per_c: std::array::from_fn(|i| self.linear.x[DRIFT + i] * self.search.scale),
             sd: std::array::from_fn(|i| sd(i) * self.search.scale),
         })
     }
@@ -316,7 +317,7 @@ impl Fit {
     /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
     /// cubic, x y z each. They are shown and not applied.
     pub fn bends(&self) -> [f64; 6] {
-        std::array::from_fn(|i| self.found.x()[BENDS + i])
+        std::array::from_fn(|i| self.linear.x[BENDS + i])
     }
 
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
@@ -339,8 +340,8 @@ impl Fit {
     /// What became of each pose.
     pub fn poses(&self) -> Vec<FittedPose> {
         let fitted = |&k: &usize| {
-            let row = &self.found.linear.rows[k];
-            let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
+            let row = &self.linear.rows[k];
+            let variance = row.jacobian * self.sensor.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();

@@ -11,7 +11,7 @@ use crate::model::{
     BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, sensitivity, sphere,
 };
 use crate::rows::{Held, Placed, Row, force};
-use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
+use crate::search::{USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
 /// A pose and all within this angle of it are left out together, rad.
@@ -179,7 +179,7 @@ impl Fit {
     }
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
-        let (linear, held) = (&self.found.linear, &self.search.held);
+        let (linear, held) = (&self.linear, &self.search.held);
         let near = NEIGHBOUR.cos();
         let others = |i: usize| linear.rows[i].counts && directions[i].dot(&directions[k]) < near;
         if !linear.rows[k].counts || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
@@ -212,7 +212,7 @@ impl Fit {
     fn state(&self) -> Option<State> {
         let held = &self.search.held;
         let straight = Held { bend: 0.0, ..*held };
-        let linear = &self.found.linear;
+        let linear = &self.linear;
         let solution = linear.solve_poses(&straight, |_| true)?;
         let test = |(k, row): (usize, &Row)| {
             let pose = self.search.place_of.iter().position(|place| *place == k)?;
@@ -225,7 +225,7 @@ impl Fit {
         let rows = linear.rows.iter().enumerate();
         let rows = rows.filter(|(_, row)| row.counts);
         Some(State {
-            covariance: self.found.solution.covariance,
+            covariance: self.sensor.covariance,
             straight: solution.covariance,
             tests: rows.filter_map(test).collect(),
             freedom: linear.lengths(held, &solution, |_| true).freedom,
@@ -270,7 +270,7 @@ impl Fit {
 
     /// The session with one free pose more along n: nothing moves, the covariance shrinks.
     fn with_pose(&self, state: &State, n: &Vector3<f64>, sd: f64) -> State {
-        let h = sensitivity(&inverse(self.found.x()), n, self.search.held.gravity);
+        let h = sensitivity(&inverse(&self.linear.x), n, self.search.held.gravity);
         let mut more = state.clone();
         let variance = sd * sd;
         for covariance in [&mut more.covariance, &mut more.straight] {
@@ -321,14 +321,14 @@ impl Fit {
 
     /// Directions over the sphere, with the sensitivity of ‖a‖ along each.
     fn along(&self) -> Vec<(Vector3<f64>, Parameters)> {
-        let inverse = inverse(self.found.x());
+        let inverse = inverse(&self.linear.x);
         let gravity = self.search.held.gravity;
         let each = sphere(DIRECTIONS).map(|n| (n, sensitivity(&inverse, &n, gravity)));
         each.collect()
     }
 
     fn directions(&self) -> Vec<Vector3<f64>> {
-        let of = |p: &Placed| force(self.found.x(), p).unwrap_or_default().normalize();
+        let of = |p: &Placed| force(&self.linear.x, p).unwrap_or_default().normalize();
         self.search.poses.iter().map(of).collect()
     }
 
@@ -343,17 +343,17 @@ impl Fit {
     /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is
     /// propagated.
     pub fn budget(&self) -> Option<Budget> {
-        let Found { linear, solution } = &self.found;
+        let covariance = self.sensor.covariance;
         let held = &self.search.held;
         let mut sums = [Covariance::zeros(); 3];
-        for row in linear.rows.iter().filter(|row| row.counts) {
+        for row in self.linear.rows.iter().filter(|row| row.counts) {
             let whitener = row.whitener(held)?;
-            let gain = solution.covariance * (whitener * row.jacobian).transpose() * whitener;
+            let gain = covariance * (whitener * row.jacobian).transpose() * whitener;
             for (sum, part) in sums.iter_mut().zip(row.parts(held)) {
                 *sum += gain * part * gain.transpose();
             }
         }
-        let rest = solution.covariance - sums[0] - sums[1] - sums[2];
+        let rest = covariance - sums[0] - sums[1] - sums[2];
         let along = self.along();
         let rms = |square: &dyn Fn(&(Vector3<f64>, Parameters)) -> f64| {
             (along.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
@@ -364,7 +364,7 @@ impl Fit {
             model_error: of(&sums[1]).hypot(held.model_error),
             tilt: of(&sums[2]),
             data_sheet: of(&rest),
-            bends: rms(&|(n, _)| (held.gravity * bend(self.found.x(), n)).powi(2)),
+            bends: rms(&|(n, _)| (held.gravity * bend(&self.linear.x, n)).powi(2)),
         })
     }
 }
