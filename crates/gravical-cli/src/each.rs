@@ -4,6 +4,8 @@
 //! and does not stop the others.
 
 use std::collections::{BTreeMap, HashSet};
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -216,11 +218,14 @@ pub fn run(
     Ok(quality(rows.values().any(|row| row.is_poor)))
 }
 
+/// Bytes of a list of paths at most.
+const MAX_LIST_BYTES: u64 = 1 << 24;
+
 /// The paths of the arguments, `@LIST` replaced by its lines; and the lists.
 ///
 /// # Errors
 ///
-/// `each-input` (usage) for standard input; errors of reading a list.
+/// `each-input` (usage) for standard input; `too-large` (input); errors of reading a list.
 fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
     let (mut found, mut lists) = (Vec::new(), Vec::new());
     for argument in arguments {
@@ -233,7 +238,7 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         match text.strip_prefix('@').filter(|_| !argument.exists()) {
             Some(list) => {
                 let list = PathBuf::from(list);
-                let text = std::fs::read_to_string(&list).map_err(|e| Error::io(&list, e))?;
+                let text = read_list(&list)?;
                 let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
                 let lines = lines.filter(|l| !l.is_empty() && !l.starts_with('#'));
                 found.extend(lines.map(PathBuf::from));
@@ -243,6 +248,17 @@ fn given(arguments: &[PathBuf]) -> Result<(Vec<PathBuf>, Vec<PathBuf>)> {
         }
     }
     Ok((found, lists))
+}
+
+fn read_list(list: &Path) -> Result<String> {
+    let file = File::open(list).map_err(|e| Error::io(list, e))?;
+    let mut text = String::new();
+    let read = file.take(MAX_LIST_BYTES + 1).read_to_string(&mut text);
+    if read.map_err(|e| Error::io(list, e))? as u64 > MAX_LIST_BYTES {
+        let error = Error::input("too-large", "more than 16 MiB: not a list of paths");
+        return Err(error.at(list, None));
+    }
+    Ok(text)
 }
 
 /// The sessions: files, and entries of folders, each once. What is written is no input.

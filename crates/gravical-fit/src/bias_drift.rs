@@ -59,9 +59,8 @@ fn errors_of_parts(poses: &[Pose], options: &Options) -> Result<Vec<f64>, Undete
             .solve_poses(&search.estimating(), |k| !out.contains(&k))?;
         let x = found.linear.x + rest.step;
         let error = |pose| Some((force(&x, pose)?.norm() - options.gravity).abs());
-        let errors: Option<Vec<f64>> = search.poses[out].iter().map(error).collect();
-        let errors = errors?;
-        Some(errors.iter().sum::<f64>() / errors.len() as f64)
+        let sum: Option<f64> = search.poses[out.clone()].iter().map(error).sum();
+        Some(sum? / out.len() as f64)
     };
     (0..PARTS).map(|part| one_part(part).ok_or(open)).collect()
 }

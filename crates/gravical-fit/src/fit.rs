@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
 use crate::pose::{Face, Pose};
-use crate::rows::{Held, Placed, force};
+use crate::rows::{Held, Linear, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
 use crate::sensor::{Gravity, Sensor};
 
@@ -58,8 +58,6 @@ pub struct Undetermined {
 pub struct FittedPose {
     /// The face that it was fitted as.
     pub face: Option<Face>,
-    /// Unit vector of the specific force, axes of the case.
-    pub direction: [f64; 3],
     /// Angle to its face and the standard deviation of its components, rad.
     pub tilt: Option<(f64, f64)>,
     /// Left out since it contradicts the others: the probability that any good pose misses as much.
@@ -102,8 +100,10 @@ pub struct FitQuality {
 #[derive(Debug, Clone)]
 pub struct Fit {
     pub(crate) search: Search,
-    pub(crate) found: Found,
-    pub(crate) gravity_sd: f64,
+    /// The problem at the solution.
+    pub(crate) linear: Linear,
+    /// The calibration as numbers, working units.
+    pub(crate) sensor: Sensor,
     /// How well the poses suit the model.
     pub quality: FitQuality,
 }
@@ -144,23 +144,33 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
             sd_mps2,
         });
     }
-    let counts = |k: usize| search.counts(k);
-    let lengths = found.linear.lengths(&search.held, &found.solution, counts);
+    let Found { linear, solution } = &found;
+    let lengths = linear.lengths(&search.held, solution, |_| true);
     let bare = search.held.bare();
     let alone = search.fit(&bare).ok_or_else(open)?;
-    let noise = alone.linear.lengths(&bare, &alone.solution, counts);
+    let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
+    let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
-        gravity_sd: options.gravity_sd,
+        sensor: Sensor {
+            parameters: *found.x(),
+            covariance: found.solution.covariance,
+            gravity: Gravity {
+                value_mps2: options.gravity,
+                sd_mps2: options.gravity_sd,
+            },
+            model_error_mps2: search.held.model_error,
+            tilt_freedom,
+        },
         quality: FitQuality {
             chi2_per_freedom: (noise.freedom >= 1.0).then(|| noise.chi2 / noise.freedom),
             freedom: lengths.freedom,
             model_error_mps2: search.held.model_error,
             oriented: search.is_oriented(),
-            tilt_degrees_of_freedom: tilt_freedom(&search, &found),
+            tilt_degrees_of_freedom: tilt_freedom,
             prior: search.held.prior,
         },
         search,
-        found,
+        linear: found.linear,
     })
 }
 
@@ -187,11 +197,9 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     let scale = nominal.unwrap_or(usual);
     let known = poses.iter().filter_map(|p| p.temperature_c);
     let reference_c = known.clone().sum::<f64>() / known.count() as f64;
-    let start = options
-        .start
-        .map(Matrix3::from)
-        .map(|m| m.transpose() / scale);
-    let start = start.unwrap_or_else(Matrix3::identity);
+    let start = options.start.map_or_else(Matrix3::identity, |rows| {
+        Matrix3::from(rows).transpose() / scale
+    });
     let mut placed = Vec::new();
     let mut place_of = Vec::new();
     for pose in poses {
@@ -200,10 +208,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
             sd: Vector3::from(pose.sd) / scale,
             warmer_c: pose.temperature_c.map_or(0.0, |t| t - reference_c),
             hint: pose.hint,
-            face: None,
-            bad: None,
-            shortfall: 0.0,
-            outlier_sd: 0.0,
+            ..Placed::default()
         };
         place_of.push(place(&mut placed, one, poses.len(), options.gravity));
     }
@@ -258,13 +263,10 @@ fn place(placed: &mut Vec<(Placed, f64)>, pose: Placed, count: usize, gravity: f
 impl Undetermined {
     /// Where nothing limits the direction that the readings cover least.
     pub(crate) fn of(poses: &[Pose]) -> Undetermined {
-        let mut spread = Matrix3::zeros();
-        for pose in poses.iter().filter(|p| matrix3::norm(&p.mean).is_finite()) {
-            let n = Vector3::from(pose.mean)
-                .try_normalize(0.0)
-                .unwrap_or_default();
-            spread += n * n.transpose();
-        }
+        let means = poses.iter().map(|p| Vector3::from(p.mean));
+        let means = means.filter(|mean| mean.norm().is_finite());
+        let directions = means.map(|mean| mean.try_normalize(0.0).unwrap_or_default());
+        let spread: Matrix3<f64> = directions.map(|n| n * n.transpose()).sum();
         let eigen = spread.symmetric_eigen();
         let least = eigen.eigenvalues.imin();
         Undetermined {
@@ -277,11 +279,9 @@ impl Undetermined {
 /// Degrees of freedom of the angles of faces, less what the parameters take of them.
 fn tilt_freedom(search: &Search, found: &Found) -> f64 {
     let mut freedom = 0.0;
-    for (row, pose) in found.linear.rows.iter().zip(&search.poses) {
-        if let Some(whitener) = row
-            .whitener(&search.held)
-            .filter(|_| row.is_face && pose.bad.is_none())
-        {
+    let rows = found.linear.rows.iter();
+    for row in rows.filter(|row| row.face.is_some() && row.counts) {
+        if let Some(whitener) = row.whitener(&search.held) {
             let jacobian = whitener * row.jacobian;
             let taken = jacobian * found.solution.covariance * jacobian.transpose();
             freedom += 2.0 - taken[(1, 1)] - taken[(2, 2)];
@@ -293,21 +293,21 @@ fn tilt_freedom(search: &Search, found: &Found) -> f64 {
 impl Fit {
     /// M of u = M a + b, input unit per m/s², row-major.
     pub fn model(&self) -> [[f64; 3]; 3] {
-        let m = matrix(self.found.x()) * self.search.scale;
+        let m = matrix(&self.linear.x) * self.search.scale;
         std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
     }
 
     /// b, input unit.
     pub fn bias(&self) -> [f64; 3] {
-        std::array::from_fn(|i| self.found.x()[BIAS + i] * self.search.scale)
+        std::array::from_fn(|i| self.linear.x[BIAS + i] * self.search.scale)
     }
 
     /// Drift of b, if it was fitted.
     pub fn drift(&self) -> Option<BiasDrift> {
-        let sd = |i: usize| self.found.solution.covariance[(DRIFT + i, DRIFT + i)].sqrt();
+        let sd = |i: usize| self.sensor.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
             reference_c: self.search.reference_c,
-            per_c: std::array::from_fn(|i| self.found.x()[DRIFT + i] * self.search.scale),
+            per_c: std::array::from_fn(|i| self.linear.x[DRIFT + i] * self.search.scale),
             sd: std::array::from_fn(|i| sd(i) * self.search.scale),
         })
     }
@@ -315,32 +315,19 @@ impl Fit {
     /// Bends of the axes: what a nonlinear response adds to ‖a‖ in units of g at 1 g, quadratic then
     /// cubic, x y z each. They are shown and not applied.
     pub fn bends(&self) -> [f64; 6] {
-        std::array::from_fn(|i| self.found.x()[BENDS + i])
+        std::array::from_fn(|i| self.linear.x[BENDS + i])
     }
 
     /// Covariance of row-major M, b and the bends, gravity's uncertainty included, units as those.
     pub fn covariance(&self) -> [[f64; 18]; 18] {
         let of = |i: usize| if i < DRIFT { i } else { i + BENDS - DRIFT };
-        let unit = |i: usize| if i < DRIFT { self.search.scale } else { 1.0 };
-        let with_gravity = self.sensor(self.search.scale).covariance_with_gravity();
-        std::array::from_fn(|i| {
-            std::array::from_fn(|k| with_gravity[(of(i), of(k))] * unit(i) * unit(k))
-        })
+        let all = self.sensor(1.0).covariance_with_gravity();
+        std::array::from_fn(|i| std::array::from_fn(|k| all[(of(i), of(k))]))
     }
 
     /// The calibration as numbers, for readings in units of `unit`.
     pub fn sensor(&self, unit: f64) -> Sensor {
-        let sensor = Sensor {
-            parameters: *self.found.x(),
-            covariance: self.found.solution.covariance,
-            gravity: Gravity {
-                value_mps2: self.search.held.gravity,
-                sd_mps2: self.gravity_sd,
-            },
-            model_error_mps2: self.search.held.model_error,
-            tilt_freedom: self.quality.tilt_degrees_of_freedom,
-        };
-        sensor.rescaled(unit / self.search.scale)
+        self.sensor.clone().rescaled(unit / self.search.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.
@@ -350,30 +337,19 @@ impl Fit {
 
     /// What became of each pose.
     pub fn poses(&self) -> Vec<FittedPose> {
-        self.search
-            .place_of
-            .iter()
-            .map(|&k| self.fitted(k))
-            .collect()
-    }
-
-    fn fitted(&self, k: usize) -> FittedPose {
-        let pose = &self.search.poses[k];
-        let force = force(self.found.x(), pose).unwrap_or_default();
-        let row = &self.found.linear.rows[k];
-        let face = pose.face.filter(|_| row.is_face);
-        let tilt = || {
-            let variance = row.jacobian * self.found.solution.covariance * row.jacobian.transpose();
+        let fitted = |&k: &usize| {
+            let row = &self.linear.rows[k];
+            let variance = row.jacobian * self.sensor.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();
-            (row.residual[1].hypot(row.residual[2]), sd)
+            let angle = row.residual[1].hypot(row.residual[2]);
+            FittedPose {
+                face: row.face,
+                tilt: row.face.map(|_| (angle, sd)),
+                bad: self.search.poses[k].bad,
+            }
         };
-        FittedPose {
-            face,
-            direction: force.try_normalize(0.0).unwrap_or_default().into(),
-            tilt: face.map(|_| tilt()),
-            bad: pose.bad,
-        }
+        self.search.place_of.iter().map(fitted).collect()
     }
 }

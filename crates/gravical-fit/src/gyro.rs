@@ -21,7 +21,7 @@ mod tests;
 use gravical_core::calibration::Calibration;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use motions::{FLOOR, Fitted, Path, Problem, Square, median};
+use motions::{FLOOR, Path, Problem, Square, median};
 use rest::at_rest;
 
 /// A static interval.
@@ -71,7 +71,7 @@ pub struct GyroOptions {
 }
 
 /// What the static intervals show.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct GyroRest {
     /// Reading at rest without gravity's part, input unit.
     pub bias: [f64; 3],
@@ -117,8 +117,8 @@ pub struct MotionFit {
     pub bias: [f64; 3],
     /// Covariance of the row-major M = G⁻¹ and b.
     pub covariance: [[f64; 12]; 12],
-    /// Every motion given; none for one with a value that is no number.
-    pub motions: Vec<Option<FittedMotion>>,
+    /// Every motion given.
+    pub motions: Vec<FittedMotion>,
     /// Angle by which a typical motion misses, of all motions, rad.
     pub typical_rad: f64,
 }
@@ -149,7 +149,8 @@ impl MotionFit {
 /// Estimates the gyroscope. `accelerometer` calibrates the readings of the accelerometer to m/s²; an error
 /// of it is in the covariance only as far as the residuals show it.
 ///
-/// None without static intervals, if one has no duration, or if a value is no number.
+/// None without static intervals, if one has no duration, if a motion has no samples or is between others than
+/// these intervals, or if a value is no number.
 pub fn gyro(
     intervals: &[StaticInterval],
     motions: &[Motion],
@@ -158,9 +159,7 @@ pub fn gyro(
 ) -> Option<GyroFit> {
     let rest = at_rest(intervals, accelerometer, options)?;
     let path = |motion| path(motion, intervals, accelerometer, &rest);
-    let paths: Vec<Option<Path>> = motions.iter().map(path).collect();
-    let usable: Vec<bool> = paths.iter().map(Option::is_some).collect();
-    let paths: Vec<Path> = paths.into_iter().flatten().collect();
+    let paths = motions.iter().map(path).collect::<Option<Vec<Path>>>()?;
     let nominal = options.nominal.map(f64::recip);
     let unit = nominal.or_else(|| scale_by_motions(&paths));
     let unit = unit.filter(|unit| unit.is_normal() && !paths.is_empty());
@@ -168,9 +167,7 @@ pub fn gyro(
         if paths.len() < MIN_MOTIONS {
             return Err(GyroUndetermined::NOTHING);
         }
-        let fitted = solve(&problem(paths, &rest, options, unit))?;
-        let fitted = fitted.result(&usable, &rest, unit);
-        fitted.ok_or(GyroUndetermined::NOTHING)
+        solve(&problem(paths, &rest, options, unit))
     });
     Some(GyroFit { rest, by_motions })
 }
@@ -193,14 +190,14 @@ fn path(
             accel = s.accel;
         }
         let by_force = sensitivity * Vector3::from(accelerometer.apply(accel));
-        let rate = Vector3::from(s.rate) - bias - by_force;
-        [rate[0], rate[1], rate[2], s.step_s]
+        (Vector3::from(s.rate) - bias - by_force, s.step_s)
     };
-    let mut samples: Vec<[f64; 4]> = motion.samples.iter().map(&mut sample).collect();
-    samples.last_mut()?[3] = 0.0;
+    let mut samples: Vec<(Vector3<f64>, f64)> = motion.samples.iter().map(&mut sample).collect();
+    samples.last_mut()?.1 = 0.0;
     let directions = [before, after].map(|interval| direction(interval, accelerometer));
-    let is_number = samples.as_flattened().iter().all(|v| v.is_finite());
-    is_number.then(|| Path {
+    let is_number = |s: &(Vector3<f64>, f64)| s.0.norm().is_finite() && s.1.is_finite();
+    let is_whole = samples.iter().all(is_number);
+    is_whole.then(|| Path {
         samples,
         gravity: directions.map(|d| d.0),
         sd: (0.5 * (directions[0].1 + directions[1].1)).sqrt(),
@@ -208,38 +205,44 @@ fn path(
 }
 
 /// Unit vector of gravity in a static interval, and the trace of its covariance.
-fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> ([f64; 3], f64) {
+fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> (Vector3<f64>, f64) {
     let force = Vector3::from(accelerometer.apply(interval.accel));
     let unit = force.normalize();
     let tangent = Matrix3::identity() - unit * unit.transpose();
     // nalgebra's arrays are columns.
     let of_reading = tangent * Matrix3::from(accelerometer.matrix).transpose() / force.norm();
     let spread = of_reading * Matrix3::from_diagonal(&interval.accel_sd.into());
-    (unit.into(), spread.norm_squared())
+    (unit, spread.norm_squared())
 }
 
 /// The motions in rad/s by `unit`, rad/s per input unit; noise and drift of the rate in their `sd`.
-fn problem(mut motions: Vec<Path>, rest: &GyroRest, options: &GyroOptions, unit: f64) -> Problem {
+fn problem<'a>(
+    mut motions: Vec<Path>,
+    rest: &'a GyroRest,
+    options: &GyroOptions,
+    unit: f64,
+) -> Problem<'a> {
     let mean_square = |v: Vector3<f64>| v.norm_squared() / 3.0 * unit.powi(2);
     let noise = mean_square(options.noise.into());
     let drift = mean_square(rest.local_sd);
     for motion in &mut motions {
-        let seconds: f64 = motion.samples.iter().map(|s| s[3]).sum();
+        let seconds: f64 = motion.samples.iter().map(|s| s.1).sum();
         let own = noise * seconds.abs() + drift * seconds.powi(2) + FLOOR.powi(2);
         motion.sd = motion.sd.hypot(own.sqrt());
-        for sample in &mut motion.samples {
-            sample[..3].iter_mut().for_each(|rate| *rate *= unit);
-        }
+        motion.samples.iter_mut().for_each(|s| s.0 *= unit);
     }
     Problem {
         motions,
-        bias_sd: (rest.noise_sd * unit.abs()).into(),
+        rest,
+        unit,
     }
 }
 
-fn solve(problem: &Problem) -> Result<Fitted, GyroUndetermined> {
+fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
     let start = problem.start(&Matrix3::identity());
-    check(problem.expected_covariance(&start))?;
+    // By noise alone: what the motions can determine at best.
+    let weights = problem.weights(&vec![true; problem.motions.len()], 0.0);
+    check(problem.solve(&start, &weights).map(|s| s.covariance))?;
     let mut robust = problem.robust(start);
     if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
         // Perhaps the axes are not the accelerometer's.
@@ -251,7 +254,8 @@ fn solve(problem: &Problem) -> Result<Fitted, GyroUndetermined> {
     }
     let fitted = robust.and_then(|robust| problem.settle(robust));
     check(fitted.as_ref().map(|f| f.covariance))?;
-    fitted.ok_or(GyroUndetermined::NOTHING)
+    let result = fitted.and_then(|fitted| problem.result(fitted));
+    result.ok_or(GyroUndetermined::NOTHING)
 }
 
 impl GyroUndetermined {
@@ -275,42 +279,14 @@ fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
         }
     }
     let total: f64 = load.iter().sum();
+    let undetermined = GyroUndetermined {
+        axes: load.map(|l| l > 0.1 * total),
+        sd: eigen.eigenvalues.max().sqrt(),
+    };
     if total > 0.0 {
-        return Err(GyroUndetermined {
-            axes: load.map(|l| l > 0.1 * total),
-            sd: eigen.eigenvalues.max().sqrt(),
-        });
-    }
-    Ok(())
-}
-
-impl Fitted {
-    /// In input units: δM = −E⁻¹ δE E⁻¹ / unit, δb = δβ / unit.
-    /// None where a number is none.
-    fn result(&self, usable: &[bool], rest: &GyroRest, unit: f64) -> Option<MotionFit> {
-        let e = Matrix3::from_row_slice(&self.x.as_slice()[..9]);
-        let inverse = e.try_inverse()?;
-        let to_model = Square::from_fn(|to, from| match (to, from) {
-            (0..9, 0..9) => -inverse[(to / 3, from / 3)] * inverse[(from % 3, to % 3)] / unit,
-            _ => f64::from(to == from) / unit,
-        });
-        let mut covariance = to_model * self.covariance * to_model.transpose();
-        for i in 0..3 {
-            let drift = rest.bias_sd[i].powi(2) - rest.noise_sd[i].powi(2);
-            covariance[(9 + i, 9 + i)] += drift.max(0.0);
-        }
-        let covariance = 0.5 * (covariance + covariance.transpose());
-        let numbers = covariance.iter().chain(&self.x);
-        let is_finite = numbers.chain(&inverse).all(|v| v.is_finite());
-        let mut fitted = self.motions.iter().copied();
-        let motions = usable.iter().map(|u| if *u { fitted.next() } else { None });
-        is_finite.then(|| MotionFit {
-            matrix: (e * unit).transpose().into(),
-            bias: std::array::from_fn(|i| rest.bias[i] + self.x[9 + i] / unit),
-            covariance: covariance.into(),
-            motions: motions.collect(),
-            typical_rad: self.typical,
-        })
+        Err(undetermined)
+    } else {
+        Ok(())
     }
 }
 
@@ -322,9 +298,8 @@ impl Fitted {
 /// turn gravity by more than noise and less than an unknown way, and that the formula fits within 25°.
 fn scale_by_motions(paths: &[Path]) -> Option<f64> {
     let scale = |path: &Path| {
-        let [from, to] = path.gravity.map(Vector3::from);
-        let rates = path.samples.iter();
-        let integral: Vector3<f64> = rates.map(|s| Vector3::new(s[0], s[1], s[2]) * s[3]).sum();
+        let [from, to] = path.gravity;
+        let integral: Vector3<f64> = path.samples.iter().map(|s| s.0 * s.1).sum();
         let change = to - from;
         let turned = (0.5 * (from + to)).cross(&integral);
         let along = change.dot(&turned);
@@ -340,16 +315,12 @@ fn scale_by_motions(paths: &[Path]) -> Option<f64> {
 
 /// The axes of the accelerometer in every order and sense.
 fn axes() -> impl Iterator<Item = Matrix3<f64>> {
-    let orders = [
-        [0, 1, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [0, 2, 1],
-        [2, 1, 0],
-        [1, 0, 2],
-    ];
-    (0..48).map(move |n| {
-        let sign = |r: usize| if n >> r & 1 == 0 { 1.0 } else { -1.0 };
-        Matrix3::from_fn(|r, c| if orders[n / 8][r] == c { sign(r) } else { 0.0 })
+    (0..48).map(|n| {
+        let (first, by) = (n / 8 % 3, 1 + n / 24);
+        Matrix3::from_fn(|r, c| match (first + by * r) % 3 {
+            axis if axis != c => 0.0,
+            _ if n >> r & 1 == 0 => 1.0,
+            _ => -1.0,
+        })
     })
 }

@@ -85,21 +85,20 @@ pub fn invariants(x: &Parameters) -> DVector<f64> {
     })
 }
 
-/// Derivatives of `f` by the parameters `free`, central differences with a step of 1e-5: `x` has to
-/// be scaled so that M is about 1. None where `f` has no value.
+/// Derivatives of `f` by the parameters, central differences with a step of 1e-5: `x` has to be scaled so
+/// that M is about 1. None where `f` has no value.
 pub fn jacobian(
     x: &Parameters,
-    free: &[usize],
     f: impl Fn(&Parameters) -> Option<DVector<f64>>,
 ) -> Option<DMatrix<f64>> {
     const STEP: f64 = 1e-5;
-    let column = |&i: &usize| {
+    let column = |i: usize| {
         let (mut up, mut down) = (*x, *x);
         up[i] += STEP;
         down[i] -= STEP;
         Some((f(&up)? - f(&down)?) / (2.0 * STEP))
     };
-    let columns: Option<Vec<_>> = free.iter().map(column).collect();
+    let columns: Option<Vec<_>> = (0..PARAMETERS).map(column).collect();
     Some(DMatrix::from_columns(&columns?))
 }
 

@@ -55,12 +55,7 @@ impl Face {
 
     /// The face nearest to a vector, and the angle between them in degrees.
     pub fn nearest(vector: [f64; 3]) -> (Face, f64) {
-        let mut axis = 0;
-        for i in 1..3 {
-            if vector[i].abs() > vector[axis].abs() {
-                axis = i;
-            }
-        }
+        let axis = nalgebra::Vector3::from(vector).iamax();
         let face = Face {
             axis,
             up: vector[axis] >= 0.0,

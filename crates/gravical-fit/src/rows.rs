@@ -16,7 +16,7 @@ use crate::model::{
 use crate::pose::{Face, Hint};
 
 /// A pose in working units (M is about 1), and what the search found out about it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Placed {
     pub mean: Vector3<f64>,
     pub sd: Vector3<f64>,
@@ -97,14 +97,9 @@ impl Point {
     fn by_reading(&self, pose: &Placed, face: Option<Face>) -> Matrix3<f64> {
         let force = self.force(pose);
         let norm = force.norm();
-        let mut rows = Matrix3::zeros();
-        rows.set_row(0, &(force / norm).transpose());
-        if let Some(face) = face {
-            let [first, second] = tangents(&Vector3::from(face.direction()));
-            rows.set_row(1, &(first / norm).transpose());
-            rows.set_row(2, &(second / norm).transpose());
-        }
-        rows * self.inverse
+        let aside = |face: Face| tangents(&face.direction().into()).map(|t| t / norm);
+        let [first, second] = face.map_or_else(Default::default, aside);
+        Matrix3::from_columns(&[force / norm, first, second]).transpose() * self.inverse
     }
 }
 
@@ -128,9 +123,12 @@ fn data_sheet(x: &Parameters) -> DVector<f64> {
 /// The rows of one pose.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
+    /// The pose is not left out.
+    pub counts: bool,
     pub residual: Vector3<f64>,
     pub jacobian: SMatrix<f64, 3, PARAMETERS>,
-    pub is_face: bool,
+    /// The face that it is fitted as.
+    pub face: Option<Face>,
     /// Covariance of the residual by the noise of the mean.
     pub noise: Matrix3<f64>,
     /// … by a model error of 1 m/s².
@@ -148,7 +146,7 @@ impl Row {
     /// L⁻¹ of the covariance L Lᵀ; of a free pose only its first row counts.
     pub fn whitener(&self, held: &Held) -> Option<Matrix3<f64>> {
         let [noise, error, tilt] = self.parts(held);
-        if !self.is_face {
+        if self.face.is_none() {
             let variance = noise[(0, 0)] + error[(0, 0)];
             let weight = 1.0 / variance.sqrt();
             let only = Matrix3::from_diagonal(&Vector3::new(weight, 0.0, 0.0));
@@ -165,7 +163,7 @@ pub(crate) struct Linear {
     pub x: Parameters,
     /// Which parameters are fitted.
     pub free: Vec<usize>,
-    /// One for every pose; those left out have one too.
+    /// One for every pose.
     pub rows: Vec<Row>,
     /// Residuals of the data sheet and their derivatives.
     sheet: (DVector<f64>, DMatrix<f64>),
@@ -212,56 +210,58 @@ impl Linear {
         let face = |pose: &Placed| pose.face.filter(|_| oriented);
         let residuals = |x: &Parameters| {
             let point = Point::new(x)?;
-            let each = poses
-                .iter()
-                .map(|pose| point.residual(pose, face(pose), held.gravity));
             let mut stacked = DVector::zeros(3 * poses.len());
-            for (k, residual) in each.enumerate() {
+            for (k, pose) in poses.iter().enumerate() {
+                let residual = point.residual(pose, face(pose), held.gravity);
                 stacked.fixed_rows_mut::<3>(3 * k).copy_from(&residual);
             }
             Some(stacked)
         };
         let point = Point::new(x)?;
-        let (value, derivatives) = (residuals(x)?, jacobian(x, free, residuals)?);
+        let (value, derivatives) = (residuals(x)?, jacobian(x, residuals)?);
         let row = |(k, pose): (usize, &Placed)| {
             let by_reading = point.by_reading(pose, face(pose));
-            let mut full = SMatrix::<f64, 3, PARAMETERS>::zeros();
-            for (column, &parameter) in free.iter().enumerate() {
-                full.set_column(parameter, &derivatives.fixed_view::<3, 1>(3 * k, column));
-            }
             let variance = Matrix3::from_diagonal(&pose.sd.component_mul(&pose.sd));
             let mut noise = by_reading * variance * by_reading.transpose();
             noise[(0, 0)] += pose.outlier_sd.powi(2);
             Row {
+                counts: pose.bad.is_none(),
                 residual: value.fixed_rows::<3>(3 * k).into_owned(),
-                jacobian: full,
-                is_face: face(pose).is_some(),
+                jacobian: derivatives
+                    .fixed_view::<3, PARAMETERS>(3 * k, 0)
+                    .into_owned(),
+                face: face(pose),
                 noise,
                 error: by_reading * by_reading.transpose(),
             }
         };
-        let all: Vec<usize> = (0..PARAMETERS).collect();
         Some(Linear {
             x: *x,
             free: free.to_vec(),
             rows: poses.iter().enumerate().map(row).collect(),
-            sheet: (data_sheet(x), jacobian(x, &all, |x| Some(data_sheet(x)))?),
+            sheet: (data_sheet(x), jacobian(x, |x| Some(data_sheet(x)))?),
         })
     }
 
-    /// Sums over the poses that `count`.
-    pub fn normal(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Normal> {
+    /// The rows of the poses that count and are to be `kept`.
+    fn kept(&self, keep: impl Fn(usize) -> bool) -> impl Iterator<Item = &Row> {
+        let each = self.rows.iter().enumerate();
+        each.filter_map(move |(k, row)| (row.counts && keep(k)).then_some(row))
+    }
+
+    /// Sums over the poses that are `kept`.
+    pub fn normal(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Normal> {
         let mut sum = Normal {
             matrix: Covariance::zeros(),
             gradient: Parameters::zeros(),
             cost: 0.0,
             log_determinant: 0.0,
         };
-        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+        for row in self.kept(keep) {
             let whitener = row.whitener(held)?;
             let residual = whitener * row.residual;
             sum.cost += residual.norm_squared();
-            if row.is_face {
+            if row.face.is_some() {
                 let jacobian = whitener * row.jacobian;
                 sum.matrix += jacobian.tr_mul(&jacobian);
                 sum.gradient += jacobian.tr_mul(&residual);
@@ -295,12 +295,8 @@ impl Linear {
                 normal.log_determinant += 2.0 * held.bend.ln();
             }
         }
-        let fitted: Vec<usize> = self
-            .free
-            .iter()
-            .copied()
-            .filter(|i| *i < BENDS || held.bend > 0.0)
-            .collect();
+        let is_fitted = |i: &usize| *i < BENDS || held.bend > 0.0;
+        let fitted: Vec<usize> = self.free.iter().copied().filter(is_fitted).collect();
         // Columns of length one: units differ.
         let scale = DVector::from_fn(fitted.len(), |i, _| {
             normal.matrix[(fitted[i], fitted[i])].sqrt().recip()
@@ -332,9 +328,9 @@ impl Linear {
         })
     }
 
-    /// The least squares of the poses that `count`.
-    pub fn solve_poses(&self, held: &Held, counts: impl Fn(usize) -> bool) -> Option<Solution> {
-        self.solve(&self.normal(held, counts)?, held)
+    /// The least squares of the poses that are `kept`.
+    pub fn solve_poses(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Solution> {
+        self.solve(&self.normal(held, keep)?, held)
     }
 
     /// Lengths alone show what the model misses: the angles of a face have a deviation of their own.
@@ -342,13 +338,13 @@ impl Linear {
         &self,
         held: &Held,
         solution: &Solution,
-        counts: impl Fn(usize) -> bool,
+        keep: impl Fn(usize) -> bool,
     ) -> Lengths {
         let mut sum = Lengths {
             chi2: 0.0,
             freedom: 0.0,
         };
-        for (_, row) in self.rows.iter().enumerate().filter(|(k, _)| counts(*k)) {
+        for row in self.kept(keep) {
             let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
             let derivative = row.jacobian.row(0);
             let residual = row.residual[0] + (derivative * solution.step)[0];
@@ -359,31 +355,21 @@ impl Linear {
         sum
     }
 
-    /// Sum of squares at another point, weights as at this one; infinite where there is none.
-    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> f64 {
-        let cost = || {
-            let point = Point::new(x)?;
-            let mut sum = 0.0;
-            for (pose, row) in poses
-                .iter()
-                .zip(&self.rows)
-                .filter(|(p, _)| p.bad.is_none())
-            {
-                let face = pose.face.filter(|_| row.is_face);
-                sum +=
-                    (row.whitener(held)? * point.residual(pose, face, held.gravity)).norm_squared();
-            }
-            if held.prior {
-                sum += data_sheet(x).norm_squared();
-            }
-            if held.bend > 0.0 {
-                sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
-            }
-            Some(sum)
-        };
-        cost()
-            .filter(|c: &f64| c.is_finite())
-            .unwrap_or(f64::INFINITY)
+    /// Sum of squares at another point, weights as at this one; none where it is not finite.
+    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> Option<f64> {
+        let point = Point::new(x)?;
+        let mut sum = 0.0;
+        for (pose, row) in poses.iter().zip(&self.rows).filter(|(_, r)| r.counts) {
+            let residual = point.residual(pose, row.face, held.gravity);
+            sum += (row.whitener(held)? * residual).norm_squared();
+        }
+        if held.prior {
+            sum += data_sheet(x).norm_squared();
+        }
+        if held.bend > 0.0 {
+            sum += x.fixed_rows::<6>(BENDS).norm_squared() / held.bend.powi(2);
+        }
+        sum.is_finite().then_some(sum)
     }
 }
 

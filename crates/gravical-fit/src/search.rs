@@ -7,7 +7,9 @@ mod variances;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::{BENDS, BIAS, Parameters, matrix, sensitivity, sphere, tangents};
+use crate::model::{
+    BENDS, BIAS, DIRECTIONS, DRIFT, Parameters, inverse, matrix, sensitivity, sphere, tangents,
+};
 use crate::pose::Face;
 use crate::rows::{Held, Linear, Placed, Solution, free_parameters};
 
@@ -63,17 +65,11 @@ impl Search {
         }
     }
 
-    /// Pose `k` takes part in the fit.
-    pub fn counts(&self, k: usize) -> bool {
-        self.poses[k].bad.is_none()
-    }
-
     pub fn is_oriented(&self) -> bool {
         let counted = self.poses.iter().filter(|p| p.bad.is_none());
-        let faces = counted.filter_map(|p| p.face);
-        let mut axes = [false; 3];
-        faces.for_each(|face| axes[face.axis] = true);
-        axes.iter().filter(|on| **on).count() >= 2
+        let mut faces = counted.filter_map(|p| p.face);
+        let first = faces.next();
+        first.is_some_and(|first| faces.any(|face| face.axis != first.axis))
     }
 
     /// Gauss–Newton with the weights of the present parameters; steps are halved until they help.
@@ -90,12 +86,14 @@ impl Search {
         let mut found: Option<Found> = None;
         for _ in 0..MAX_STEPS {
             let linear = Linear::new(&self.poses, &x, (oriented, &free), held)?;
-            let solution = linear.solve_poses(held, |k| self.counts(k))?;
-            let now = linear.cost_at(&self.poses, &x, held);
+            let solution = linear.solve_poses(held, |_| true)?;
+            let now = linear.cost_at(&self.poses, &x, held)?;
+            let no_worse = |x: &Parameters| {
+                let cost = linear.cost_at(&self.poses, x, held);
+                cost.is_some_and(|cost| cost <= now * (1.0 + 1e-9))
+            };
             let shares = (0..14).map(|i| 0.5_f64.powi(i));
-            let next = shares
-                .map(|share| x + share * solution.step)
-                .find(|x| linear.cost_at(&self.poses, x, held) <= now * (1.0 + 1e-9));
+            let next = shares.map(|share| x + share * solution.step).find(no_worse);
             let converged = solution.decrement < 1e-3 || next.is_none();
             found = Some(Found { linear, solution });
             match next {
@@ -121,17 +119,14 @@ impl Search {
         self.shortfalls(&found);
         let linear = self.fit(&self.estimating())?.linear;
         self.x = linear.x;
-        let solution = linear.solve_poses(&self.held, |k| self.counts(k))?;
+        let solution = linear.solve_poses(&self.held, |_| true)?;
         Some(Found { linear, solution })
     }
 
     /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
     /// the frame changes no length and does not count.
     fn shortfalls(&mut self, found: &Found) {
-        let Some(inverse) = matrix(found.x()).try_inverse() else {
-            return;
-        };
-        let by_case = inverse.transpose();
+        let by_case = inverse(found.x()).transpose();
         let gravity = self.held.gravity;
         let covariance = &found.solution.covariance;
         for pose in &mut self.poses {
@@ -141,7 +136,7 @@ impl Search {
                 let (along, aside) = (by_case * n, by_case * t);
                 let h = Parameters::from_fn(|i, _| match i {
                     0..BIAS => 0.5 * (aside[i / 3] * n[i % 3] + along[i / 3] * t[i % 3]),
-                    BIAS..12 => aside[i - BIAS] / gravity,
+                    BIAS..DRIFT => aside[i - BIAS] / gravity,
                     _ => 0.0,
                 });
                 (covariance * h).dot(&h)
@@ -152,25 +147,16 @@ impl Search {
     }
 }
 
-/// M = U Q with U upper triangular, of positive diagonal, in the axes of the channels, by an RQ
-/// decomposition: turns the frame of the case, which no length tells.
+/// M = U Q with U upper triangular in the axes of the channels, by a Cholesky decomposition of M Mᵀ = U Uᵀ
+/// from its last row up: turns the frame of the case, which no length tells.
 fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
     let m = matrix(x);
-    // Columns in the order of the channels.
-    let ordered = Matrix3::from_fn(|r, c| {
-        let axis = channel_of
-            .iter()
-            .position(|channel| *channel == c)
-            .unwrap_or(c);
-        m[(r, axis)]
-    });
-    let flip = |m: &Matrix3<f64>| Matrix3::from_fn(|r, c| m[(2 - c, 2 - r)]);
-    let upper = flip(&flip(&ordered).qr().r());
-    for axis in 0..3 {
-        let channel = channel_of[axis];
-        let same = m[(channel, axis)].signum() * upper[(channel, channel)].signum();
+    let flip = |m: Matrix3<f64>| Matrix3::from_fn(|r, c| m[(2 - r, 2 - c)]);
+    let upper = flip(flip(m * m.transpose()).cholesky()?.l());
+    for (axis, channel) in channel_of.into_iter().enumerate() {
+        let sign = m[(channel, axis)].signum();
         for r in 0..3 {
-            x[3 * r + axis] = same * upper[(r, channel)];
+            x[3 * r + axis] = sign * upper[(r, channel)];
         }
     }
     x.iter().all(|v| v.is_finite()).then_some(())
@@ -179,7 +165,7 @@ fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
 /// Where ‖a‖ of a direction is known least, and its standard deviation there by M and b, m/s².
 pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, f64)> {
     let inverse = matrix(found.x()).try_inverse()?;
-    sphere(400)
+    sphere(DIRECTIONS)
         .map(|n| {
             let mut h = sensitivity(&inverse, &n, gravity);
             h.fixed_rows_mut::<6>(BENDS).fill(0.0);

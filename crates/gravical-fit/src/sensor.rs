@@ -1,6 +1,6 @@
 //! A calibration as numbers: parameters, their covariance, and what these say of ‖a‖.
 
-use nalgebra::{DMatrix, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::ContinuousCDF;
 
@@ -91,10 +91,9 @@ pub fn deviations(x: &Parameters, covariance: &Covariance) -> Deviations {
     // Derivatives are taken where M is about 1.
     let unit = matrix(x).norm() / 3_f64.sqrt();
     let scaled = x / unit;
-    let all: Vec<usize> = (0..BENDS).collect();
-    let slopes = jacobian(&scaled, &all, |x| Some(invariants(x)));
-    let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, BENDS, f64::NAN));
-    let covariance = covariance.view((0, 0), (BENDS, BENDS)) / (unit * unit);
+    let slopes = jacobian(&scaled, |x| Some(invariants(x)));
+    let slopes = slopes.unwrap_or_else(|| DMatrix::repeat(9, PARAMETERS, f64::NAN));
+    let covariance = covariance / (unit * unit);
     let variances = (&slopes * covariance * slopes.transpose()).diagonal();
     let sd = |i: usize| root(variances[i]);
     Deviations {
@@ -170,27 +169,22 @@ impl Sensor {
 
     /// The direction in which the error claimed of ‖a‖ is largest, standard deviations counting `factor` times.
     pub fn weakest(&self, factor: f64) -> WorstDirection {
-        let each = self.claims(sphere(DIRECTIONS)).into_iter();
-        let each = each.map(|claim| WorstDirection {
-            direction: claim.direction.into(),
-            error_mps2: claim.bent_mps2.abs() + factor * claim.sd_mps2,
-            sd_mps2: claim.sd_mps2,
-        });
-        let worst = each.max_by(|a, b| a.error_mps2.total_cmp(&b.error_mps2));
-        worst.unwrap_or(WorstDirection {
-            direction: [0.0, 0.0, 1.0],
-            error_mps2: f64::INFINITY,
-            sd_mps2: f64::INFINITY,
-        })
+        let claims = self.claims(sphere(DIRECTIONS));
+        let error = |claim: &Claim| claim.bent_mps2.abs() + factor * claim.sd_mps2;
+        let errors = DVector::from_iterator(DIRECTIONS, claims.iter().map(error));
+        let worst = &claims[errors.imax()];
+        WorstDirection {
+            direction: worst.direction.into(),
+            error_mps2: error(worst),
+            sd_mps2: worst.sd_mps2,
+        }
     }
 
     /// So many times its largest standard deviation is what ‖a‖ is off in any direction in 95 % of
     /// sessions: 2 where one combination of parameters is open, up to 3 where several are. Errors are
     /// drawn from the covariance, always the same ones.
     pub fn coverage_factor(&self) -> f64 {
-        let Some(inverse) = matrix(&self.parameters).try_inverse() else {
-            return 2.0;
-        };
+        let inverse = inverse(&self.parameters);
         let eigen = self.covariance_with_gravity().symmetric_eigen();
         let spread = Covariance::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
         let root = eigen.eigenvectors * spread;
@@ -208,24 +202,6 @@ impl Sensor {
         } else {
             2.0
         }
-    }
-
-    /// Derivatives (21 × 6) of the other parameters by the bends once these are fixed, and the
-    /// covariance that is left: C_mb C_bb⁺ and C_mm − C_mb C_bb⁺ C_bm.
-    pub(crate) fn at_known_bends(&self) -> (SMatrix<f64, 21, 6>, Covariance) {
-        const MIN_VARIANCE: f64 = 1e-14;
-        let with_bends: SMatrix<f64, 21, 6> = self.covariance.fixed_columns::<6>(BENDS).into();
-        let of_bends = self.covariance_of_bends();
-        let inverse = of_bends.pseudo_inverse(MIN_VARIANCE).unwrap_or_default();
-        let by_bends = with_bends * inverse;
-        (
-            by_bends,
-            self.covariance - by_bends * with_bends.transpose(),
-        )
-    }
-
-    pub(crate) fn covariance_of_bends(&self) -> SMatrix<f64, 6, 6> {
-        self.covariance.fixed_view::<6, 6>(BENDS, BENDS).into()
     }
 }
 

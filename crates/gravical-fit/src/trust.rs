@@ -2,17 +2,16 @@
 
 use std::fmt;
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, DIRECTIONS, PARAMETERS, Parameters, bend, bias, inverse, matrix, sensitivity,
-    sphere,
+    BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, sensitivity, sphere,
 };
-use crate::rows::{Held, Placed, force};
-use crate::search::{Found, USUAL_CHI2, USUAL_FREEDOM};
+use crate::rows::{Held, Placed, Row, force};
+use crate::search::{USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
 /// A pose and all within this angle of it are left out together, rad.
@@ -134,7 +133,7 @@ struct State {
     covariance: Covariance,
     /// The same without bends: what one pose tests of another.
     straight: Covariance,
-    /// Of each pose that counts: its number, derivatives of the whitened response to an error of 1 m/s²
+    /// Of each pose that counts: its number as given, derivatives of the whitened response to an error of 1 m/s²
     /// along gravity, and its square.
     tests: Vec<(usize, Parameters, f64)>,
     freedom: f64,
@@ -144,7 +143,7 @@ impl Fit {
     /// All of it.
     pub fn trust(&self) -> Trust {
         Trust {
-            predicted_mps2: self.sensor(self.search.scale).predicted_mps2(),
+            predicted_mps2: self.sensor.predicted_mps2(),
             worst: self.weakest(),
             left_out: self.left_out(),
             undetected: self.undetected(),
@@ -157,14 +156,13 @@ impl Fit {
     fn sensor_with(&self, covariance: Covariance) -> Sensor {
         Sensor {
             covariance,
-            ..self.sensor(self.search.scale)
+            ..self.sensor.clone()
         }
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest.
     pub fn weakest(&self) -> WorstDirection {
-        let sensor = self.sensor(self.search.scale);
-        sensor.weakest(sensor.coverage_factor())
+        self.sensor.weakest(self.sensor.coverage_factor())
     }
 
     /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
@@ -181,24 +179,18 @@ impl Fit {
     }
 
     fn leave_out(&self, k: usize, directions: &[Vector3<f64>]) -> Option<LeftOut> {
+        let (linear, held) = (&self.linear, &self.search.held);
         let near = NEIGHBOUR.cos();
-        let others = |i: usize| self.search.counts(i) && directions[i].dot(&directions[k]) < near;
-        let held = &self.search.held;
-        if !self.search.counts(k) || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
+        let others = |i: usize| linear.rows[i].counts && directions[i].dot(&directions[k]) < near;
+        if !linear.rows[k].counts || (0..directions.len()).filter(|i| others(*i)).count() < 6 {
             return None;
         }
-        let linear = &self.found.linear;
         let normal = linear.normal(held, others)?;
-        let without_sheet = Held {
-            prior: false,
-            ..*held
-        };
+        let mut without_sheet = *held;
+        without_sheet.prior = false;
         let bare = linear.solve(&normal, &without_sheet)?;
-        let mut without_gravity = self.sensor_with(bare.covariance);
-        without_gravity.gravity.sd_mps2 = 0.0;
-        let claims = without_gravity.claims(sphere(DIRECTIONS));
-        let sd_without_sheet = claims.iter().map(|c| c.sd_mps2).fold(0.0, f64::max);
-        if sd_without_sheet.is_nan() || sd_without_sheet > MAX_UNDETERMINED_MPS2 {
+        let claims = self.sensor_with(bare.covariance).claims(sphere(DIRECTIONS));
+        if claims.iter().any(|c| c.sd_mps2 > MAX_UNDETERMINED_MPS2) {
             return None;
         }
         let rest = linear.solve(&normal, held)?;
@@ -220,25 +212,23 @@ impl Fit {
     fn state(&self) -> Option<State> {
         let held = &self.search.held;
         let straight = Held { bend: 0.0, ..*held };
-        let linear = &self.found.linear;
-        let solution = linear.solve_poses(&straight, |k| self.search.counts(k))?;
-        let test = |k: usize| {
-            let row = &linear.rows[k];
+        let linear = &self.linear;
+        let solution = linear.solve_poses(&straight, |_| true)?;
+        let test = |(k, row): (usize, &Row)| {
+            let pose = self.search.place_of.iter().position(|place| *place == k)?;
+            let whitener = row.whitener(held)?;
             // An error along gravity changes the length and no angle.
-            let change = row.whitener(held)? * Vector3::new(1.0, 0.0, 0.0);
-            let whitened: SMatrix<f64, 3, PARAMETERS> = row.whitener(held)? * row.jacobian;
-            Some((k, whitened.tr_mul(&change), change.norm_squared()))
+            let change = whitener.column(0).into_owned();
+            let influence = (whitener * row.jacobian).tr_mul(&change);
+            Some((pose, influence, change.norm_squared()))
         };
+        let rows = linear.rows.iter().enumerate();
+        let rows = rows.filter(|(_, row)| row.counts);
         Some(State {
-            covariance: self.found.solution.covariance,
+            covariance: self.sensor.covariance,
             straight: solution.covariance,
-            tests: (0..linear.rows.len())
-                .filter(|k| self.search.counts(*k))
-                .filter_map(test)
-                .collect(),
-            freedom: linear
-                .lengths(held, &solution, |k| self.search.counts(k))
-                .freedom,
+            tests: rows.filter_map(test).collect(),
+            freedom: linear.lengths(held, &solution, |_| true).freedom,
         })
     }
 
@@ -247,27 +237,17 @@ impl Fit {
     /// for an error of a mean along gravity. The residual is held against Student's t, 5 % over all poses,
     /// with the scale of the others and of what is usual.
     pub fn undetected(&self) -> Option<Undetected> {
-        let hidden = self.undetected_by(&self.state()?)?;
-        let pose = self
-            .search
-            .place_of
-            .iter()
-            .position(|k| *k == hidden.pose)?;
-        Some(Undetected { pose, ..hidden })
+        self.undetected_by(&self.state()?)
     }
 
     fn undetected_by(&self, state: &State) -> Option<Undetected> {
-        let inverse = inverse(self.found.x());
-        let gravity = self.search.held.gravity;
-        let along: Vec<(Vector3<f64>, Parameters)> = sphere(DIRECTIONS)
-            .map(|n| (n, sensitivity(&inverse, &n, gravity)))
-            .collect();
+        let along = self.along();
         let freedom = (state.freedom - 1.0).max(0.0) + USUAL_FREEDOM;
         let level = 1.0 - 0.025 / state.tests.len() as f64;
         let limit = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(level);
         let scale = ((state.freedom - 1.0).max(0.0) + USUAL_CHI2 * USUAL_FREEDOM) / freedom;
         let shown = (limit + POWER_90) * scale.sqrt();
-        let each = state.tests.iter().filter_map(|(k, influence, weight)| {
+        let each = state.tests.iter().filter_map(|(pose, influence, weight)| {
             let moved = state.straight * influence;
             let redundancy = weight - influence.dot(&moved);
             // Below this share of the error the difference is rounding.
@@ -279,7 +259,7 @@ impl Fit {
             let gain = along.iter().map(|(n, h)| (n, h.dot(&moved).abs()));
             let (direction, gain) = gain.max_by(|a, b| a.1.total_cmp(&b.1))?;
             Some(Undetected {
-                pose: *k,
+                pose: *pose,
                 reading_mps2,
                 effect_mps2: gain * reading_mps2,
                 direction: (*direction).into(),
@@ -290,7 +270,7 @@ impl Fit {
 
     /// The session with one free pose more along n: nothing moves, the covariance shrinks.
     fn with_pose(&self, state: &State, n: &Vector3<f64>, sd: f64) -> State {
-        let h = sensitivity(&inverse(self.found.x()), n, self.search.held.gravity);
+        let h = sensitivity(&inverse(&self.linear.x), n, self.search.held.gravity);
         let mut more = state.clone();
         let variance = sd * sd;
         for covariance in [&mut more.covariance, &mut more.straight] {
@@ -298,7 +278,7 @@ impl Fit {
             *covariance -= moved * moved.transpose() / (h.dot(&moved) + variance);
         }
         more.freedom += 1.0 - (more.straight * h).dot(&h) / variance;
-        let number = self.search.poses.len() + state.tests.len();
+        let number = self.search.place_of.len() + state.tests.len();
         more.tests.push((number, -h / variance, 1.0 / variance));
         more
     }
@@ -339,8 +319,16 @@ impl Fit {
         proposed
     }
 
+    /// Directions over the sphere, with the sensitivity of ‖a‖ along each.
+    fn along(&self) -> Vec<(Vector3<f64>, Parameters)> {
+        let inverse = inverse(&self.linear.x);
+        let gravity = self.search.held.gravity;
+        let each = sphere(DIRECTIONS).map(|n| (n, sensitivity(&inverse, &n, gravity)));
+        each.collect()
+    }
+
     fn directions(&self) -> Vec<Vector3<f64>> {
-        let of = |p: &Placed| force(self.found.x(), p).unwrap_or_default().normalize();
+        let of = |p: &Placed| force(&self.linear.x, p).unwrap_or_default().normalize();
         self.search.poses.iter().map(of).collect()
     }
 
@@ -355,38 +343,28 @@ impl Fit {
     /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is
     /// propagated.
     pub fn budget(&self) -> Option<Budget> {
-        let Found { linear, solution } = &self.found;
+        let covariance = self.sensor.covariance;
         let held = &self.search.held;
         let mut sums = [Covariance::zeros(); 3];
-        for (_, row) in linear
-            .rows
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| self.search.counts(*k))
-        {
+        for row in self.linear.rows.iter().filter(|row| row.counts) {
             let whitener = row.whitener(held)?;
-            let gain = solution.covariance * (whitener * row.jacobian).transpose() * whitener;
+            let gain = covariance * (whitener * row.jacobian).transpose() * whitener;
             for (sum, part) in sums.iter_mut().zip(row.parts(held)) {
                 *sum += gain * part * gain.transpose();
             }
         }
-        let rest = solution.covariance - sums[0] - sums[1] - sums[2];
-        let inverse = inverse(self.found.x());
-        let over_sphere = |f: &dyn Fn(Vector3<f64>) -> f64| {
-            (sphere(DIRECTIONS).map(f).sum::<f64>() / DIRECTIONS as f64).sqrt()
+        let rest = covariance - sums[0] - sums[1] - sums[2];
+        let along = self.along();
+        let rms = |square: &dyn Fn(&(Vector3<f64>, Parameters)) -> f64| {
+            (along.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
         };
-        let of = |c: &Covariance| {
-            over_sphere(&|n| {
-                let h = sensitivity(&inverse, &n, held.gravity);
-                (c * h).dot(&h).max(0.0)
-            })
-        };
+        let of = |c: &Covariance| rms(&|(_, h)| (c * h).dot(h).max(0.0));
         Some(Budget {
             noise: of(&sums[0]),
             model_error: of(&sums[1]).hypot(held.model_error),
             tilt: of(&sums[2]),
             data_sheet: of(&rest),
-            bends: over_sphere(&|n| (held.gravity * bend(self.found.x(), &n)).powi(2)),
+            bends: rms(&|(n, _)| (held.gravity * bend(&self.linear.x, n)).powi(2)),
         })
     }
 }
@@ -416,17 +394,12 @@ impl Trust {
         if self.left_out.iter().flatten().any(contradicts) {
             return Grade::Poor;
         }
-        if self.left_out_rms().is_some() && hidden <= FAIR_MPS2 {
-            return match claimed.max(hidden) {
-                most if most <= GOOD_MPS2 => Grade::Good,
-                most if most <= FAIR_MPS2 => Grade::Fair,
-                _ => Grade::Poor,
-            };
-        }
-        if 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 {
-            Grade::NotVerifiable
-        } else {
-            Grade::Poor
+        let is_tested = self.left_out_rms().is_some() && hidden <= FAIR_MPS2;
+        match claimed.max(hidden) {
+            most if is_tested && most <= GOOD_MPS2 => Grade::Good,
+            most if is_tested && most <= FAIR_MPS2 => Grade::Fair,
+            _ if !is_tested && 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 => Grade::NotVerifiable,
+            _ => Grade::Poor,
         }
     }
 }

@@ -221,10 +221,8 @@ fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     };
     let (verdict, reason) = if fit.is_predictable() {
         (DriftVerdict::Corrected, "each direction predicts the other")
-    } else if !fit.significant {
-        (DriftVerdict::NotCorrected, "no drift beyond the noise")
     } else {
-        let why = "one direction does not predict the other: hysteresis or drift with time";
+        let why = "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise";
         (DriftVerdict::NotCorrected, why)
     };
     ChannelDrift {

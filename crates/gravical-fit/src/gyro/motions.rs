@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
-use super::FittedMotion;
 use super::rest::unexplained;
+use super::{FittedMotion, GyroRest, MotionFit};
 
 /// Nine elements of E, row-major, then β.
 pub(super) type Parameters = SVector<f64, 12>;
@@ -13,22 +13,21 @@ pub(super) type Square = SMatrix<f64, 12, 12>;
 /// A motion from one rest to the next.
 pub(super) struct Path {
     /// Rate in rad/s by the nominal scale, bias taken off, and the time to the next sample, s.
-    pub samples: Vec<[f64; 4]>,
+    pub samples: Vec<(Vector3<f64>, f64)>,
     /// Unit vectors of specific force before and after, axes of the accelerometer.
-    pub gravity: [[f64; 3]; 2],
+    pub gravity: [Vector3<f64>; 2],
     /// Standard deviation of each component of what is left, rad: directions of gravity, noise, drift.
     pub sd: f64,
 }
 
 /// E, β and how well they are known.
 pub(super) struct Fitted {
-    /// Nine elements of E, row-major, then β.
-    pub x: Parameters,
+    x: Parameters,
     pub covariance: Square,
     /// Of every motion.
-    pub motions: Vec<FittedMotion>,
+    motions: Vec<FittedMotion>,
     /// Median length of what is left of the motions by the robust fit, rad.
-    pub typical: f64,
+    typical: f64,
 }
 
 /// A residual this many times the usual one contradicts the others.
@@ -60,19 +59,18 @@ impl Linear {
         let e = Matrix3::from_fn(|r, c| x[3 * r + c]);
         let (attitude, sums) = turned(&motion.samples, &e, Vector3::new(x[9], x[10], x[11]));
         let rotation = attitude.transpose();
-        let before = Vector3::from(motion.gravity[0]);
+        let [before, after] = motion.gravity;
         let by_turn = rotation * before.cross_matrix();
-        let by_bias = Matrix3::from_fn(|k, r| sums[k][r][3]) * e;
-        let jacobian = SMatrix::from_fn(|i, p| match p {
-            0..9 => (0..3)
-                .map(|k| by_turn[(i, k)] * sums[k][p / 3][p % 3])
-                .sum(),
-            _ => -(0..3)
-                .map(|k| by_turn[(i, k)] * by_bias[(k, p - 9)])
-                .sum::<f64>(),
+        let by_bias = Matrix3::from_fn(|k, r| sums[(3 * r + k, 3)]) * e;
+        let jacobian = SMatrix::from_fn(|i, p| {
+            let each = (0..3).map(|k| match p {
+                0..9 => by_turn[(i, k)] * sums[(3 * (p / 3) + k, p % 3)],
+                _ => -by_turn[(i, k)] * by_bias[(k, p - 9)],
+            });
+            each.sum::<f64>()
         });
         Linear {
-            residual: rotation * before - Vector3::from(motion.gravity[1]),
+            residual: rotation * before - after,
             jacobian,
         }
     }
@@ -82,19 +80,20 @@ impl Linear {
     }
 }
 
-/// Attitude (sensor at the end to sensor at the start) and Σ w A_kr (y − β)_c, with Σ w A_kr as the fourth
-/// c. Over one sample the rate is a straight line: it turns by h (ω₀ + ω₁)/2 + h²/12 ω₀ × ω₁ (Magnus' series).
+/// Attitude (sensor at the end to sensor at the start) and Σ w A ⊗ (y − β, 1): a row for each element of A,
+/// column by column. Over one sample the rate is a straight line: it turns by h (ω₀ + ω₁)/2 + h²/12 ω₀ × ω₁
+/// (Magnus' series).
 fn turned(
-    samples: &[[f64; 4]],
+    samples: &[(Vector3<f64>, f64)],
     e: &Matrix3<f64>,
     bias: Vector3<f64>,
-) -> (Matrix3<f64>, [[[f64; 4]; 3]; 3]) {
-    let mut sums = [[[0.0; 4]; 3]; 3];
+) -> (Matrix3<f64>, SMatrix<f64, 9, 4>) {
+    let mut sums = SMatrix::<f64, 9, 4>::zeros();
     let mut q = UnitQuaternion::identity();
     let mut attitude = Matrix3::identity();
     let mut before: Option<(Vector3<f64>, f64)> = None;
-    for &[x, y, z, to_next] in samples {
-        let y = Vector3::new(x, y, z) - bias;
+    for &(reading, to_next) in samples {
+        let y = reading - bias;
         let rate = e * y;
         let mut weight = 0.5 * to_next; // 0 in the last sample
         if let Some((last, h)) = before {
@@ -103,14 +102,8 @@ fn turned(
             attitude = q.to_rotation_matrix().into_inner();
             weight += 0.5 * h;
         }
-        let weighted = [weight * y[0], weight * y[1], weight * y[2], weight];
-        for k in 0..3 {
-            for r in 0..3 {
-                for c in 0..4 {
-                    sums[k][r][c] += attitude[(k, r)] * weighted[c];
-                }
-            }
-        }
+        let elements = SVector::<f64, 9>::from_column_slice(attitude.as_slice());
+        sums += elements * (weight * y.push(1.0)).transpose();
         before = Some((rate, to_next));
     }
     q.renormalize();
@@ -130,26 +123,33 @@ impl At {
     fn lengths(&self, step: &Parameters) -> Vec<f64> {
         self.linear.iter().map(|l| l.after(step).norm()).collect()
     }
+
+    /// How far a step moves a residual at most, rad.
+    fn largest_move(&self, step: &Parameters) -> f64 {
+        let moves = self.linear.iter().map(|l| (l.jacobian * step).norm());
+        moves.fold(0.0, f64::max)
+    }
 }
 
 /// What is fitted.
-pub(super) struct Problem {
+pub(super) struct Problem<'a> {
     pub motions: Vec<Path>,
-    /// What the rests leave of the bias, rad/s.
-    pub bias_sd: [f64; 3],
+    pub rest: &'a GyroRest,
+    /// Rad/s per input unit.
+    pub unit: f64,
 }
 
-impl Problem {
+/// Least squares at one state.
+pub(super) struct Solved {
+    step: Parameters,
+    pub covariance: Square,
+}
+
+impl Problem<'_> {
     pub fn start(&self, e: &Matrix3<f64>) -> At {
         self.at(Parameters::from_fn(|i, _| {
             if i < 9 { e[(i / 3, i % 3)] } else { 0.0 }
         }))
-    }
-
-    /// By noise alone: what the motions can determine at best.
-    pub fn expected_covariance(&self, at: &At) -> Option<Square> {
-        let used = vec![true; self.motions.len()];
-        Some(self.least_squares(at, &used, 0.0)?.covariance)
     }
 
     fn at(&self, x: Parameters) -> At {
@@ -159,16 +159,17 @@ impl Problem {
     }
 
     /// Least squares with a weight for each motion; β is held to the rests.
-    fn solve(&self, at: &At, weights: Vec<f64>) -> Option<Solved> {
+    pub fn solve(&self, at: &At, weights: &[f64]) -> Option<Solved> {
         // Directions that nothing shows stay where they are.
         let mut normal = Square::from_diagonal_element(1e-4);
         let mut gradient = Parameters::zeros();
         for i in 0..3 {
-            let weight = self.bias_sd[i].max(1e-9).powi(-2);
+            let sd = self.rest.noise_sd[i] * self.unit.abs();
+            let weight = sd.max(1e-9).powi(-2);
             normal[(9 + i, 9 + i)] += weight;
             gradient[9 + i] += weight * at.x[9 + i];
         }
-        for (linear, weight) in at.linear.iter().zip(&weights).filter(|(_, w)| **w > 0.0) {
+        for (linear, weight) in at.linear.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
             normal += *weight * linear.jacobian.tr_mul(&linear.jacobian);
             gradient += *weight * linear.jacobian.tr_mul(&linear.residual);
         }
@@ -176,22 +177,20 @@ impl Problem {
         Some(Solved {
             step: -(covariance * gradient),
             covariance,
-            weights,
         })
     }
 
-    /// The same of the motions that are `used`, with a variance beside that of noise.
-    fn least_squares(&self, at: &At, used: &[bool], more: f64) -> Option<Solved> {
+    /// Of the motions that are `used`, with a variance beside that of noise; 0 for the others.
+    pub fn weights(&self, used: &[bool], more: f64) -> Vec<f64> {
         let weight = |(motion, used): (&Path, &bool)| {
             f64::from(u8::from(*used)) / (motion.sd * motion.sd + more)
         };
-        let weights = self.motions.iter().zip(used).map(weight).collect();
-        self.solve(at, weights)
+        self.motions.iter().zip(used).map(weight).collect()
     }
 
     /// Median of the residuals in their standard deviations over that of noise, at least 1.
-    fn excess(&self, lengths: impl Iterator<Item = f64>) -> f64 {
-        let whitened = lengths.zip(&self.motions).map(|(l, m)| l / m.sd);
+    fn excess(&self, lengths: &[f64]) -> f64 {
+        let whitened = lengths.iter().zip(&self.motions).map(|(l, m)| l / m.sd);
         (median(whitened.collect()) / RAYLEIGH_MEDIAN).max(1.0)
     }
 
@@ -201,7 +200,7 @@ impl Problem {
         let mut share = 1.0;
         for _ in 0..MAX_PASSES {
             let step = share * self.robust_step(&best)?;
-            let moves = largest_move(&best.linear, &step);
+            let moves = best.largest_move(&step);
             let next = self.at(best.x + step);
             // Far from the answer a linear step may lead astray.
             if next.typical.is_nan() || next.typical > 1.5 * best.typical {
@@ -225,13 +224,13 @@ impl Problem {
         let mut step = Parameters::zeros();
         for _ in 0..10 {
             let lengths = at.lengths(&step);
-            let width = CAUCHY * self.excess(lengths.iter().copied());
+            let width = CAUCHY * self.excess(&lengths);
             let weight = |(length, motion): (&f64, &Path)| {
                 let whitened = length / motion.sd;
                 motion.sd.powi(-2) / (1.0 + (whitened / width).powi(2))
             };
-            let weights = lengths.iter().zip(&self.motions).map(weight).collect();
-            step = self.solve(at, weights)?.step;
+            let weights: Vec<f64> = lengths.iter().zip(&self.motions).map(weight).collect();
+            step = self.solve(at, &weights)?.step;
         }
         Some(step)
     }
@@ -241,7 +240,7 @@ impl Problem {
         let count = lengths.len();
         // Nine parameters take up part of few residuals.
         let taken_up = (2.0 * count as f64 / (2.0 * count as f64 - 9.0).max(1.0)).sqrt();
-        let limit = OUTLIER * taken_up * self.excess(lengths.iter().copied());
+        let limit = OUTLIER * taken_up * self.excess(lengths);
         let agrees = |(length, motion): (&f64, &Path)| *length <= limit * motion.sd;
         let used: Vec<bool> = lengths.iter().zip(&self.motions).map(agrees).collect();
         let kept = used.iter().filter(|u| **u).count();
@@ -251,17 +250,6 @@ impl Problem {
         used
     }
 
-    /// Variance per component that noise does not explain, the same for every motion: a hand that trembles,
-    /// a gyroscope that is not linear.
-    fn unexplained(&self, lengths: &[f64], used: &[bool], freedom: f64) -> Option<f64> {
-        let each = || lengths.iter().zip(&self.motions).zip(used);
-        let largest = lengths.iter().map(|l| l * l).sum();
-        unexplained(freedom, largest, |more| {
-            let used = each().filter(|(_, used)| **used);
-            Some(used.map(|((l, m), _)| l * l / (m.sd * m.sd + more)).sum())
-        })
-    }
-
     /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
     /// too closely: a motion that it rejected is admitted again if the others predict it.
     pub fn settle(&self, robust: At) -> Option<Fitted> {
@@ -269,33 +257,85 @@ impl Problem {
         let mut used = self.judge(&robust.lengths(&Parameters::zeros()));
         let mut at = robust;
         for pass in 1.. {
-            let freedom = 2.0 * used.iter().filter(|u| **u).count() as f64 - 9.0;
+            let count = used.iter().filter(|u| **u).count();
+            let freedom = 2.0 * count as f64 - 9.0;
             if freedom < 3.0 {
                 break;
             }
-            let step = self.least_squares(&at, &used, 0.0)?.step;
-            let more = self.unexplained(&at.lengths(&step), &used, freedom)?;
-            let solved = self.least_squares(&at, &used, more)?;
+            let step = self.solve(&at, &self.weights(&used, 0.0))?.step;
+            // What noise does not explain, the same for every motion: a hand that trembles, a gyroscope that
+            // is not linear.
+            let squares: Vec<f64> = at.lengths(&step).iter().map(|l| l * l).collect();
+            let more = unexplained(freedom, squares.iter().sum(), |more| {
+                let weights = self.weights(&used, more);
+                Some(weights.iter().zip(&squares).map(|(w, l)| w * l).sum())
+            })?;
+            let weights = self.weights(&used, more);
+            let solved = self.solve(&at, &weights)?;
             let again: Vec<bool> = (0..used.len())
                 .map(|m| used[m] || self.deviation(&at, &solved, m, more) < PREDICTED)
                 .collect();
             let usual = median(at.lengths(&solved.step));
-            let settled = largest_move(&at.linear, &solved.step) < SETTLED * usual.max(FLOOR);
-            if pass == MAX_PASSES || (settled && again == used) {
-                // Few residuals say badly how large they are: the variance of Student's t.
-                let wider = if more > 0.0 {
-                    freedom / (freedom - 2.0)
-                } else {
-                    1.0
-                };
-                let mut fitted = solved.result(&at, &used, typical);
-                fitted.covariance *= wider;
-                return Some(fitted);
+            let settled = at.largest_move(&solved.step) < SETTLED * usual.max(FLOOR);
+            if !(pass == MAX_PASSES || (settled && again == used)) {
+                used = again;
+                at = self.at(at.x + solved.step);
+                continue;
             }
-            used = again;
-            at = self.at(at.x + solved.step);
+            // Few residuals say badly how large they are: the variance of Student's t.
+            let wider = if more > 0.0 {
+                freedom / (freedom - 2.0)
+            } else {
+                1.0
+            };
+            // A motion's residual if it takes no part is (I − H)⁻¹ r, H = w J C Jᵀ.
+            let motion = |m: usize| {
+                let jacobian = at.linear[m].jacobian;
+                let residual = at.linear[m].after(&solved.step);
+                let hat = weights[m] * jacobian * solved.covariance * jacobian.transpose();
+                let without = (Matrix3::identity() - hat).try_inverse();
+                FittedMotion {
+                    used: used[m],
+                    residual: residual.norm(),
+                    left_out: without
+                        .filter(|_| used[m] && 2 * count >= 9 + 4)
+                        .map(|inverse| (inverse * residual).norm()),
+                }
+            };
+            return Some(Fitted {
+                x: at.x + solved.step,
+                covariance: solved.covariance * wider,
+                motions: (0..used.len()).map(motion).collect(),
+                typical,
+            });
         }
         None
+    }
+
+    /// In input units: δM = −E⁻¹ δE E⁻¹ / unit, δb = δβ / unit. None where a number is none.
+    pub fn result(&self, fitted: Fitted) -> Option<MotionFit> {
+        let (rest, unit) = (self.rest, self.unit);
+        let e = Matrix3::from_row_slice(&fitted.x.as_slice()[..9]);
+        let inverse = e.try_inverse()?;
+        let to_model = Square::from_fn(|to, from| match (to, from) {
+            (0..9, 0..9) => -inverse[(to / 3, from / 3)] * inverse[(from % 3, to % 3)] / unit,
+            _ => f64::from(to == from) / unit,
+        });
+        let mut covariance = to_model * fitted.covariance * to_model.transpose();
+        for i in 0..3 {
+            let drift = rest.bias_sd[i].powi(2) - rest.noise_sd[i].powi(2);
+            covariance[(9 + i, 9 + i)] += drift.max(0.0);
+        }
+        let covariance = 0.5 * (covariance + covariance.transpose());
+        let numbers = covariance.iter().chain(&fitted.x);
+        let is_finite = numbers.chain(&inverse).all(|v| v.is_finite());
+        is_finite.then(|| MotionFit {
+            matrix: (e * unit).transpose().into(),
+            bias: std::array::from_fn(|i| rest.bias[i] + fitted.x[9 + i] / unit),
+            covariance: covariance.into(),
+            motions: fitted.motions,
+            typical_rad: fitted.typical,
+        })
     }
 
     /// How many standard deviations a motion is off what the others predict for it.
@@ -307,46 +347,6 @@ impl Problem {
         let root = (known + Matrix3::from_diagonal_element(own)).cholesky();
         root.map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
     }
-}
-
-/// Least squares at one state.
-struct Solved {
-    step: Parameters,
-    covariance: Square,
-    /// Of each motion; 0 for one that takes no part.
-    weights: Vec<f64>,
-}
-
-impl Solved {
-    /// A motion's residual if it takes no part is (I − H)⁻¹ r, H = w J C Jᵀ.
-    fn result(&self, at: &At, used: &[bool], typical: f64) -> Fitted {
-        let count = used.iter().filter(|u| **u).count();
-        let motion = |m: usize| {
-            let linear = &at.linear[m];
-            let residual = linear.after(&self.step);
-            let hat =
-                self.weights[m] * linear.jacobian * self.covariance * linear.jacobian.transpose();
-            let without = (Matrix3::identity() - hat).try_inverse();
-            FittedMotion {
-                used: used[m],
-                residual: residual.norm(),
-                left_out: without
-                    .filter(|_| used[m] && 2 * count >= 9 + 4)
-                    .map(|inverse| (inverse * residual).norm()),
-            }
-        };
-        Fitted {
-            x: at.x + self.step,
-            covariance: self.covariance,
-            motions: (0..used.len()).map(motion).collect(),
-            typical,
-        }
-    }
-}
-
-fn largest_move(linear: &[Linear], step: &Parameters) -> f64 {
-    let moves = linear.iter().map(|l| (l.jacobian * step).norm());
-    moves.fold(0.0, f64::max)
 }
 
 /// The upper of two middle values; NaN of none.

@@ -23,16 +23,14 @@ pub(super) fn at_rest(
         .iter()
         .map(|s| accelerometer.apply(s.accel).into())
         .collect();
-    let numbers = |s: &StaticInterval| {
-        let all = s.rate.iter().chain(&s.accel_sd).chain([&s.seconds]);
-        all.clone().all(|v| v.is_finite()) && s.seconds > 0.0
-    };
-    let known = options.noise.iter().chain(&options.rounding);
-
-    let directed = |a: &Vector3<f64>| a.norm().is_finite() && a.norm() > 0.0;
-    if !(known.clone().all(|v| v.is_finite())
-        && intervals.iter().all(numbers)
-        && forces.iter().all(directed))
+    let positive = |v: f64| v.is_finite() && v > 0.0;
+    let numbers = intervals
+        .iter()
+        .flat_map(|s| s.rate.iter().chain(&s.accel_sd));
+    let numbers = numbers.chain(options.noise.iter().chain(&options.rounding));
+    if !(numbers.clone().all(|v| v.is_finite())
+        && intervals.iter().all(|s| positive(s.seconds))
+        && forces.iter().all(|a| positive(a.norm())))
     {
         return None;
     }
@@ -43,12 +41,8 @@ pub(super) fn at_rest(
     });
     let spread = intervals.len() >= MIN_INTERVALS && is_spread(&forces);
     let mut rest = GyroRest {
-        bias: [0.0; 3],
-        bias_sd: [0.0; 3],
-        g_sensitivity: [[0.0; 3]; 3],
         local: vec![Vector3::zeros(); intervals.len()],
-        local_sd: Vector3::zeros(),
-        noise_sd: Vector3::zeros(),
+        ..GyroRest::default()
     };
     for i in 0..3 {
         let offset = intervals.first()?.rate[i];
@@ -83,17 +77,13 @@ pub(super) fn at_rest(
 
 /// True if gravity points far enough apart to see a reaction to each of its components.
 fn is_spread(forces: &[Vector3<f64>]) -> bool {
-    let count = forces.len() as f64;
+    let share = 1.0 / forces.len() as f64;
     let directions: Vec<Vector3<f64>> = forces.iter().map(|a| a.normalize()).collect();
-    let centre = directions.iter().sum::<Vector3<f64>>() / count;
-    let scatter = directions
-        .iter()
-        .map(|d| (d - centre) * (d - centre).transpose());
+    let centre = share * directions.iter().sum::<Vector3<f64>>();
+    let off = directions.iter().map(|d| d - centre);
+    let scatter: Matrix3<f64> = off.map(|d| d * d.transpose()).sum();
     // 1/3 for directions spread evenly; 0.05 is a cone of 13° about a plane.
-    (scatter.sum::<Matrix3<f64>>() / count)
-        .symmetric_eigenvalues()
-        .min()
-        > 0.05
+    share * scatter.symmetric_eigenvalues().min() > 0.05
 }
 
 /// A linear model with known noise and a drift of unknown variance.
@@ -111,12 +101,7 @@ fn mixed(design: &DMatrix<f64>, y: &DVector<f64>, own: &[f64]) -> Option<Mixed> 
     let freedom = (y.len() - design.ncols()) as f64;
     let largest = 2.0 * y.norm_squared();
     let chi2 = |drift: f64| Some(weighted(design, y, own, drift)?.chi2);
-    let drift = if freedom > 0.0 {
-        unexplained(freedom, largest, chi2)?
-    } else {
-        0.0
-    };
-    weighted(design, y, own, drift)
+    weighted(design, y, own, unexplained(freedom, largest, chi2)?)
 }
 
 fn weighted(design: &DMatrix<f64>, y: &DVector<f64>, own: &[f64], drift: f64) -> Option<Mixed> {
@@ -139,13 +124,13 @@ fn weighted(design: &DMatrix<f64>, y: &DVector<f64>, own: &[f64], drift: f64) ->
 }
 
 /// The variance that makes χ² what its degrees of freedom let expect if every reading has it beside
-/// its own, 0 if none is needed (Paule and Mandel, J. Res. NBS 87, 1982).
+/// its own, 0 if none is needed or nothing is left over (Paule and Mandel, J. Res. NBS 87, 1982).
 pub(super) fn unexplained(
     freedom: f64,
     largest: f64,
     chi2: impl Fn(f64) -> Option<f64>,
 ) -> Option<f64> {
-    if chi2(0.0)? <= freedom {
+    if freedom <= 0.0 || chi2(0.0)? <= freedom {
         return Some(0.0);
     }
     let (mut low, mut high) = (0.0, largest);

@@ -1,8 +1,5 @@
 use super::*;
-use crate::consistent::{Test, consistent};
-use crate::model::{BENDS, BIAS, DRIFT, PARAMETERS, bend, bias, matrix, sensitivity, sphere};
-use crate::sensor::{Gravity, Sensor};
-use nalgebra::Vector3;
+use crate::model::{BIAS, DRIFT, PARAMETERS};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -1,9 +1,11 @@
 //! Which poses are faces.
 
+use std::f64::consts::TAU;
+
 use super::Search;
 use super::variances::USUAL_TILT_DEG;
 use crate::pose::{Face, Hint, angle_deg};
-use crate::rows::force;
+use crate::rows::{Placed, force};
 
 /// Beyond this nothing is a face, degrees.
 const MAX_FACE_DEG: f64 = 25.0;
@@ -12,69 +14,67 @@ impl Search {
     /// First roles: of the poses that may be a face the nearest to it, however far off the names are;
     /// the others follow when the fit knows how faces lie.
     pub fn first_roles(&mut self) {
-        let mut nearest: [Option<(usize, f64)>; 6] = [None; 6];
-        for k in 0..self.poses.len() {
-            if let Hint::Face(face) = self.poses[k].hint {
-                self.poses[k].face = Some(face);
-            }
-            let Some((face, angle_deg)) = self.candidate(k) else {
-                continue;
-            };
-            let named = self.poses[k].hint == Hint::Named(face);
-            let best = &mut nearest[face.index()];
-            if (named || angle_deg <= MAX_FACE_DEG) && best.is_none_or(|(_, a)| angle_deg < a) {
-                *best = Some((k, angle_deg));
+        for pose in &mut self.poses {
+            if let Hint::Face(face) = pose.hint {
+                pose.face = Some(face);
             }
         }
+        let candidates = self.candidates();
         for face in Face::all() {
+            let angle_deg = |k: usize| {
+                let (_, angle_deg) = candidates[k].filter(|(own, _)| *own == face)?;
+                let is_named = self.poses[k].hint == Hint::Named(face);
+                (is_named || angle_deg <= MAX_FACE_DEG).then_some((k, angle_deg))
+            };
+            let near = (0..self.poses.len()).filter_map(angle_deg);
+            let nearest = near.min_by(|a, b| a.1.total_cmp(&b.1));
             let is_given = self.poses.iter().any(|p| p.hint == Hint::Face(face));
-            if let Some((k, _)) = nearest[face.index()].filter(|_| !is_given) {
+            if let Some((k, _)) = nearest.filter(|_| !is_given) {
                 self.poses[k].face = Some(face);
             }
         }
     }
 
-    /// The face that a pose may lie on, and its angle to it in degrees.
-    fn candidate(&self, k: usize) -> Option<(Face, f64)> {
-        let pose = &self.poses[k];
-        let force = <[f64; 3]>::from(force(&self.x, pose)?);
-        match pose.hint {
-            Hint::Named(face) => Some((face, angle_deg(force, face.direction()))),
-            Hint::Open => Some(Face::nearest(force)),
-            Hint::Face(_) | Hint::Free => None,
-        }
+    /// The face that each pose may lie on, and its angle to it in degrees.
+    fn candidates(&self) -> Vec<Option<(Face, f64)>> {
+        let candidate = |pose: &Placed| {
+            let force = <[f64; 3]>::from(force(&self.x, pose)?);
+            match pose.hint {
+                Hint::Named(face) => Some((face, angle_deg(force, face.direction()))),
+                Hint::Open => Some(Face::nearest(force)),
+                Hint::Face(_) | Hint::Free => None,
+            }
+        };
+        self.poses.iter().map(candidate).collect()
     }
 
     /// A pose is a face where that is likelier than that it points anywhere. Faces have the spread
     /// that makes all angles together likeliest: an estimate from what was taken for faces would grow
     /// with every deliberate tilt among them.
     pub(super) fn roles(&mut self) {
-        let candidates: Vec<Option<(Face, f64)>> =
-            (0..self.poses.len()).map(|k| self.candidate(k)).collect();
-        let is_named = |k: usize| matches!(self.poses[k].hint, Hint::Named(_));
-        let angles: Vec<(f64, bool)> = (0..self.poses.len())
-            .filter(|&k| self.counts(k))
-            .filter_map(|k| Some((candidates[k]?.1, is_named(k))))
+        let candidates = self.candidates();
+        let is_named = |pose: &Placed| matches!(pose.hint, Hint::Named(_));
+        let counted = self.poses.iter().zip(&candidates);
+        let angles: Vec<(f64, bool)> = counted
+            .filter(|(pose, _)| pose.bad.is_none())
+            .filter_map(|(pose, candidate)| Some(((*candidate)?.1, is_named(pose))))
             .collect();
         let likeliest = FaceMixture::likeliest(&angles);
         let mut mixture = likeliest.unwrap_or(FaceMixture::USUAL);
-        mixture.spread_deg = mixture
-            .spread_deg
-            .max(self.tilt.unwrap_or(0.0).to_degrees());
-        let roles: Vec<Option<Face>> = (0..self.poses.len())
-            .map(|k| match (self.poses[k].hint, candidates[k]) {
-                (Hint::Face(face), _) => Some(face),
-                (_, Some((face, angle_deg))) => {
-                    let [is_face, is_none] = mixture.densities(angle_deg, is_named(k));
-                    // Among poses that lie anywhere some are near an axis by chance.
-                    let possible = likeliest.is_some() || is_named(k);
-                    (possible && angle_deg <= MAX_FACE_DEG && is_face > is_none).then_some(face)
-                }
-                (_, None) => None,
-            })
-            .collect();
-        for (pose, face) in self.poses.iter_mut().zip(roles) {
-            pose.face = face;
+        let given_deg = self.tilt.unwrap_or(0.0).to_degrees();
+        mixture.spread_deg = mixture.spread_deg.max(given_deg);
+        for (pose, candidate) in self.poses.iter_mut().zip(candidates) {
+            let named = is_named(pose);
+            let is_face = |(_, angle_deg): &(Face, f64)| {
+                let [face, other] = mixture.likelihoods(*angle_deg, named);
+                // Among poses that lie anywhere some are near an axis by chance.
+                let possible = likeliest.is_some() || named;
+                possible && *angle_deg <= MAX_FACE_DEG && face > other
+            };
+            pose.face = match pose.hint {
+                Hint::Face(face) => Some(face),
+                _ => candidate.filter(is_face).map(|(face, _)| face),
+            };
         }
     }
 }
@@ -99,21 +99,21 @@ impl FaceMixture {
     /// Poses that lie anywhere, by chance near axes, raise the logarithm of the likelihood by less.
     const MIN_GAIN: f64 = 7.0;
 
-    /// Density of a pose at this angle from a face, and of one that is none, each times its share.
-    /// Named, the latter leans off its face; else it points anywhere, while faces have a sixth of the
+    /// How likely a face lies at this angle, and another pose, each times its share and over the density of
+    /// the latter. Named, that leans off its face; else it points anywhere, while faces have a sixth of the
     /// sphere each.
-    fn densities(self, angle_deg: f64, named: bool) -> [f64; 2] {
+    fn likelihoods(self, angle_deg: f64, named: bool) -> [f64; 2] {
         let normal = |sd: f64| {
             let sd = sd.to_radians();
             let angle = angle_deg.to_radians();
-            (-0.5 * (angle / sd).powi(2)).exp() / (std::f64::consts::TAU * sd * sd)
+            (-0.5 * (angle / sd).powi(2)).exp() / (TAU * sd * sd)
         };
-        if named {
-            let leaning = (1.0 - self.share) * normal(Self::OFF_FACE_DEG);
-            return [self.share * normal(self.spread_deg), leaning];
-        }
-        let anywhere = 1.0 / (4.0 * std::f64::consts::PI);
-        [0.5 * normal(self.spread_deg) / 6.0, 0.5 * anywhere]
+        let (share, other) = if named {
+            (self.share, normal(Self::OFF_FACE_DEG))
+        } else {
+            (0.5, 6.0 / (2.0 * TAU))
+        };
+        [share * normal(self.spread_deg) / other, 1.0 - share]
     }
 
     /// The likeliest mixture; none where nothing looks like a face. Spreads are those from a fixture
@@ -131,10 +131,9 @@ impl FaceMixture {
 
     /// Logarithm of the likelihood over that of no face at all.
     fn gain(self, angles: &[(f64, bool)]) -> f64 {
-        let one = |&(angle_deg, named): &(f64, bool)| {
-            let [face, none] = self.densities(angle_deg, named);
-            let share = if named { 1.0 - self.share } else { 0.5 };
-            ((face + none) / (none / share)).ln()
+        let one = |(angle_deg, named): &(f64, bool)| {
+            let [face, other] = self.likelihoods(*angle_deg, *named);
+            (face + other).ln()
         };
         angles.iter().map(one).sum()
     }

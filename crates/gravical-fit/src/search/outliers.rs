@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::variances::bend_grid;
 use super::{Found, Search};
 use crate::rows::{Held, Lengths};
 
@@ -39,39 +38,37 @@ impl Search {
     /// session by hand has, all that are rarer than chance.
     pub fn misfits(&self) -> Vec<(usize, f64)> {
         let held = self.held.bare();
-        let count = (0..self.poses.len()).filter(|k| self.counts(*k)).count();
-        let most = MAX_SHARE_OUT * self.poses.len() as f64;
-        let spare = most - (self.poses.len() - count) as f64;
+        let counted = (0..self.poses.len()).filter(|k| self.poses[*k].bad.is_none());
+        let count = counted.clone().count();
+        let out = (self.poses.len() - count) as f64;
+        let spare = MAX_SHARE_OUT * self.poses.len() as f64 - out;
         let Some(found) = self.fit(&held).filter(|_| spare >= 1.0) else {
             return Vec::new();
         };
-        let counts = |k: usize| self.counts(k);
-        let whole = found.linear.lengths(&held, &found.solution, counts);
-        let mut trials: Vec<Deletion> = (0..self.poses.len())
-            .filter(|&k| counts(k))
-            .map(|k| self.delete(k, &found, &held, whole))
-            .collect();
+        let whole = found.linear.lengths(&held, &found.solution, |_| true);
+        let trials = counted.map(|k| self.delete(k, &found, &held, whole));
+        let mut trials: Vec<Deletion> = trials.collect();
         trials.sort_by(|a, b| a.chance.total_cmp(&b.chance));
-        let rare = |d: &&Deletion| count as f64 * d.chance < CHANCE;
-        if count > MAX_SESSION {
-            let all = trials.iter().filter(rare).take(spare as usize);
-            return all.map(|d| (d.pose, count as f64 * d.chance)).collect();
-        }
         let next = trials.get(1).map_or(1.0, |d| d.chance);
-        let clear = |d: &&Deletion| d.freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * d.chance;
-        let worst = trials.iter().take(1).filter(rare).filter(clear);
-        worst.map(|d| (d.pose, count as f64 * d.chance)).collect()
+        let is_many = count > MAX_SESSION;
+        let is_bad = |d: &&Deletion| {
+            let is_clear = is_many || d.freedom >= PLENTY_OF_FREEDOM || next > CLEARLY * d.chance;
+            is_clear && count as f64 * d.chance < CHANCE
+        };
+        let most = if is_many { spare as usize } else { 1 };
+        let bad = trials.iter().take(most).filter(is_bad);
+        bad.map(|d| (d.pose, count as f64 * d.chance)).collect()
     }
 
     /// The fit without pose `k`. Of many poses, by the residual and its share of the redundancy, which
-    /// is exact for a free pose.
+    /// is exact for a free pose. The scale of χ² is known by what remains and by what is usual.
     fn delete(&self, k: usize, found: &Found, held: &Held, whole: Lengths) -> Deletion {
-        let counts = |i: usize| self.counts(i) && i != k;
+        let linear = &found.linear;
         let rest = if self.poses.len() <= MAX_SESSION {
-            let solution = found.linear.solve_poses(held, counts);
-            solution.map(|solution| found.linear.lengths(held, &solution, counts))
+            let solution = linear.solve_poses(held, |i| i != k);
+            solution.map(|solution| linear.lengths(held, &solution, |i| i != k))
         } else {
-            let row = &found.linear.rows[k];
+            let row = &linear.rows[k];
             let derivative = row.jacobian.row(0);
             let variance = row.noise[(0, 0)];
             let taken = (derivative * found.solution.covariance * derivative.transpose())[0];
@@ -81,19 +78,17 @@ impl Search {
                 freedom: whole.freedom - share,
             })
         };
-        let chance = |rest: &Lengths| {
+        let chance = |rest: Lengths| {
             let freed = (whole.freedom - rest.freedom).max(0.5);
-            deletion_chance(
-                whole.chi2 - rest.chi2,
-                freed,
-                rest.chi2.max(0.0),
-                rest.freedom,
-            )
+            let chi2 = rest.chi2.max(0.0) + USUAL_FREEDOM * USUAL_CHI2;
+            let freedom = rest.freedom + USUAL_FREEDOM;
+            let ratio = (whole.chi2 - rest.chi2).max(0.0) / freed / (chi2 / freedom);
+            FisherSnedecor::new(freed, freedom).map_or(1.0, |f| f.sf(ratio.min(1e6)))
         };
         let rest = rest.filter(|rest| rest.freedom >= 1.0);
         Deletion {
             pose: k,
-            chance: rest.as_ref().map_or(1.0, chance),
+            chance: rest.map_or(1.0, chance),
             freedom: rest.map_or(0.0, |rest| rest.freedom),
         }
     }
@@ -117,27 +112,9 @@ impl Search {
     /// Logarithm of the likelihood of the session, integrated over parameters and the spread of bends
     /// (MacKay, Neural Computation 4, 1992).
     fn evidence(&self, found: &Found) -> f64 {
-        let counts = |k: usize| self.counts(k);
-        let Some(normal) = found.linear.normal(&self.held, counts) else {
-            return f64::NEG_INFINITY;
+        let sum = |(grid, best): (Vec<(f64, f64)>, f64)| {
+            best + grid.iter().map(|(_, weight)| weight).sum::<f64>().ln()
         };
-        let (grid, best) = bend_grid(|bend| {
-            let held = Held { bend, ..self.held };
-            let solution = found.linear.solve(&normal, &held);
-            solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
-        });
-        best + grid
-            .iter()
-            .map(|(_, value)| (value - best).exp())
-            .sum::<f64>()
-            .ln()
+        self.likely_bends(found).map_or(f64::NEG_INFINITY, sum)
     }
-}
-
-/// Probability that the deletion of a good pose lowers χ² by so much and frees so many degrees of
-/// freedom when so much remains, the scale known by what remains and by what is usual.
-fn deletion_chance(lost: f64, freed: f64, rest: f64, freedom: f64) -> f64 {
-    let (rest, freedom) = (rest + USUAL_FREEDOM * USUAL_CHI2, freedom + USUAL_FREEDOM);
-    let ratio = (lost.max(0.0) / freed / (rest / freedom)).min(1e6);
-    FisherSnedecor::new(freed, freedom).map_or(1.0, |f| f.sf(ratio))
 }

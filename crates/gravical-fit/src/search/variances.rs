@@ -1,7 +1,14 @@
 //! Tilt, bends and model error by restricted maximum likelihood.
 
-use super::{MAX_ROUNDS, Search};
+use super::{Found, MAX_ROUNDS, Search};
 use crate::rows::Held;
+
+/// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
+pub(crate) const USUAL_TILT_DEG: f64 = 1.0;
+/// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
+pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
+/// Shares by which a variance may still change.
+const CLOSE: f64 = 2e-3;
 
 impl Search {
     /// Tilt, bends and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
@@ -11,46 +18,56 @@ impl Search {
             let before = self.held;
             let found = self.fit(&self.held)?;
             self.x = *found.x();
-            let counts: Vec<bool> = (0..self.poses.len()).map(|k| self.counts(k)).collect();
             let likelihood = |held: &Held| {
-                let solution = found.linear.solve_poses(held, |k| counts[k]);
+                let solution = found.linear.solve_poses(held, |_| true);
                 solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
             };
             if self.tilt.is_none() && self.is_oriented() {
                 self.held.tilt = likeliest_tilt(&self.held, likelihood);
             }
-            let normal = found.linear.normal(&self.held, |k| counts[k])?;
-            (self.held.bend, self.typical_bend) = likely_bend(|bend| {
-                let held = Held { bend, ..self.held };
-                let solution = found.linear.solve(&normal, &held);
-                solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
-            })?;
-            let bare = Held {
-                model_error: 0.0,
-                ..self.held
+            let (grid, _) = self.likely_bends(&found)?;
+            let all: f64 = grid.iter().map(|(_, weight)| weight).sum();
+            let mean = |value: fn(f64) -> f64| {
+                let each = grid.iter().map(|(bend, weight)| value(*bend) * weight);
+                each.sum::<f64>() / all
             };
-            let exact = found.linear.solve_poses(&bare, |k| counts[k])?;
+            self.held.bend = mean(|bend| bend * bend).sqrt();
+            self.typical_bend = mean(f64::ln).exp();
+            let mut bare = self.held;
+            bare.model_error = 0.0;
+            let exact = found.linear.solve_poses(&bare, |_| true)?;
             // Without a length left over there is no error to see.
-            let lengths = found.linear.lengths(&bare, &exact, |k| counts[k]);
+            let lengths = found.linear.lengths(&bare, &exact, |_| true);
             self.held.model_error = if lengths.freedom < 1.0 {
                 0.0
             } else {
                 likeliest_error(&self.held, likelihood)
             };
-            if self.held.is_close(&before) {
+            let values = |held: &Held| [held.tilt, held.bend, held.model_error];
+            let mut pairs = values(&self.held).into_iter().zip(values(&before));
+            if pairs.all(|(a, b)| (a - b).abs() <= CLOSE * a.abs().max(b.abs())) {
                 break;
             }
         }
         Some(())
     }
-}
 
-impl Held {
-    fn is_close(&self, other: &Held) -> bool {
-        let close = |a: f64, b: f64| (a - b).abs() <= 2e-3 * a.abs().max(b.abs());
-        close(self.tilt, other.tilt)
-            && close(self.bend, other.bend)
-            && close(self.model_error, other.model_error)
+    /// Spreads of bends with their density, prior times likelihood, as a share of the largest; and the
+    /// logarithm of that. Six bends tell little of their spread: all that are likely count.
+    pub(super) fn likely_bends(&self, found: &Found) -> Option<(Vec<(f64, f64)>, f64)> {
+        let normal = found.linear.normal(&self.held, |_| true)?;
+        let (usual, factor) = USUAL_BEND;
+        let density = |i: i32| {
+            let bend = 3e-5 * 2_f64.powi(i);
+            let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
+            let solution = found.linear.solve(&normal, &Held { bend, ..self.held });
+            let likelihood = solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood);
+            (bend, before + likelihood)
+        };
+        let grid: Vec<(f64, f64)> = (0..10).map(density).collect();
+        let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
+        let shares = grid.iter().map(|(bend, log)| (*bend, (log - best).exp()));
+        best.is_finite().then(|| (shares.collect(), best))
     }
 }
 
@@ -73,9 +90,6 @@ fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f6
     0.5 * (low + high)
 }
 
-/// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
-pub(crate) const USUAL_TILT_DEG: f64 = 1.0;
-
 fn likeliest_tilt(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
     let value = |log: f64| {
         let tilt = log.exp();
@@ -83,33 +97,6 @@ fn likeliest_tilt(held: &Held, likelihood: impl Fn(&Held) -> f64) -> f64 {
         before + likelihood(&Held { tilt, ..*held })
     };
     golden_section(0.1_f64.to_radians().ln(), 8_f64.to_radians().ln(), value).exp()
-}
-
-/// What is known of a bend before any pose: 0.05 % of g at 1 g, give or take a factor of e^1.5.
-pub(crate) const USUAL_BEND: (f64, f64) = (5e-4, 1.5);
-
-/// Spreads of bends, and the logarithm of their density: prior times likelihood.
-pub(super) fn bend_grid(likelihood: impl Fn(f64) -> f64) -> (Vec<(f64, f64)>, f64) {
-    let (usual, factor) = USUAL_BEND;
-    let density = |bend: f64| {
-        let before = -0.5 * ((bend / usual).ln() / factor).powi(2);
-        (bend, before + likelihood(bend))
-    };
-    let grid: Vec<(f64, f64)> = (0..10).map(|i| density(3e-5 * 2_f64.powi(i))).collect();
-    let best = grid.iter().map(|g| g.1).fold(f64::NEG_INFINITY, f64::max);
-    (grid, best)
-}
-
-/// Six bends tell little of their spread: the root of the mean of its square over all that is likely,
-/// and the geometric mean.
-fn likely_bend(likelihood: impl Fn(f64) -> f64) -> Option<(f64, f64)> {
-    let (grid, best) = bend_grid(likelihood);
-    let weight = |value: f64| (value - best).exp();
-    let all: f64 = grid.iter().map(|(_, value)| weight(*value)).sum();
-    let squares: f64 = grid.iter().map(|(b, value)| b * b * weight(*value)).sum();
-    let logs: f64 = grid.iter().map(|(b, value)| b.ln() * weight(*value)).sum();
-    best.is_finite()
-        .then(|| ((squares / all).sqrt(), (logs / all).exp()))
 }
 
 /// The model error, m/s²; none where that is likelier.

@@ -141,10 +141,8 @@ fn a_pose_that_was_lengthened_is_left_out_and_no_good_one() {
         let clean = fit(&poses, &session.options).unwrap();
         assert!(clean.poses().iter().all(|p| p.bad.is_none()), "{seed}");
         let k = seed as usize % poses.len();
-        let n = clean.poses()[k].direction;
-        for i in 0..3 {
-            poses[k].mean[i] += 0.05 * n[i];
-        }
+        let mean = Vector3::from(poses[k].mean);
+        poses[k].mean = (mean + 0.05 * mean.normalize()).into();
         let fitted = fit(&poses, &session.options).unwrap().poses();
         let bad: Vec<usize> = (0..poses.len())
             .filter(|&k| fitted[k].bad.is_some())

@@ -131,7 +131,7 @@ fn section(
 
 fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
     let model = matrix3::inverse(&fit.matrix)?;
-    let used: Vec<&FittedMotion> = fit.motions.iter().flatten().filter(|m| m.used).collect();
+    let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
     let rms_deg = |chords: Vec<f64>| rms(chords.into_iter().map(chord_deg));
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
@@ -177,7 +177,7 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
 /// Adds the motions that contradict the others to those that take no part.
 fn leave_out(readings: &mut Readings<'_>, fit: &MotionFit) {
     for (place, motion) in readings.places.iter().zip(&fit.motions) {
-        if motion.is_some_and(|motion| !motion.used) {
+        if !motion.used {
             readings.left_out.push(LeftOut {
                 why: FindingKind::GyroMotionOutlier,
                 place: place.clone(),
