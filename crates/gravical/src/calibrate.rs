@@ -128,7 +128,8 @@ pub struct Calibrated {
 ///
 /// Input errors with the next thing to do: those of [`segment`];
 /// `underdetermined`, `missing-face`, `singular`, `sensors-differ`, `no-such-pose` of the
-/// accelerometer. A result that fails a quality gate is no error: its verdict is `poor`.
+/// accelerometer, `calibration-values` for numbers that no sensor has. A result that fails a quality gate is no
+/// error: its verdict is `poor`.
 pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result<Calibrated> {
     options.validate()?;
     let sensor_id = match &options.record.sensor_id {
@@ -214,6 +215,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         command: options.command.clone(),
         temperature_model,
     };
+    // Numbers that no sensor has make no calibration.
+    file.check()?;
     Ok(Calibrated { file, segmentation })
 }
 

@@ -20,7 +20,7 @@ const GRAVITY_MPS2: std::ops::RangeInclusive<f64> = 1.0..=12.0;
 
 impl CalibrationFile {
     /// Refuses parameters that cannot be applied; the message gives the field.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let is_possible = GRAVITY_MPS2.contains(&self.gravity_mps2);
         let why = format!("{} m/s² is not a possible gravity", self.gravity_mps2);
         require(is_possible, "gravity_mps2", &why)?;

@@ -332,7 +332,7 @@ mod tests {
         let expected = "t,x,y,z\n1,2,3,4\n# rejected: 1,2\n# gap: continued\n5,6,7,8\n";
         assert_eq!(text, expected);
         std::fs::remove_file(&path).unwrap();
-        file.write(b"").unwrap_err();
+        let _ = file.write(b"").unwrap_err();
         let rescued = std::fs::read_to_string(folder.path().join("a.rescued.csv")).unwrap();
         assert_eq!(rescued, expected.replace("# rejected: 1,2\n", ""));
     }
