@@ -58,9 +58,8 @@ impl MotionSample {
         ];
         let forces = [self.raw_mps2, self.force_mps2];
         let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
-        let before = before
-            .chain([f64::from(state.at_rest)])
-            .chain(state.attitude);
+        let before = before.chain([f64::from(state.at_rest)]);
+        let before = before.chain(state.attitude);
         before.chain(vectors.into_iter().flatten())
     }
 }
@@ -71,16 +70,11 @@ pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
     let plain = motion.uncalibrated.as_ref();
     let raw = plain.map_or(own, |plain| plain.samples.channels());
     let states = states(&motion.own, &motion.result.moves).enumerate();
-    states.map(move |(i, mut state)| {
-        if !motion.bands {
-            (state.velocity_sd_mps, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
-        }
-        MotionSample {
-            t_s: own.time_s[i],
-            raw_mps2: raw.force_mps2[i],
-            force_mps2: own.force_mps2[i],
-            state,
-        }
+    states.map(move |(i, state)| MotionSample {
+        t_s: own.time_s[i],
+        raw_mps2: raw.force_mps2[i],
+        force_mps2: own.force_mps2[i],
+        state,
     })
 }
 

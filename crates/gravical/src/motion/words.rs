@@ -1,7 +1,6 @@
 //! What can be determined and why, what was done, what the axes are, and what is odd, in words.
 
 use gravical_core::matrix3::norm;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
 use super::options::{MotionOptions, Procedure};
@@ -9,6 +8,7 @@ use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
 use crate::finding::finding;
 use crate::gravity::Gravity;
+use crate::numfmt::{digits, milli_g};
 use crate::recording::{Finding, FindingKind, LineSpans, Recording, why_calibrated};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
@@ -66,7 +66,7 @@ impl MotionVerdict {
 fn at_rest(visible: &[VisibleMove]) -> String {
     let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
     let hidden = hidden.map_or(String::new(), |v| {
-        let (distance, seconds) = (rounded(v.distance_m), v.seconds);
+        let (distance, seconds) = (digits(v.distance_m, 2), v.seconds);
         format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
     });
     format!("No move is visible in the recording.{hidden}")
@@ -78,7 +78,7 @@ fn contradiction(misfit: &GravityMisfit) -> String {
         "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
         misfit.measured_mps2,
         misfit.gravity_mps2,
-        1e3 * off / STANDARD_GRAVITY_MPS2,
+        milli_g(off),
         misfit.sigmas()
     )
 }
@@ -129,12 +129,6 @@ pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<
         "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them"
     );
     (!lines.is_empty()).then(|| finding.at_lines(&lines))
-}
-
-/// A length to two digits, m.
-pub(super) fn rounded(metres: f64) -> String {
-    let decimals = (1.0 - metres.log10().floor()).clamp(0.0, 6.0);
-    format!("{metres:.*}", decimals as usize)
 }
 
 /// What the recording lacks, and what that costs.
