@@ -81,10 +81,10 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     };
     let course = Course {
         model,
-        stances: if options.stances {
-            detect_stances(samples, &levelled)
-        } else {
+        stances: if options.no_stances {
             Vec::new()
+        } else {
+            detect_stances(samples, &levelled)
         },
         levelled,
     };

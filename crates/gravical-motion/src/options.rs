@@ -116,12 +116,12 @@ fn factor<const N: usize>(c: &SMatrix<f64, N, N>) -> Vec<DVector<f64>> {
 }
 
 /// How motion is estimated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Moments of a walking foot between its swings have no velocity.
-    pub stances: bool,
+    /// Moments of a walking foot between its swings are nothing special, rather than without velocity.
+    pub no_stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,
     /// Use the past only: no smoother. The path of a closed move, and its bands, are those after its end: a second
@@ -145,17 +145,5 @@ impl MotionOptions {
         !(self.causal && self.rests.is_some())
             && sizes.iter().all(is_size)
             && known.force.iter().chain(&known.rate).all(|v| v.is_finite())
-    }
-}
-
-impl Default for MotionOptions {
-    fn default() -> Self {
-        MotionOptions {
-            calibration: CalibrationUncertainty::default(),
-            stances: true,
-            rests: None,
-            causal: false,
-            stopped: None,
-        }
     }
 }
