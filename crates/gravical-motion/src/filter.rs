@@ -164,32 +164,22 @@ impl Filter {
     ) {
         while self.at < to {
             let end = (self.at + node.max(1)).min(to);
-            self.propagate_node(model, end, excess, recorder);
+            recorder.push(|| Record::Node(Box::new(self.node())));
+            let step = model.step(&mut self.nominal, self.at..end, excess);
+            self.turned_rad += step.turned_rad;
+            self.at = end;
+
+            // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
+            let rows = step.f * self.covariance;
+            let square = rows * step.f.transpose() + step.q;
+            let p = &mut self.covariance;
+            p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+            p.fixed_columns_mut::<MOVING>(0)
+                .copy_from(&rows.transpose());
+            p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
+            self.walk(model, step.seconds);
+            recorder.push(|| Record::Propagate(Box::new(step)));
         }
-    }
-
-    fn propagate_node(
-        &mut self,
-        model: &Model<'_>,
-        to: usize,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
-        recorder.push(|| Record::Node(Box::new(self.node())));
-        let step = model.step(&mut self.nominal, self.at..to, excess);
-        self.turned_rad += step.turned_rad;
-        self.at = to;
-
-        // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
-        let rows = step.f * self.covariance;
-        let square = rows * step.f.transpose() + step.q;
-        let p = &mut self.covariance;
-        p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        p.fixed_columns_mut::<MOVING>(0)
-            .copy_from(&rows.transpose());
-        p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
-        self.walk(model, step.seconds);
-        recorder.push(|| Record::Propagate(Box::new(step)));
     }
 
     /// Random walks of the biases.
@@ -230,22 +220,18 @@ impl Filter {
 
     /// Mean square of the rate of a span, (rad/s)².
     pub fn mean_square_rate(&self, model: &Model<'_>, span: Range<usize>) -> f64 {
-        if !model.samples.has_gyro() || span.is_empty() {
-            return 0.0;
-        }
+        let rates = model.samples.rate.get(span).unwrap_or_default();
         let correction = self.nominal.correction(model.directions);
-        let squares = span
-            .clone()
-            .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
-        squares.sum::<f64>() / span.len() as f64
+        let squares = rates.iter().map(|r| correction.rate(r).norm_squared());
+        squares.sum::<f64>() / rates.len().max(1) as f64
     }
 
-    /// That of a speed, S without what the covariance adds.
+    /// That of a speed, S without what the covariance adds; its other rows say nothing.
     fn velocity_innovation(&self, speed_sd_mps: f64) -> Innovation {
         let mut innovation = Innovation {
             h: NineRows::zeros(),
             y: SVector::zeros(),
-            s: SMatrix::zeros(),
+            s: SMatrix::identity(),
         };
         for c in 0..3 {
             innovation.h[(c, VELOCITY + c)] = 1.0;
@@ -258,10 +244,6 @@ impl Filter {
     /// What a stance says: zero velocity of a foot on the ground.
     pub fn stance_innovation(&self) -> Innovation {
         let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
-        // Rows that say nothing.
-        for c in 3..9 {
-            innovation.s[(c, c)] = 1.0;
-        }
         innovation.s += innovation.h * self.covariance * innovation.h.transpose();
         innovation
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
+use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::{Ends, Move};
@@ -106,7 +106,7 @@ impl Leg {
             filter.propagate(model, stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
             let mut innovation = filter.stance_innovation();
-            if let Some(more) = step_enlargement(&innovation, seconds) {
+            if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
                 let force = excess.force + more.force;

@@ -91,13 +91,10 @@ impl Model<'_> {
         let start = nominal.attitude;
         let mut sums = Sums::default();
         let mut turned_rad = 0.0;
-        let has_gyro = samples.has_gyro();
+        // Without a gyroscope nothing turns.
         let rate_at = |i: usize| {
-            if has_gyro {
-                correction.rate(&samples.rate[i])
-            } else {
-                Vector3::zeros()
-            }
+            let reading = samples.rate.get(i);
+            reading.map_or_else(Vector3::zeros, |reading| correction.rate(reading))
         };
         let mut rate = rate_at(span.start);
         let mut force = nominal.attitude * correction.force(&samples.force[span.start]);
@@ -105,11 +102,7 @@ impl Model<'_> {
             let h = samples.time_s[i + 1] - samples.time_s[i];
             let next_rate = rate_at(i + 1);
             let angle = turn(&[rate, next_rate], h);
-            let next = if has_gyro {
-                nominal.attitude * Rotation3::new(angle).into_inner()
-            } else {
-                nominal.attitude
-            };
+            let next = nominal.attitude * Rotation3::new(angle).into_inner();
             let next_force = next * correction.force(&samples.force[i + 1]);
             let mean_force = (force + next_force) * 0.5;
             let acceleration = mean_force - Vector3::new(0.0, 0.0, nominal.gravity);
@@ -125,9 +118,7 @@ impl Model<'_> {
             let turn = nominal.attitude * h;
             for l in 0..3 {
                 sums.force_by_axis[l] += turn * samples.force[i][l];
-                if has_gyro {
-                    sums.rate_by_axis[l] += turn * mean_rate[l];
-                }
+                sums.rate_by_axis[l] += turn * mean_rate[l];
             }
             if i > 0 {
                 sums.trapezoid_error += self.trapezoid_error(i, h);
