@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
-use crate::odd::{BridgeKind, Bridged, Sensor};
+use crate::odd::{Bridged, Sensor};
 
 /// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
 const MAX_FORCE_MPS2: f64 = 1e4;
@@ -193,32 +193,29 @@ impl Samples {
 
     /// Samples after the first of a span, its end included, before which there is a gap; with its length by
     /// the times, s, and true if that is not all.
-    pub(crate) fn gaps(
-        &self,
-        span: &Range<usize>,
-    ) -> impl Iterator<Item = (usize, f64, bool)> + '_ {
+    pub(crate) fn gaps(&self, span: &Range<usize>) -> impl Iterator<Item = (f64, bool)> + '_ {
         let (start, end) = (span.start, span.end);
         let first = self.pieces.partition_point(|p| p.start <= start);
         let starts = self.pieces[first..].iter().map(|p| p.start);
         starts.take_while(move |i| *i <= end).map(|i| {
             let seconds = self.time_s[i] - self.time_s[i - 1];
-            (i, seconds, self.breaks.binary_search(&i).is_ok())
+            (seconds, self.breaks.binary_search(&i).is_ok())
         })
     }
 
     /// Whether so much is missing in a span that nobody knows how far the sensor went.
     pub(crate) fn unusable(&self, span: &Range<usize>) -> Option<Unusable> {
-        if self.gaps(span).any(|(_, _, interrupted)| interrupted) {
+        if self.gaps(span).any(|(_, interrupted)| interrupted) {
             return Some(Unusable::Interrupted);
         }
-        let gaps = self.gaps(span).map(|(_, seconds, _)| seconds);
+        let gaps = self.gaps(span).map(|(seconds, _)| seconds);
         let missing_s = gaps.fold(0.0, f64::max) - self.period_s;
         if missing_s > MAX_MISSING_S {
             return Some(Unusable::Gap { missing_s });
         }
         let turns = self
             .bridged_in(span)
-            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.kind == BridgeKind::Clipped);
+            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.is_clipped);
         let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
         (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)
     }

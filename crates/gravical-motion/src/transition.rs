@@ -235,7 +235,7 @@ impl Model<'_> {
                 Sensor::Gyroscope => variance.rate[axis] += sd * sd,
             }
         }
-        for (_, seconds, interrupted) in self.samples.gaps(span) {
+        for (seconds, interrupted) in self.samples.gaps(span) {
             let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };
             let seconds = seconds.max(least_s);
             variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
