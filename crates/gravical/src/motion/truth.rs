@@ -436,8 +436,10 @@ impl<'a> Line<'a> {
     }
 
     fn duration_s(&self) -> f64 {
-        let ends = self.t_s.first().zip(self.t_s.last());
-        ends.map_or(0.0, |(from, to)| to - from)
+        match self.t_s {
+            [from, .., to] => to - from,
+            _ => 0.0,
+        }
     }
 
     /// Position at `t_s`; none outside, over a gap (`max_s`, or what is one by its own rate), and where it is
