@@ -150,7 +150,6 @@ impl Course<'_> {
                 };
                 let (excess, found) = this.run(model, &mut filter, &mut recorder);
                 motion.moves.push(found);
-                motion.stances.extend(&this.stances);
                 leg = Some((this, excess));
             }
             let closed = rest

@@ -174,8 +174,6 @@ impl PathNode {
 pub struct Motion {
     /// Rests, in samples. Without one nothing else is known.
     pub rests: Vec<Range<usize>>,
-    /// Stances of a foot, in samples.
-    pub stances: Vec<usize>,
     /// Noise of the rests; none without rests.
     pub noise: Option<NoiseAtRest>,
     /// The moves, in order.

@@ -56,20 +56,16 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ra
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
         return GYRO_DATA_SHEET.rate();
     };
-    let covariance = section.covariance.as_ref().filter(|c| {
-        let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
-        c.values.len() >= 9 && c.values.iter().all(is_known)
-    });
-    let Some(covariance) = covariance else {
-        return if section.method == GyroMethod::Bias {
-            GYRO_DATA_SHEET.rate()
-        } else {
-            UNSTATED.rate()
-        };
-    };
-    let change = changes(&axes.of_rates(), &section.matrix);
-    let change = change.fixed_view::<9, 9>(0, 0);
-    change * RateCovariance::from_fn(|i, j| covariance.values[i][j]) * change.transpose()
+    let covariance = section.covariance.as_ref();
+    match covariance.and_then(|c| c.of_parameters()) {
+        Some(covariance) => {
+            let change = changes(&axes.of_rates(), &section.matrix);
+            let change = change.fixed_view::<9, 9>(0, 0);
+            change * covariance.fixed_view::<9, 9>(0, 0) * change.transpose()
+        }
+        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.rate(),
+        None => UNSTATED.rate(),
+    }
 }
 
 /// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are off
