@@ -8,7 +8,7 @@ use gravical_signal::{detect_rests, detect_rests_causally};
 use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, close, closing, leave};
-use crate::noise::{Density, Noise};
+use crate::noise::Noise;
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
@@ -104,7 +104,7 @@ struct Course<'a> {
 /// How a move and the rest after it were gone through, for the way back.
 struct Passed {
     before: Filter,
-    leg: Option<(Leg, Density)>,
+    leg: Option<Leg>,
     rest: Option<Range<usize>>,
 }
 
@@ -135,8 +135,10 @@ impl Course<'_> {
                 let end = rest.as_ref().map_or(usize::MAX, |rest| rest.start);
                 let steps = steps(&self.stances, model.samples, (from, end), last_step);
                 last_step = steps.last().map(|s| s.swing).or(last_step);
-                let this = Leg {
-                    end: end.min(last),
+                let end = end.min(last);
+                let mut this = Leg {
+                    end,
+                    excess: model.noise.excess(filter.at, end),
                     ends: ends(!is_first, rest.is_some()),
                     // A causal run knows the first second of it.
                     rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
@@ -148,9 +150,9 @@ impl Course<'_> {
                     }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
-                let (excess, found) = this.run(model, &mut filter, &mut recorder);
+                let found = this.run(model, &mut filter, &mut recorder);
                 motion.moves.push(found);
-                leg = Some((this, excess));
+                leg = Some(this);
             }
             let closed = rest
                 .as_ref()
@@ -195,8 +197,8 @@ impl Course<'_> {
             }
             let (mut filter, mut recorder) = (one.before, Recorder::new(true));
             let mut smoothed = None;
-            if let Some((leg, excess)) = &one.leg {
-                leg.propagate(model, &mut filter, excess, &mut recorder);
+            if let Some(leg) = &one.leg {
+                leg.propagate(model, &mut filter, &mut recorder);
                 smoothed = moves.next();
             }
             if let Some(rest) = &one.rest {
@@ -224,12 +226,12 @@ impl Course<'_> {
                 let samples = steps.iter().map(|s| s.sample);
                 let leg = Leg {
                     end: rest.start,
+                    excess: model.noise.excess(trail.at, rest.start),
                     ends: ends(true, false),
                     rest: None,
                     stances: samples.filter(|i| *i > trail.at).collect(),
                 };
-                let excess = model.noise.excess(trail.at, rest.start);
-                leg.propagate(model, &mut trail, &excess, &mut Recorder::default());
+                leg.propagate(model, &mut trail, &mut Recorder::default());
             }
             model.samples.duration_s(rest) >= BELIEVED_S
                 || !contradicts(model, &trail, &closing(model, rest))

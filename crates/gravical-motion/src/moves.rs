@@ -38,6 +38,8 @@ pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
 pub(crate) struct Leg {
     /// Its last sample.
     pub end: usize,
+    /// Noise that it has beyond that of the rests.
+    pub excess: Density,
     pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
@@ -45,21 +47,14 @@ pub(crate) struct Leg {
 }
 
 impl Leg {
-    /// Goes through the move, with more noise where it does not close; returns how much it had beyond that of
-    /// the rests, and the move but for its displacement.
-    pub fn run(
-        &self,
-        model: &Model<'_>,
-        filter: &mut Filter,
-        recorder: &mut Recorder,
-    ) -> (Density, Move) {
+    /// Goes through the move, with more noise where it does not close; returns it but for its displacement.
+    pub fn run(&mut self, model: &Model<'_>, filter: &mut Filter, recorder: &mut Recorder) -> Move {
         let span = filter.at..self.end;
         let seconds = model.samples.time_s[span.end] - model.samples.time_s[span.start];
-        let mut excess = model.noise.excess(span.start, span.end);
         let mut closed: Option<Closure> = None;
         let (before, mark, mut enlarged) = (filter.clone(), recorder.records.len(), 0);
         loop {
-            self.propagate(model, filter, &excess, recorder);
+            self.propagate(model, filter, recorder);
             let more = self.rest.as_ref().and_then(|rest| {
                 let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
                 closed.get_or_insert_with(|| Closure {
@@ -73,25 +68,19 @@ impl Leg {
                 (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
                     enlarged += 1;
                     closed.widened = true;
-                    excess.force += more.force;
-                    excess.rate += more.rate;
+                    self.excess.force += more.force;
+                    self.excess.rate += more.rate;
                     *filter = before.clone();
                     recorder.records.truncate(mark);
                 }
-                _ => return (excess, self.undisplaced(model, span, closed)),
+                _ => return self.undisplaced(model, span, closed),
             }
         }
     }
 
-    /// Goes through the move with noise beyond that of the rests.
-    pub fn propagate(
-        &self,
-        model: &Model<'_>,
-        filter: &mut Filter,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
-        let samples = model.samples;
+    /// Goes through the move with that noise.
+    pub fn propagate(&self, model: &Model<'_>, filter: &mut Filter, recorder: &mut Recorder) {
+        let (samples, excess) = (model.samples, &self.excess);
         let (from, end) = (filter.at, self.end);
         let seconds = samples.time_s[end] - samples.time_s[from];
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);

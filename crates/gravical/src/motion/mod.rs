@@ -82,26 +82,6 @@ pub struct Motion {
     bands: bool,
 }
 
-impl Motion {
-    /// The samples, in order: computed as they are asked for.
-    pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
-        track::samples(self)
-    }
-
-    /// The state at each sample without the calibration; none without one.
-    #[must_use]
-    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
-        let plain = self.uncalibrated.as_ref()?;
-        Some(track::states(plain, &self.result.moves))
-    }
-
-    /// Samples before which others are missing, or the recording is parted.
-    pub fn breaks(&self) -> impl Iterator<Item = usize> {
-        let pieces = self.own.samples.channels().pieces;
-        pieces.iter().skip(1).map(|p| p.start)
-    }
-}
-
 /// A calibration and the name it was given by.
 #[derive(Debug, Clone, Copy)]
 pub struct Calibrated<'a> {

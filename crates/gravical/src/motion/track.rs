@@ -64,23 +64,38 @@ impl MotionSample {
     }
 }
 
-/// The samples of a motion, in order.
-pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
-    let own = motion.own.samples.channels();
-    let plain = motion.uncalibrated.as_ref();
-    let raw = plain.map_or(own, |plain| plain.samples.channels());
-    let states = states(&motion.own, &motion.result.moves).enumerate();
-    states.map(move |(i, state)| MotionSample {
-        t_s: own.time_s[i],
-        raw_mps2: raw.force_mps2[i],
-        force_mps2: own.force_mps2[i],
-        state,
-    })
+impl Motion {
+    /// The samples, in order: computed as they are asked for.
+    pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
+        let own = self.own.samples.channels();
+        let plain = self.uncalibrated.as_ref();
+        let raw = plain.map_or(own, |plain| plain.samples.channels());
+        let states = states(&self.own, &self.result.moves).enumerate();
+        states.map(move |(i, state)| MotionSample {
+            t_s: own.time_s[i],
+            raw_mps2: raw.force_mps2[i],
+            force_mps2: own.force_mps2[i],
+            state,
+        })
+    }
+
+    /// The state at each sample without the calibration; none without one.
+    #[must_use]
+    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
+        let plain = self.uncalibrated.as_ref()?;
+        Some(states(plain, &self.result.moves))
+    }
+
+    /// Samples before which others are missing, or the recording is parted.
+    pub fn breaks(&self) -> impl Iterator<Item = usize> {
+        let pieces = self.own.samples.channels().pieces;
+        pieces.iter().skip(1).map(|p| p.start)
+    }
 }
 
 /// The states of an estimate: in a move that is not usable only that it moves is known, and from there on no
 /// position.
-pub(super) fn states<'a>(
+fn states<'a>(
     estimate: &'a Estimate,
     moves: &[Move],
 ) -> impl Iterator<Item = SampleState> + use<'a> {

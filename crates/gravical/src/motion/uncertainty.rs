@@ -179,15 +179,14 @@ impl GravityMisfit {
                 let variance = variance_of_magnitude(covariance, &[x, y, z])
                     .max(unstable * unstable)
                     + noise * noise / seconds;
-                let mut one = GravityMisfit {
+                let sigma_mps2 = variance.sqrt();
+                GravityMisfit {
                     rest_s: t[rest.start],
                     measured_mps2,
                     gravity_mps2,
-                    sigma_mps2: variance.sqrt(),
-                    contradicts: false,
-                };
-                one.contradicts = one.sigmas() > limit;
-                one
+                    sigma_mps2,
+                    contradicts: (measured_mps2 - gravity_mps2).abs() / sigma_mps2 > limit,
+                }
             })
             .max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()))
     }
