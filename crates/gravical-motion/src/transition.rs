@@ -212,15 +212,11 @@ impl Model<'_> {
         let by_rate = sums.force * rate * sums.force.transpose() / 3.0;
         set(&mut q, VELOCITY, VELOCITY, &by_rate);
         let q_rate = q;
+        let [moved, moved_twice] = [seconds / 2.0, seconds * seconds / 3.0].map(|t| force * t);
         set(&mut q, VELOCITY, VELOCITY, &(by_rate + force));
-        set(
-            &mut q,
-            POSITION,
-            POSITION,
-            &(force * (seconds * seconds / 3.0)),
-        );
-        set(&mut q, POSITION, VELOCITY, &(force * (seconds / 2.0)));
-        set(&mut q, VELOCITY, POSITION, &(force * (seconds / 2.0)));
+        set(&mut q, POSITION, VELOCITY, &moved);
+        set(&mut q, VELOCITY, POSITION, &moved);
+        set(&mut q, POSITION, POSITION, &moved_twice);
         (q, q_rate)
     }
 

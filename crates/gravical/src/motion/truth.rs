@@ -146,12 +146,9 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
             position_m.push(p);
         }
     }
-    let unknown = all - t_s.len();
-    if t_s.len() < 2 {
-        let text = format!(
-            "{} of {all} rows of the reference have a position",
-            t_s.len()
-        );
+    let (known, unknown) = (t_s.len(), all - t_s.len());
+    if known < 2 {
+        let text = format!("{known} of {all} rows of the reference have a position");
         return Err(Error::input("truth-empty", text)
             .at(path, None)
             .with_hint("name the columns of the positions px_m, py_m, pz_m"));
