@@ -52,29 +52,37 @@ impl Leg {
         let span = filter.at..self.end;
         let seconds = model.samples.time_s[span.end] - model.samples.time_s[span.start];
         let mut closed: Option<Closure> = None;
-        let (before, mark, mut enlarged) = (filter.clone(), recorder.records.len(), 0);
-        loop {
+        let (before, mark) = (filter.clone(), recorder.records.len());
+        for enlarged in 0.. {
             self.propagate(model, filter, recorder);
-            let more = self.rest.as_ref().and_then(|rest| {
-                let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
-                closed.get_or_insert_with(|| Closure {
-                    velocity_chi2: innovation.chi2::<3>(0, 0.0),
-                    tilt_chi2: innovation.chi2::<2>(3, 0.0),
-                    widened: false,
-                });
-                enlargement(&innovation, filter.nominal.gravity, seconds)
+            let Some(rest) = &self.rest else { break };
+            let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+            let closed = closed.get_or_insert_with(|| Closure {
+                velocity_chi2: innovation.chi2::<3>(0, 0.0),
+                tilt_chi2: innovation.chi2::<2>(3, 0.0),
+                widened: false,
             });
-            match (more, &mut closed) {
-                (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
-                    enlarged += 1;
-                    closed.widened = true;
-                    self.excess.force += more.force;
-                    self.excess.rate += more.rate;
-                    *filter = before.clone();
-                    recorder.records.truncate(mark);
-                }
-                _ => return self.undisplaced(model, span, closed),
-            }
+            let more = enlargement(&innovation, filter.nominal.gravity, seconds);
+            let Some(more) = more.filter(|_| enlarged < MAX_ENLARGED) else {
+                break;
+            };
+            closed.widened = true;
+            self.excess.force += more.force;
+            self.excess.rate += more.rate;
+            *filter = before.clone();
+            recorder.records.truncate(mark);
+        }
+        let samples = model.samples;
+        let bridged = samples.bridged.iter();
+        let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
+        Move {
+            ends: self.ends,
+            closure: closed,
+            stances: self.stances.len(),
+            unusable: samples.unusable(&span),
+            replaced: within.count(),
+            samples: span,
+            ..Move::default()
         }
     }
 
@@ -107,22 +115,6 @@ impl Leg {
         filter.propagate(model, end, node, excess, recorder);
         filter.inflate_rate_bias(inflation);
         recorder.push(|| Record::EndMove(Box::new(filter.clone())));
-    }
-
-    /// What is known of the move without its displacement.
-    fn undisplaced(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
-        let samples = model.samples;
-        let bridged = samples.bridged.iter();
-        let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
-        Move {
-            ends: self.ends,
-            closure,
-            stances: self.stances.len(),
-            unusable: samples.unusable(&span),
-            replaced: within.count(),
-            samples: span,
-            ..Move::default()
-        }
     }
 }
 

@@ -94,17 +94,12 @@ impl Smoother {
     }
 
     fn update(&mut self, update: &Update) {
-        let Update {
-            h,
-            innovation,
-            information,
-            gain,
-        } = update;
+        let (h, gain, information) = (&update.h, &update.gain, &update.information);
         if let Some(open) = &mut self.open {
             let back = gain.transpose() * open.sensitivity;
             open.sensitivity -= h.transpose() * back;
         }
-        let back = information * innovation - gain.transpose() * self.adjoint;
+        let back = information * update.innovation - gain.transpose() * self.adjoint;
         self.adjoint += h.transpose() * back;
         // (I − KH)ᵀ Λ (I − KH) + Hᵀ S⁻¹ H, multiplied out.
         let gained = gain.transpose() * self.information;

@@ -203,20 +203,17 @@ fn gyroscope(
 
 /// Seconds of each row: the stamps, else rows over the rate.
 fn times(recording: &Recording) -> Result<Vec<f64>> {
-    if let Some(t) = &recording.time_s {
-        return Ok(t.clone());
-    }
-    let Some(rate) = recording.timing.rate_hz() else {
-        return Err(Error::input(
-            "rate-unknown",
-            "there are no usable time stamps, and no rate is stated",
-        )
-        .at(Path::new(&recording.name), None)
-        .with_hint("give the sampling rate, or the unit of the time stamps if there are any")
-        .advise("rate", "")
-        .advise("time_unit", ""));
-    };
-    Ok((0..recording.rows()).map(|i| i as f64 / rate).collect())
+    let by_rate = |rate: f64| (0..recording.rows()).map(|i| i as f64 / rate).collect();
+    let stamps = recording.time_s.clone();
+    let times = stamps.or_else(|| recording.timing.rate_hz().map(by_rate));
+    times.ok_or_else(|| {
+        let text = "there are no usable time stamps, and no rate is stated";
+        Error::input("rate-unknown", text)
+            .at(Path::new(&recording.name), None)
+            .with_hint("give the sampling rate, or the unit of the time stamps if there are any")
+            .advise("rate", "")
+            .advise("time_unit", "")
+    })
 }
 
 /// Holds the unit against the calibration, by the magnitude of the stills.

@@ -100,17 +100,13 @@ fn states<'a>(
     moves: &[Move],
 ) -> impl Iterator<Item = SampleState> + use<'a> {
     let time_s = estimate.samples.channels().time_s;
-    let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
+    let last = time_s.len() - 1;
     // At its ends it may rest, but for those of the recording.
     let inside = |m: &Move| {
-        let from = if m.start_s > first_s {
-            time_s.partition_point(|t| *t <= m.start_s)
-        } else {
-            0
-        };
+        let from = time_s.partition_point(|t| *t <= m.start_s);
+        let from = if from > 1 { from } else { 0 };
         let end = time_s.partition_point(|t| *t < m.end_s);
-        let end = if m.end_s < last_s { end } else { time_s.len() };
-        from..end
+        from..if end < last { end } else { last + 1 }
     };
     let unusable = moves.iter().filter(|m| m.unusable.is_some());
     let unusable: Vec<Range<usize>> = unusable.map(inside).collect();

@@ -52,13 +52,11 @@ impl MotionVerdict {
             }
             (judgement, reason + ".")
         };
-        let contradicts = misfit.filter(|m| m.contradicts);
-        let reasons = contradicts
-            .iter()
-            .map(contradiction)
-            .chain([reason])
-            .collect();
-        MotionVerdict { judgement, reasons }
+        let contradiction = misfit.filter(|m| m.contradicts).map(contradiction);
+        MotionVerdict {
+            judgement,
+            reasons: contradiction.into_iter().chain([reason]).collect(),
+        }
     }
 }
 
@@ -72,7 +70,7 @@ fn at_rest(visible: &[VisibleMove]) -> String {
     format!("No move is visible in the recording.{hidden}")
 }
 
-fn contradiction(misfit: &GravityMisfit) -> String {
+fn contradiction(misfit: GravityMisfit) -> String {
     let off = misfit.measured_mps2 - misfit.gravity_mps2;
     format!(
         "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
