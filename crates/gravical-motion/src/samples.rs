@@ -94,7 +94,7 @@ impl Samples {
         let mut samples = Samples {
             time_s: Vec::with_capacity(count),
             force: Vec::with_capacity(count),
-            rate: Vec::new(),
+            rate: Vec::with_capacity(count),
             period_s: 0.0,
             pieces: Vec::new(),
             resolution,
@@ -104,9 +104,6 @@ impl Samples {
         };
         for (row, (time_s, force, rate)) in rows.enumerate() {
             let is_first = samples.is_empty();
-            if is_first && rate.is_some() {
-                samples.rate.reserve_exact(count);
-            }
             let is_like_the_others = is_first || rate.is_some() == samples.has_gyro();
             let is_later = samples.time_s.last().is_none_or(|last| time_s > *last);
             if is_like_the_others
