@@ -50,17 +50,17 @@ const MAX_PAUSE_SD: f64 = 2.0;
 const NODE_S: f64 = 0.1;
 
 /// What a rest says to the filter.
-fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
+fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    let mut innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+    let mut innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
     (3..5).for_each(|c| innovation.s[(c, c)] += slack.powi(2));
     innovation
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.
-pub(crate) fn contradicts(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> bool {
-    let innovation = innovation(model, filter, rest);
-    excess_chi2(&innovation, model.samples.has_gyro()) > 0.0
+pub(crate) fn contradicts(filter: &Filter<'_>, rest: &Range<usize>) -> bool {
+    let innovation = innovation(filter, rest);
+    excess_chi2(&innovation, filter.model.samples.has_gyro()) > 0.0
 }
 
 /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
@@ -126,9 +126,9 @@ fn speeds_up(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
 fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
     let time_s = &model.samples.time_s;
     let off = &mut Recorder::default();
-    let mut filter = Filter::new(model, spans[k].start, &spans[k]);
-    filter.rest(model, &spans[k], REST_SPEED_MPS, off);
-    filter.halt(model, spans[k].end - 1, off);
+    let mut filter = Filter::new(*model, spans[k].start, &spans[k]);
+    filter.rest(&spans[k], REST_SPEED_MPS, off);
+    filter.halt(spans[k].end - 1, off);
     let node = model.samples.count_in(NODE_S).max(1);
     let has_gyro = model.samples.has_gyro();
     let (mut agreed, mut costs) = (0, Vec::new());
@@ -143,9 +143,9 @@ fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64
             let to = model.samples.after_s(span.start, into_s).min(span.end - 1);
             if to > filter.at {
                 let excess = model.noise.excess(filter.at, to);
-                filter.propagate(model, to, node, &excess, off);
+                filter.propagate(to, node, &excess, off);
             }
-            let innovation = innovation(model, &filter, span);
+            let innovation = innovation(&filter, span);
             let is_start = into_s == 0.0;
             is_sure |= is_start && innovation.velocity_sd_mps() < MAX_SURE_MPS;
             let cost = if is_start && has_gyro {

@@ -102,8 +102,8 @@ struct Course<'a> {
 }
 
 /// How a move and the rest after it were gone through, for the way back.
-struct Passed {
-    before: Filter,
+struct Passed<'a> {
+    before: Filter<'a>,
     leg: Option<Leg>,
     rest: Option<Range<usize>>,
 }
@@ -114,7 +114,7 @@ impl Course<'_> {
     fn run(&self, mut rests: IntoIter<Range<usize>>) -> Motion {
         let model = &self.model;
         let causal = model.options.causal;
-        let mut filter = Filter::new(model, 0, &self.levelled);
+        let mut filter = Filter::new(*model, 0, &self.levelled);
         let (mut motion, mut passed, mut last_step) = (Motion::default(), Vec::new(), None);
         loop {
             if model.options.is_stopped() {
@@ -150,19 +150,19 @@ impl Course<'_> {
                     }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
-                let found = this.run(model, &mut filter, &mut recorder);
+                let found = this.run(&mut filter, &mut recorder);
                 motion.moves.push(found);
                 leg = Some(this);
             }
             let closed = rest
                 .as_ref()
-                .map(|rest| close(model, &mut filter, rest, &mut recorder));
+                .map(|rest| close(&mut filter, rest, &mut recorder));
             if causal && leg.is_some() {
                 let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
                 smoother.back(&recorder.records, &mut Vec::new(), motion.moves.last_mut());
             }
             if let (Some(rest), Some(closed)) = (&rest, closed) {
-                leave(model, &mut filter, rest, closed, &mut recorder);
+                leave(&mut filter, rest, closed, &mut recorder);
             }
             motion.rests.extend(rest.clone());
             let nodes = recorder.records.iter().filter_map(|record| match record {
@@ -187,7 +187,7 @@ impl Course<'_> {
     }
 
     /// Smooths the moves, and puts the nodes before that at the end.
-    fn smooth(&self, passed: Vec<Passed>, motion: &mut Motion) {
+    fn smooth(&self, passed: Vec<Passed<'_>>, motion: &mut Motion) {
         let model = &self.model;
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
         let mut moves = motion.moves.iter_mut().rev();
@@ -198,12 +198,12 @@ impl Course<'_> {
             let (mut filter, mut recorder) = (one.before, Recorder::new(true));
             let mut smoothed = None;
             if let Some(leg) = &one.leg {
-                leg.propagate(model, &mut filter, &mut recorder);
+                leg.propagate(&mut filter, &mut recorder);
                 smoothed = moves.next();
             }
             if let Some(rest) = &one.rest {
-                let closed = close(model, &mut filter, rest, &mut recorder);
-                leave(model, &mut filter, rest, closed, &mut recorder);
+                let closed = close(&mut filter, rest, &mut recorder);
+                leave(&mut filter, rest, closed, &mut recorder);
             }
             smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
@@ -214,7 +214,7 @@ impl Course<'_> {
     /// begins, or that lasts.
     fn next_rest(
         &self,
-        filter: &Filter,
+        filter: &Filter<'_>,
         candidates: &mut IntoIter<Range<usize>>,
         last_step: Option<usize>,
     ) -> Option<Range<usize>> {
@@ -231,10 +231,10 @@ impl Course<'_> {
                     rest: None,
                     stances: samples.filter(|i| *i > trail.at).collect(),
                 };
-                leg.propagate(model, &mut trail, &mut Recorder::default());
+                leg.propagate(&mut trail, &mut Recorder::default());
             }
             model.samples.duration_s(rest) >= BELIEVED_S
-                || !contradicts(model, &trail, &closing(model, rest))
+                || !contradicts(&trail, &closing(model, rest))
         })
     }
 }

@@ -49,9 +49,9 @@ pub(crate) struct Node {
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    /// The filter where a move starts, and where it ends.
-    StartMove(Box<Filter>),
-    EndMove(Box<Filter>),
+    /// Position and covariance where a move starts, and where it ends.
+    StartMove(Vector3<f64>, Box<Covariance>),
+    EndMove(Vector3<f64>, Box<Covariance>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
@@ -90,8 +90,9 @@ impl Recorder {
 }
 
 /// The filter.
-#[derive(Debug, Clone)]
-pub(crate) struct Filter {
+#[derive(Clone)]
+pub(crate) struct Filter<'a> {
+    pub model: Model<'a>,
     /// The sample that it is at.
     pub at: usize,
     pub nominal: Nominal,
@@ -101,10 +102,10 @@ pub(crate) struct Filter {
     pub turned_rad: f64,
 }
 
-impl Filter {
+impl<'a> Filter<'a> {
     /// At sample `at`, with the attitude of `rest`, from which the gyroscope leads back to there. Position
     /// is zero, velocity unknown.
-    pub fn new(model: &Model<'_>, at: usize, rest: &Range<usize>) -> Self {
+    pub fn new(model: Model<'a>, at: usize, rest: &Range<usize>) -> Self {
         let samples = model.samples;
         let mean = samples.channels().mean(rest);
         let force = Vector3::from_column_slice(&mean[..3]);
@@ -133,6 +134,7 @@ impl Filter {
             sd.fixed_rows_mut::<9>(RATE_PARAMETERS).fill(0.0);
         }
         Filter {
+            model,
             at,
             nominal: Nominal {
                 attitude,
@@ -154,18 +156,11 @@ impl Filter {
     }
 
     /// Integrates to a sample in nodes of so many samples.
-    pub fn propagate(
-        &mut self,
-        model: &Model<'_>,
-        to: usize,
-        node: usize,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
+    pub fn propagate(&mut self, to: usize, node: usize, excess: &Density, recorder: &mut Recorder) {
         while self.at < to {
             let end = (self.at + node.max(1)).min(to);
             recorder.push(|| Record::Node(Box::new(self.node())));
-            let step = model.step(&mut self.nominal, self.at..end, excess);
+            let step = self.model.step(&mut self.nominal, self.at..end, excess);
             self.turned_rad += step.turned_rad;
             self.at = end;
 
@@ -177,14 +172,14 @@ impl Filter {
             p.fixed_columns_mut::<MOVING>(0)
                 .copy_from(&rows.transpose());
             p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
-            self.walk(model, step.seconds);
+            self.walk(step.seconds);
             recorder.push(|| Record::Propagate(Box::new(step)));
         }
     }
 
     /// Random walks of the biases.
-    fn walk(&mut self, model: &Model<'_>, seconds: f64) {
-        let rate_walk = if model.samples.has_gyro() {
+    fn walk(&mut self, seconds: f64) {
+        let rate_walk = if self.model.samples.has_gyro() {
             RATE_BIAS_WALK
         } else {
             0.0
@@ -196,17 +191,17 @@ impl Filter {
     }
 
     /// Rests until a sample.
-    pub fn halt(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
-        let to = to.max(self.at);
-        let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
+    pub fn halt(&mut self, to: usize, recorder: &mut Recorder) {
+        let (to, time_s) = (to.max(self.at), &self.model.samples.time_s);
+        let seconds = time_s[to] - time_s[self.at];
         recorder.push(|| Record::Node(Box::new(self.node())));
         recorder.push(|| Record::Halt);
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         self.nominal.velocity = Vector3::zeros();
-        self.walk(model, seconds);
+        self.walk(seconds);
         self.at = to;
-        self.rest_s = model.samples.time_s[to];
+        self.rest_s = time_s[to];
         self.turned_rad = 0.0;
     }
 
@@ -219,9 +214,9 @@ impl Filter {
     }
 
     /// Mean square of the rate of a span, (rad/s)².
-    pub fn mean_square_rate(&self, model: &Model<'_>, span: Range<usize>) -> f64 {
-        let rates = model.samples.rate.get(span).unwrap_or_default();
-        let correction = self.nominal.correction(model.directions);
+    pub fn mean_square_rate(&self, span: Range<usize>) -> f64 {
+        let rates = self.model.samples.rate.get(span).unwrap_or_default();
+        let correction = self.nominal.correction(self.model.directions);
         let squares = rates.iter().map(|r| correction.rate(r).norm_squared());
         squares.sum::<f64>() / rates.len().max(1) as f64
     }
@@ -250,24 +245,13 @@ impl Filter {
 
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
     /// deviation, m/s.
-    pub fn rest(
-        &mut self,
-        model: &Model<'_>,
-        span: &Range<usize>,
-        speed_sd_mps: f64,
-        recorder: &mut Recorder,
-    ) {
-        self.update(&self.rest_innovation(model, span, speed_sd_mps), recorder);
+    pub fn rest(&mut self, span: &Range<usize>, speed_sd_mps: f64, recorder: &mut Recorder) {
+        self.update(&self.rest_innovation(span, speed_sd_mps), recorder);
     }
 
     /// What a rest says.
-    pub fn rest_innovation(
-        &self,
-        model: &Model<'_>,
-        rest: &Range<usize>,
-        speed_sd_mps: f64,
-    ) -> Innovation {
-        let samples = model.samples;
+    pub fn rest_innovation(&self, rest: &Range<usize>, speed_sd_mps: f64) -> Innovation {
+        let (model, samples) = (self.model, self.model.samples);
         let seconds = samples.duration_s(rest).max(samples.period_s);
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];

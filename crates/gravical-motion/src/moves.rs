@@ -48,15 +48,15 @@ pub(crate) struct Leg {
 
 impl Leg {
     /// Goes through the move, with more noise where it does not close; returns it but for its displacement.
-    pub fn run(&mut self, model: &Model<'_>, filter: &mut Filter, recorder: &mut Recorder) -> Move {
-        let span = filter.at..self.end;
-        let seconds = model.samples.time_s[span.end] - model.samples.time_s[span.start];
+    pub fn run(&mut self, filter: &mut Filter<'_>, recorder: &mut Recorder) -> Move {
+        let (span, samples) = (filter.at..self.end, filter.model.samples);
+        let seconds = samples.time_s[span.end] - samples.time_s[span.start];
         let mut closed: Option<Closure> = None;
         let (before, mark) = (filter.clone(), recorder.records.len());
         for enlarged in 0.. {
-            self.propagate(model, filter, recorder);
+            self.propagate(filter, recorder);
             let Some(rest) = &self.rest else { break };
-            let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+            let innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
             let closed = closed.get_or_insert_with(|| Closure {
                 velocity_chi2: innovation.chi2::<3>(0, 0.0),
                 tilt_chi2: innovation.chi2::<2>(3, 0.0),
@@ -72,7 +72,6 @@ impl Leg {
             *filter = before.clone();
             recorder.records.truncate(mark);
         }
-        let samples = model.samples;
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
@@ -87,68 +86,68 @@ impl Leg {
     }
 
     /// Goes through the move with that noise.
-    pub fn propagate(&self, model: &Model<'_>, filter: &mut Filter, recorder: &mut Recorder) {
-        let (samples, excess) = (model.samples, &self.excess);
+    pub fn propagate(&self, filter: &mut Filter<'_>, recorder: &mut Recorder) {
+        let (model, excess) = (filter.model, &self.excess);
+        let samples = model.samples;
         let (from, end) = (filter.at, self.end);
         let seconds = samples.time_s[end] - samples.time_s[from];
         let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
         let node = ((end - from) / MIN_NODES).clamp(1, most);
         let node = node.max((end - from) / MAX_NODES);
         let rectified_sd = model.directions.rate_sd * RECTIFIED;
-        let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
-        recorder.push(|| Record::StartMove(Box::new(filter.clone())));
+        let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
+        recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
         filter.inflate_rate_bias(inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
-            filter.propagate(model, stance, node, excess, recorder);
+            filter.propagate(stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
             let mut innovation = filter.stance_innovation();
             if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
                 let force = excess.force + more.force;
-                filter.propagate(model, stance, node, &Density { force, ..*excess }, recorder);
+                filter.propagate(stance, node, &Density { force, ..*excess }, recorder);
                 innovation = filter.stance_innovation();
             }
             filter.update(&innovation, recorder);
         }
-        filter.propagate(model, end, node, excess, recorder);
+        filter.propagate(end, node, excess, recorder);
         filter.inflate_rate_bias(inflation);
-        recorder.push(|| Record::EndMove(Box::new(filter.clone())));
+        recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }
 }
 
 /// Closes the move before a rest with what its first second says; returns the sample after that.
 pub(crate) fn close(
-    model: &Model<'_>,
-    filter: &mut Filter,
+    filter: &mut Filter<'_>,
     rest: &Range<usize>,
     recorder: &mut Recorder,
 ) -> usize {
+    let model = filter.model;
     let from = rest.start.max(filter.at);
-    let span = from..closing(model, rest).end.max(from + 1);
+    let span = from..closing(&model, rest).end.max(from + 1);
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
     let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    filter.rest(model, &span, speed_sd_mps, recorder);
+    filter.rest(&span, speed_sd_mps, recorder);
     span.end
 }
 
 /// Goes to the end of a rest, and levels before the next move with what its last seconds say from sample `closed`
 /// on.
 pub(crate) fn leave(
-    model: &Model<'_>,
-    filter: &mut Filter,
+    filter: &mut Filter<'_>,
     rest: &Range<usize>,
     closed: usize,
     recorder: &mut Recorder,
 ) {
-    filter.halt(model, rest.end.max(filter.at + 1) - 1, recorder);
-    let (time_s, last) = (&model.samples.time_s, filter.at);
+    filter.halt(rest.end.max(filter.at + 1) - 1, recorder);
+    let (time_s, last) = (&filter.model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
     let span = closed.max(since)..last + 1;
     if span.len() > MIN_LEADING {
-        filter.rest(model, &span, REST_SPEED_MPS, recorder);
+        filter.rest(&span, REST_SPEED_MPS, recorder);
     }
 }
