@@ -57,7 +57,7 @@ impl Innovation {
             let variance = solve_falling(|v| self.chi2::<3>(0, v), USUAL_VELOCITY_CHI2);
             Density {
                 force: isotropic(variance, seconds),
-                ..Density::ZERO
+                ..Density::default()
             }
         })
     }
@@ -70,7 +70,7 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
         let variance = solve_falling(|v| innovation.chi2::<2>(3, v), USUAL_TILT_CHI2);
         return Some(Density {
             rate: isotropic(variance / gravity.powi(2).max(f64::MIN_POSITIVE), seconds),
-            ..Density::ZERO
+            ..Density::default()
         });
     }
     innovation.force_density(MAX_VELOCITY_CHI2, seconds)

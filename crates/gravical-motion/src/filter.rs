@@ -179,14 +179,12 @@ impl<'a> Filter<'a> {
 
     /// Random walks of the biases.
     fn walk(&mut self, seconds: f64) {
-        let rate_walk = if self.model.samples.has_gyro() {
-            RATE_BIAS_WALK
-        } else {
-            0.0
-        };
+        let (covariance, has_gyro) = (&mut self.covariance, self.model.samples.has_gyro());
         for c in 0..3 {
-            self.covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            self.covariance[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
+            covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
+            if has_gyro {
+                covariance[(RATE_BIAS + c, RATE_BIAS + c)] += RATE_BIAS_WALK.powi(2) * seconds;
+            }
         }
     }
 

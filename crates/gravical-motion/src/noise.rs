@@ -35,17 +35,10 @@ const MIN_EXCESS: f64 = 2.0;
 const MAX_SLOPE: f64 = 3.0;
 
 /// Power densities of white noise: (m/s²)² s and (rad/s)² s.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Density {
     pub force: Vector3<f64>,
     pub rate: Vector3<f64>,
-}
-
-impl Density {
-    pub const ZERO: Density = Density {
-        force: Vector3::new(0.0, 0.0, 0.0),
-        rate: Vector3::new(0.0, 0.0, 0.0),
-    };
 }
 
 /// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
@@ -131,15 +124,13 @@ fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>)
         };
         variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
     };
-    let rate = Vector3::from_fn(|axis, _| density(3 + axis));
-    let rest = Density {
+    let mut rest = Density {
         force: Vector3::from_fn(|axis, _| density(axis)),
-        rate: if samples.has_gyro() {
-            rate
-        } else {
-            Vector3::zeros()
-        },
+        ..Density::default()
     };
+    if samples.has_gyro() {
+        rest.rate = Vector3::from_fn(|axis, _| density(3 + axis));
+    }
     // Noise that stays within a step dithers nothing.
     let rounding = Vector3::from_fn(|axis, _| {
         let resolution = samples.channels().resolution[3 + axis];

@@ -223,7 +223,7 @@ impl Model<'_> {
     /// Variances of velocity and attitude by what bridges may be off, at the node that holds their end, and by what
     /// may have happened in gaps.
     fn unmeasured(&self, span: &Range<usize>) -> Density {
-        let mut variance = Density::ZERO;
+        let mut variance = Density::default();
         for (bridged, sd) in self.samples.bridged_in(span) {
             let axis = bridged.axis.min(2);
             match bridged.sensor {

@@ -112,13 +112,11 @@ pub fn motion(
     findings.extend(words::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
     let given = rests.map(|r| r.spans(samples.channels().time_s));
-    let gravity = options.gravity.unwrap_or_else(|| match file {
-        Some(file) => Gravity {
-            value_mps2: file.gravity_mps2,
-            source: file.gravity_source,
-        },
-        None => Gravity::default(),
+    let by_file = file.map(|file| Gravity {
+        value_mps2: file.gravity_mps2,
+        source: file.gravity_source,
     });
+    let gravity = options.gravity.or(by_file).unwrap_or_default();
     let work = Work {
         recording,
         file,
@@ -166,17 +164,15 @@ pub fn motion(
         start_s: t[rest.start],
         end_s: t[rest.end - 1],
     };
+    let timing = &recording.timing;
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
         verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
         procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
-            nominal: recording.timing.nominal_rate_hz,
-            r#true: recording
-                .timing
-                .mean_rate_hz
-                .or(recording.timing.median_rate_hz),
+            nominal: timing.nominal_rate_hz,
+            r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
         },
         duration_s: t[t.len() - 1] - t[0],
         rows: recording.rows() as u64,
