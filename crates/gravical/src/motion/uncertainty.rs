@@ -8,7 +8,7 @@
 //! parameters are off by more than the covariance says, in ways that rests in one attitude
 //! do not show: the bands then allow for an error of that size in each of them.
 
-use gravical_core::matrix3::{identity, mul, mul_vec, norm, transpose};
+use gravical_core::matrix3::{identity, mul, norm, transpose};
 use gravical_fit::model::Covariance;
 use gravical_motion::{ElementErrors, ForceCovariance, RateCovariance, Samples};
 use nalgebra::SVector;
@@ -75,35 +75,26 @@ pub(super) fn applied_twice(
     nominal: f64,
     axes: &AxisMap,
 ) -> ForceCovariance {
-    let mut scale = identity();
-    (0..3).for_each(|i| scale[i][i] = nominal);
-    let mut change = error(axes, &section.matrix, &scale, section.bias.map(|b| -b));
+    let mut parameters = SVector::<f64, 12>::zeros();
+    for i in 0..3 {
+        parameters[4 * i] = nominal;
+        parameters[9 + i] = -section.bias[i];
+    }
+    let mut change = changes(axes, &section.matrix) * parameters;
     (0..3).for_each(|i| change[4 * i] -= 1.0);
     change * change.transpose()
 }
 
-/// The errors that each of the parameters makes, in columns.
+/// The error A (M f + o) of a specific force in the axes of the case that each of the parameters makes, M row by
+/// row and o, in columns.
 fn changes(axes: &AxisMap, a: &[[f64; 3]; 3]) -> ForceCovariance {
-    let columns: [SVector<f64, 12>; 12] = std::array::from_fn(|k| {
-        let one = |i: usize| f64::from(u8::from(i == k));
-        let m = std::array::from_fn(|i| std::array::from_fn(|j| one(3 * i + j)));
-        error(axes, a, &m, [one(9), one(10), one(11)])
-    });
-    ForceCovariance::from_columns(&columns)
-}
-
-/// The error A (M f + o) of a specific force in the axes of the case: its matrix row by row, and its offset.
-fn error(
-    axes: &AxisMap,
-    a: &[[f64; 3]; 3],
-    m: &[[f64; 3]; 3],
-    offset: [f64; 3],
-) -> SVector<f64, 12> {
-    let m = mul(a, m);
-    let columns = identity().map(|e| axes.to_case(mul_vec(&m, &axes.to_board(e))));
-    let offset = axes.to_case(mul_vec(a, &offset));
-    let all = transpose(&columns).into_iter().chain([offset]).flatten();
-    SVector::from_iterator(all)
+    let turn = transpose(&identity().map(|e| axes.to_case(e)));
+    let turned = mul(&turn, a);
+    ForceCovariance::from_fn(|i, k| match (i < 9, k < 9) {
+        (true, true) => turned[i / 3][k / 3] * turn[i % 3][k % 3],
+        (false, false) => turned[i - 9][k - 9],
+        _ => 0.0,
+    })
 }
 
 /// Variance of the magnitude of a specific force, (m/s²)².
