@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use crate::noise::Density;
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level,
 };
 use crate::transition::{Model, Transition};
 
@@ -263,11 +263,11 @@ impl<'a> Filter<'a> {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
-            let column = attitude * (matrix * reading + offset);
-            m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
-                .copy_from(&column);
-        }
+        let directions = &model.directions.force;
+        let by_matrix = by_element(&attitude, &reading) * directions.fixed_rows::<9>(0);
+        let by_parameters = by_matrix + attitude * directions.fixed_rows::<3>(9);
+        m.h.fixed_view_mut::<3, 12>(3, FORCE_PARAMETERS)
+            .copy_from(&by_parameters);
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
