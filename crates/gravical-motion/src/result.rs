@@ -63,15 +63,11 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of the total what calibration and attitude leave is noise.
-    pub(crate) fn new(
-        total: &Matrix3<f64>,
-        calibration: &Matrix3<f64>,
-        attitude: &Matrix3<f64>,
-    ) -> Budget {
-        let total = total.diagonal();
-        let calibration = calibration.diagonal().inf(&total);
-        let attitude = attitude.diagonal().inf(&(total - calibration));
+    /// Of the total, calibration and attitude: what the latter leave is noise.
+    pub(crate) fn new(covariances: [Matrix3<f64>; 3]) -> Budget {
+        let [total, calibration, attitude] = covariances.map(|c| c.diagonal());
+        let calibration = calibration.inf(&total);
+        let attitude = attitude.inf(&(total - calibration));
         let part = |variance: Vector3<f64>| variance.map(deviation).into();
         Budget {
             noise: part(total - calibration - attitude),

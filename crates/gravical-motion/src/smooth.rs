@@ -143,7 +143,7 @@ impl Smoother {
         one.displacement_m = displacement.into();
         // nalgebra's arrays are columns.
         one.covariance_m2 = total.transpose().into();
-        one.budget = Budget::new(&total, &(constants * constants.transpose()), &open.by_rate);
+        one.budget = Budget::new([total, constants * constants.transpose(), open.by_rate]);
     }
 
     /// Smoothed position and its covariance to the whole smoothed state.
