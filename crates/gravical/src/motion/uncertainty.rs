@@ -99,20 +99,12 @@ fn changes(axes: &AxisMap, a: &[[f64; 3]; 3]) -> ForceCovariance {
 
 /// Variance of the magnitude of a specific force, (m/s²)².
 pub(super) fn variance_of_magnitude(covariance: &ForceCovariance, force: &[f64; 3]) -> f64 {
-    let size = norm(force);
-    let up = if size > 0.0 {
-        force.map(|f| f / size)
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let along = |k: usize| {
-        if k < 9 {
-            up[k / 3] * force[k % 3]
-        } else {
-            up[k - 9]
-        }
-    };
-    let along = SVector::<f64, 12>::from_fn(|k, _| along(k));
+    let size = norm(force).max(f64::MIN_POSITIVE);
+    let up = force.map(|f| f / size);
+    let along = SVector::<f64, 12>::from_fn(|k, _| match k {
+        0..9 => up[k / 3] * force[k % 3],
+        _ => up[k - 9],
+    });
     along.dot(&(covariance * along))
 }
 

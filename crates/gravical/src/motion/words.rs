@@ -9,7 +9,7 @@ use super::uncertainty::GravityMisfit;
 use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::numfmt::{digits, milli_g};
-use crate::recording::{Finding, FindingKind, LineSpans, Recording, why_calibrated};
+use crate::recording::{Finding, LineSpans, Recording, Severity, why_calibrated};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
@@ -199,16 +199,13 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
-    if off.abs() <= REPORTED_MISFIT {
-        return None;
-    }
-    let text = format!(
+    let mut finding = finding!(
+        GravityOff,
         "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides",
         100.0 * off
     );
-    Some(if off.abs() > 0.02 {
-        Finding::new(FindingKind::GravityOff, text)
-    } else {
-        Finding::note(FindingKind::GravityOff, text)
-    })
+    if off.abs() <= 0.02 {
+        finding.severity = Severity::Note;
+    }
+    (off.abs() > REPORTED_MISFIT).then_some(finding)
 }
