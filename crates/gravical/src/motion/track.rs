@@ -1,6 +1,6 @@
 //! A motion sample by sample: one by one, and as a table.
 
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 
 use gravical_motion::SampleState;
@@ -149,21 +149,18 @@ pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let mut decimals = vec![DECIMALS; names.len()];
     decimals[STILL] = 0;
     decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
-    let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(names.join(",").bytes());
-    text.push(b'\n');
+    let mut out = BufWriter::with_capacity(CHUNK, out);
+    writeln!(out, "{}", names.join(","))?;
+    let mut row = Vec::new();
     for sample in motion.samples() {
+        row.clear();
         for (value, decimals) in sample.numbers().zip(&decimals) {
-            write_fixed(&mut text, value, *decimals);
-            text.push(b',');
+            write_fixed(&mut row, value, *decimals);
+            row.push(b',');
         }
-        text.pop();
-        text.push(b'\n');
-        if text.len() >= CHUNK {
-            out.write_all(&text)?;
-            text.clear();
-        }
+        row.pop();
+        row.push(b'\n');
+        out.write_all(&row)?;
     }
-    out.write_all(&text)?;
     out.flush()
 }
