@@ -7,7 +7,7 @@ use gravical_signal::{detect_rests, detect_rests_causally};
 
 use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
-use crate::moves::{Leg, close, closing, leave};
+use crate::moves::{Leg, closing, pass};
 use crate::noise::Noise;
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
@@ -154,15 +154,14 @@ impl Course<'_> {
                 motion.moves.push(found);
                 leg = Some(this);
             }
-            let closed = rest
-                .as_ref()
-                .map(|rest| close(&mut filter, rest, &mut recorder));
+            let closed = match &rest {
+                Some(rest) => pass(&mut filter, rest, &mut recorder),
+                None => recorder.records.len(),
+            };
             if causal && leg.is_some() {
                 let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
-                smoother.back(&recorder.records, &mut Vec::new(), motion.moves.last_mut());
-            }
-            if let (Some(rest), Some(closed)) = (&rest, closed) {
-                leave(&mut filter, rest, closed, &mut recorder);
+                let records = &recorder.records[..closed];
+                smoother.back(records, &mut Vec::new(), motion.moves.last_mut());
             }
             motion.rests.extend(rest.clone());
             let nodes = recorder.records.iter().filter_map(|record| match record {
@@ -202,8 +201,7 @@ impl Course<'_> {
                 smoothed = moves.next();
             }
             if let Some(rest) = &one.rest {
-                let closed = close(&mut filter, rest, &mut recorder);
-                leave(&mut filter, rest, closed, &mut recorder);
+                pass(&mut filter, rest, &mut recorder);
             }
             smoother.back(&recorder.records, &mut motion.path, smoothed);
         }

@@ -118,36 +118,25 @@ impl Leg {
     }
 }
 
-/// Closes the move before a rest with what its first second says; returns the sample after that.
-pub(crate) fn close(
-    filter: &mut Filter<'_>,
-    rest: &Range<usize>,
-    recorder: &mut Recorder,
-) -> usize {
+/// Goes through a rest: closes the move before it with what its first second says, and levels before the next move
+/// with what its last seconds say. Returns how many records there were in between.
+pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut Recorder) -> usize {
     let model = filter.model;
     let from = rest.start.max(filter.at);
-    let span = from..closing(&model, rest).end.max(from + 1);
+    let closing = from..closing(&model, rest).end.max(from + 1);
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
-    let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
+    let shaken = tremor(model.samples, &closing).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    filter.rest(&span, speed_sd_mps, recorder);
-    span.end
-}
+    filter.rest(&closing, speed_sd_mps, recorder);
+    let closed = recorder.records.len();
 
-/// Goes to the end of a rest, and levels before the next move with what its last seconds say from sample `closed`
-/// on.
-pub(crate) fn leave(
-    filter: &mut Filter<'_>,
-    rest: &Range<usize>,
-    closed: usize,
-    recorder: &mut Recorder,
-) {
     filter.halt(rest.end.max(filter.at + 1) - 1, recorder);
-    let (time_s, last) = (&filter.model.samples.time_s, filter.at);
+    let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
-    let span = closed.max(since)..last + 1;
-    if span.len() > MIN_LEADING {
-        filter.rest(&span, REST_SPEED_MPS, recorder);
+    let leading = closing.end.max(since)..last + 1;
+    if leading.len() > MIN_LEADING {
+        filter.rest(&leading, REST_SPEED_MPS, recorder);
     }
+    closed
 }
