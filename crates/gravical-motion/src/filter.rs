@@ -19,6 +19,8 @@ const RATE_BIAS_WALK: f64 = 5e-6;
 const INITIAL_SPEED_MPS: f64 = 30.0;
 const INITIAL_TILT_RAD: f64 = 0.3;
 const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
+/// What the bias of an accelerometer drifts by within hours after a calibration, m/s²: 0.1 mg.
+const INITIAL_FORCE_BIAS_MPS2: f64 = 1e-3;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -121,14 +123,13 @@ impl<'a> Filter<'a> {
         let mut sd = ErrorState::repeat(1.0);
         let mut set =
             |at: usize, value: [f64; 3]| sd.fixed_rows_mut::<3>(at).copy_from_slice(&value);
-        let uncertainty = &model.options.calibration;
         set(POSITION, [0.0; 3]);
         set(VELOCITY, [INITIAL_SPEED_MPS; 3]);
         // The heading is that of the start by definition.
         set(ATTITUDE, [INITIAL_TILT_RAD, INITIAL_TILT_RAD, 0.0]);
-        set(FORCE_BIAS, [uncertainty.force_bias_sd_mps2; 3]);
+        set(FORCE_BIAS, [INITIAL_FORCE_BIAS_MPS2; 3]);
         set(RATE_BIAS, [INITIAL_RATE_BIAS_RAD_S; 3]);
-        sd[GRAVITY] = uncertainty.gravity_sd_mps2;
+        sd[GRAVITY] = model.options.calibration.gravity_sd_mps2;
         if !samples.has_gyro() {
             sd.fixed_rows_mut::<3>(RATE_BIAS).fill(0.0);
             sd.fixed_rows_mut::<9>(RATE_PARAMETERS).fill(0.0);

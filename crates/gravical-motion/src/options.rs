@@ -19,8 +19,6 @@ pub struct CalibrationUncertainty {
     pub force: ForceCovariance,
     /// Of the gyroscope.
     pub rate: RateCovariance,
-    /// Standard deviation of a bias of the accelerometer beyond `force`, m/s².
-    pub force_bias_sd_mps2: f64,
     /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
     /// the calibration leaves of the magnitude.
     pub gravity_sd_mps2: f64,
@@ -67,7 +65,6 @@ impl Default for CalibrationUncertainty {
         CalibrationUncertainty {
             force: errors(2e-4, 2e-3).force(),
             rate: errors(0.02, 0.0).rate(),
-            force_bias_sd_mps2: 1e-3,
             gravity_sd_mps2: 0.05,
         }
     }
@@ -134,10 +131,8 @@ impl MotionOptions {
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
         let known = &self.calibration;
-        let sizes = [known.force_bias_sd_mps2, known.gravity_sd_mps2];
-        let is_size = |v: &f64| v.is_finite() && *v >= 0.0;
         !(self.causal && self.rests.is_some())
-            && sizes.iter().all(is_size)
+            && (0.0..f64::INFINITY).contains(&known.gravity_sd_mps2)
             && known.force.iter().chain(&known.rate).all(|v| v.is_finite())
     }
 }

@@ -65,9 +65,6 @@ pub use result::*;
 pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
 
-/// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
-const BIAS_DRIFT_MPS2: f64 = 1e-3;
-
 /// Motion of a recording: the result, and the samples behind it.
 #[derive(Debug, Clone)]
 pub struct Motion {
@@ -271,7 +268,6 @@ impl Work<'_> {
             calibration: CalibrationUncertainty {
                 force: covariance,
                 rate: of_gyroscope(own, &options.axes),
-                force_bias_sd_mps2: BIAS_DRIFT_MPS2,
                 gravity_sd_mps2: by_calibration.sqrt().hypot(by_gravity),
             },
             no_stances: options.no_stances,
