@@ -20,7 +20,7 @@ const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 const VISIBLE_SD: f64 = 10.0;
 
 /// Root of a variance that rounding may have left below zero; what is no number stays none.
-fn deviation(variance: f64) -> f64 {
+pub(crate) fn deviation(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance.sqrt() }
 }
 
@@ -84,8 +84,8 @@ pub struct Move {
     pub samples: Range<usize>,
     /// Displacement, m: x, y level in the directions of the first rest, z up.
     pub displacement_m: [f64; 3],
-    /// Its covariance, m².
-    pub covariance_m2: [[f64; 3]; 3],
+    /// Its standard deviations, m.
+    pub sd_m: [f64; 3],
     /// What contributes to it.
     pub budget: Budget,
     /// What lies at its ends.
@@ -96,16 +96,8 @@ pub struct Move {
     pub stances: usize,
     /// Runs of clipped or spiked rows in it.
     pub replaced: usize,
-    /// Why its displacement is not known; none if it is, to its covariance.
+    /// Why its displacement is not known; none if it is, to its deviations.
     pub unusable: Option<Unusable>,
-}
-
-impl Move {
-    /// Standard deviations of the displacement, m.
-    #[must_use]
-    pub fn sd_m(&self) -> [f64; 3] {
-        std::array::from_fn(|c| deviation(self.covariance_m2[c][c]))
-    }
 }
 
 /// State of the motion at a sample.

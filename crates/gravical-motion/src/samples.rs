@@ -45,7 +45,7 @@ fn is_possible(time_s: f64, force: &[f64; 3], rate: &[f64; 3]) -> bool {
         && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S)
 }
 
-/// Why nobody knows how far a move went: its covariance does not hold.
+/// Why nobody knows how far a move went: its deviations do not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unusable {
     /// More than half a second is missing.

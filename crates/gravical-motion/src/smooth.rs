@@ -8,7 +8,7 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::filter::{Node, Record, Update};
-use crate::result::{Budget, CLOCK_SD, Move, PathNode};
+use crate::result::{Budget, CLOCK_SD, Move, PathNode, deviation};
 use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
 
@@ -141,8 +141,7 @@ impl Smoother {
         let mut gravity = constants.column_mut(0);
         gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
         one.displacement_m = displacement.into();
-        // nalgebra's arrays are columns.
-        one.covariance_m2 = total.transpose().into();
+        one.sd_m = total.diagonal().map(deviation).into();
         one.budget = Budget::new([total, constants * constants.transpose(), open.by_rate]);
     }
 

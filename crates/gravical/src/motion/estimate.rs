@@ -75,7 +75,7 @@ impl Estimate {
         let whole = Move {
             samples: 0..node.sample,
             displacement_m: node.position_m,
-            covariance_m2: [[f64::NAN; 3]; 3],
+            sd_m: [f64::NAN; 3],
             ..Move::default()
         };
         let motion = Motion {

@@ -47,7 +47,7 @@ pub(super) fn moves(
             let other = others.iter().find(|o| o.samples.contains(&middle));
             one.displacement_m = Some(m.displacement_m);
             one.uncalibrated_m = other.map(|o| o.displacement_m);
-            one.sigma_m = options.has_bands().then(|| m.sd_m());
+            one.sigma_m = options.has_bands().then_some(m.sd_m);
             one.budget_m = options.has_bands().then_some(m.budget);
             let (mut peak, mut path, mut before) = (0.0, 0.0, None);
             let from_start = speeds.by_ref().skip_while(|s| s.0 < m.samples.start);
