@@ -8,7 +8,7 @@ use gravical_signal::{detect_rests, detect_rests_causally};
 use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, closing, pass};
-use crate::noise::Noise;
+use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
@@ -87,8 +87,12 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         },
         levelled,
     };
+    let has_gyro = samples.has_gyro();
     Motion {
-        noise: Some(noise.of_rests(samples.has_gyro())),
+        noise: Some(NoiseAtRest {
+            accel_n: noise.rest.force.map(f64::sqrt).into(),
+            gyro_n: has_gyro.then(|| noise.rest.rate.map(f64::sqrt).into()),
+        }),
         ..course.run(rests.into_iter())
     }
 }

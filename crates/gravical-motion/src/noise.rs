@@ -72,14 +72,6 @@ impl Noise {
         }
     }
 
-    /// As a caller reads it.
-    pub fn of_rests(&self, has_gyro: bool) -> NoiseAtRest {
-        NoiseAtRest {
-            accel_n: self.rest.force.map(f64::sqrt).into(),
-            gyro_n: has_gyro.then(|| self.rest.rate.map(f64::sqrt).into()),
-        }
-    }
-
     /// What a move has beyond the noise of the rests, the same along all axes: the density of its median window,
     /// since a knock is no noise; 0 where it is not rougher.
     pub fn excess(&self, from: usize, to: usize) -> Density {

@@ -28,11 +28,8 @@ const MAX_MISSED_TURN_RAD: f64 = 0.07;
 #[must_use]
 pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6] {
     std::array::from_fn(|c| {
-        let (column, max) = if c < 3 {
-            (force_mps2, MAX_FORCE_MPS2)
-        } else {
-            (rate_rad_s, MAX_RATE_RAD_S)
-        };
+        let column = [force_mps2, rate_rad_s][c / 3];
+        let max = [MAX_FORCE_MPS2, MAX_RATE_RAD_S][c / 3];
         let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
         resolution(values.take(RESOLUTION_VALUES))
     })
