@@ -50,43 +50,17 @@ const MAX_PAUSE_SD: f64 = 2.0;
 const NODE_S: f64 = 0.1;
 
 /// What a rest says to the filter.
-fn innovation(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> Innovation {
+fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
     let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    let mut innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
+    let mut innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
     (3..5).for_each(|c| innovation.s[(c, c)] += slack.powi(2));
     innovation
 }
 
 /// True if velocity and tilt contradict that a rest begins where the filter is.
-pub(crate) fn contradicts(model: &Model<'_>, filter: &Filter, rest: &Range<usize>) -> bool {
-    let innovation = innovation(model, filter, rest);
-    excess_chi2(&innovation, model.samples.has_gyro()) > 0.0
-}
-
-/// What it costs to take `next` for the rest after that which the filter left, and the standard
-/// deviation of the velocity where it begins, m/s.
-fn cost(model: &Model<'_>, filter: &mut Filter, next: &Range<usize>) -> (f64, f64) {
-    let (mut worst, mut speed_sd_mps) = (0.0, f64::INFINITY);
-    let node = model.samples.count_in(NODE_S).max(1);
-    for into_s in TRIED_S {
-        let to = model.samples.after_s(next.start, into_s);
-        let to = to.min(next.end - 1);
-        if to > filter.at {
-            let excess = model.noise.excess(filter.at, to);
-            filter.propagate(model, to, node, &excess, &mut Recorder::default());
-        }
-        let innovation = innovation(model, filter, next);
-        if into_s == 0.0 {
-            speed_sd_mps = innovation.velocity_sd_mps();
-        }
-        let cost = if into_s == 0.0 && model.samples.has_gyro() {
-            COST_OF_BOTH * excess_chi2(&innovation, true)
-        } else {
-            COST_OF_VELOCITY * excess_chi2(&innovation, false)
-        };
-        worst = f64::max(worst, cost);
-    }
-    (worst, speed_sd_mps)
+pub(crate) fn contradicts(filter: &Filter<'_>, rest: &Range<usize>) -> bool {
+    let innovation = innovation(filter, rest);
+    excess_chi2(&innovation, filter.model.samples.has_gyro()) > 0.0
 }
 
 /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
@@ -148,26 +122,42 @@ fn speeds_up(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
     })
 }
 
-/// Costs of the spans after `k` as its next rest.
+/// What it costs to take each of the spans after `k` for its next rest.
 fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
     let time_s = &model.samples.time_s;
     let off = &mut Recorder::default();
-    let mut filter = Filter::new(model, spans[k].start, &spans[k]);
-    filter.rest(model, &spans[k], REST_SPEED_MPS, off);
-    filter.halt(model, spans[k].end - 1, off);
+    let mut filter = Filter::new(*model, spans[k].start, &spans[k]);
+    filter.rest(&spans[k], REST_SPEED_MPS, off);
+    filter.halt(spans[k].end - 1, off);
+    let node = model.samples.count_in(NODE_S).max(1);
+    let has_gyro = model.samples.has_gyro();
     let (mut agreed, mut costs) = (0, Vec::new());
     for next in k + 1..spans.len() {
-        if model.options.is_stopped() {
+        let span = &spans[next];
+        let move_s = time_s[span.start] - time_s[spans[k].end - 1];
+        if model.options.is_stopped() || move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
             break;
         }
-        let move_s = time_s[spans[next].start] - time_s[spans[k].end - 1];
-        if move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
-            break;
+        let (mut worst, mut is_sure) = (0.0, false);
+        for into_s in TRIED_S {
+            let to = model.samples.after_s(span.start, into_s).min(span.end - 1);
+            if to > filter.at {
+                let excess = model.noise.excess(filter.at, to);
+                filter.propagate(to, node, &excess, off);
+            }
+            let innovation = innovation(&filter, span);
+            let is_start = into_s == 0.0;
+            is_sure |= is_start && innovation.velocity_sd_mps() < MAX_SURE_MPS;
+            let cost = if is_start && has_gyro {
+                COST_OF_BOTH * excess_chi2(&innovation, true)
+            } else {
+                COST_OF_VELOCITY * excess_chi2(&innovation, false)
+            };
+            worst = f64::max(worst, cost);
         }
-        let (cost, speed_sd_mps) = cost(model, &mut filter, &spans[next]);
-        costs.push((next, cost));
-        agreed += usize::from(cost <= 0.0 || agreed > 0);
-        if cost <= 0.0 && speed_sd_mps < MAX_SURE_MPS {
+        costs.push((next, worst));
+        agreed += usize::from(worst <= 0.0 || agreed > 0);
+        if worst <= 0.0 && is_sure {
             break;
         }
     }

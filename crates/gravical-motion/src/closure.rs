@@ -13,8 +13,10 @@ pub(crate) const REST_SPEED_MPS: f64 = 0.001;
 const MAX_VELOCITY_CHI2: f64 = 11.3;
 const MAX_TILT_CHI2: f64 = 16.0;
 /// χ² of the velocity at a stance (3) that a step may have: a quarter of good ones have more, and lose nothing
-/// by more noise: strides of the gait example are nearer to the cameras than with the limit of moves.
-const MAX_STEP_CHI2: f64 = 4.0;
+/// by more noise: strides of the gait example are nearer to the cameras than with the limit of moves. A foot that
+/// strikes is out of range, or between two samples, for a moment; without more noise such errors, which are alike
+/// in all steps, are taken for the scale of the sensor.
+pub(crate) const MAX_STEP_CHI2: f64 = 4.0;
 /// What the enlarged covariance makes of them: the median by chance.
 const USUAL_VELOCITY_CHI2: f64 = 2.0;
 const USUAL_TILT_CHI2: f64 = 1.4;
@@ -50,12 +52,12 @@ impl Innovation {
 
     /// The density over `seconds` that makes a velocity whose χ² is above `limit` one of chance. None if it is
     /// one.
-    fn force_density(&self, limit: f64, seconds: f64) -> Option<Density> {
+    pub fn force_density(&self, limit: f64, seconds: f64) -> Option<Density> {
         (self.chi2::<3>(0, 0.0) > limit).then(|| {
             let variance = solve_falling(|v| self.chi2::<3>(0, v), USUAL_VELOCITY_CHI2);
             Density {
                 force: isotropic(variance, seconds),
-                ..Density::ZERO
+                ..Density::default()
             }
         })
     }
@@ -68,17 +70,10 @@ pub(crate) fn enlargement(innovation: &Innovation, gravity: f64, seconds: f64) -
         let variance = solve_falling(|v| innovation.chi2::<2>(3, v), USUAL_TILT_CHI2);
         return Some(Density {
             rate: isotropic(variance / gravity.powi(2).max(f64::MIN_POSITIVE), seconds),
-            ..Density::ZERO
+            ..Density::default()
         });
     }
     innovation.force_density(MAX_VELOCITY_CHI2, seconds)
-}
-
-/// The density that makes the velocity at a stance one of chance, in a step that took `seconds`: a foot that
-/// strikes is out of range, or between two samples, for a moment. Without it such errors, which are alike in
-/// all steps, are taken for the scale of the sensor. None if it is one.
-pub(crate) fn step_enlargement(stance: &Innovation, seconds: f64) -> Option<Density> {
-    stance.force_density(MAX_STEP_CHI2, seconds)
 }
 
 fn isotropic(variance: f64, seconds: f64) -> Vector3<f64> {

@@ -7,8 +7,8 @@ use gravical_signal::{detect_rests, detect_rests_causally};
 
 use crate::chain::{chain, contradicts};
 use crate::filter::{Filter, Record, Recorder};
-use crate::moves::{Leg, close, closing, leave};
-use crate::noise::{Density, Noise};
+use crate::moves::{Leg, closing, pass};
+use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Motion, PathNode, ends};
 use crate::samples::Samples;
@@ -48,8 +48,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
     let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
-    let are_possible = options.rests.is_none() || in_order;
-    let Some(first) = found.first().filter(|_| are_possible) else {
+    let Some(first) = found.first().filter(|_| in_order) else {
         return Motion::default();
     };
     let learned = first.start..first.end.min(samples.after_s(first.start, LEARNED_S));
@@ -81,15 +80,19 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     };
     let course = Course {
         model,
-        stances: if options.stances {
-            detect_stances(samples, &levelled)
-        } else {
+        stances: if options.no_stances {
             Vec::new()
+        } else {
+            detect_stances(samples, &levelled)
         },
         levelled,
     };
+    let has_gyro = samples.has_gyro();
     Motion {
-        noise: Some(noise.of_rests(samples.has_gyro())),
+        noise: Some(NoiseAtRest {
+            accel_n: noise.rest.force.map(f64::sqrt).into(),
+            gyro_n: has_gyro.then(|| noise.rest.rate.map(f64::sqrt).into()),
+        }),
         ..course.run(rests.into_iter())
     }
 }
@@ -103,9 +106,9 @@ struct Course<'a> {
 }
 
 /// How a move and the rest after it were gone through, for the way back.
-struct Passed {
-    before: Filter,
-    leg: Option<(Leg, Density)>,
+struct Passed<'a> {
+    before: Filter<'a>,
+    leg: Option<Leg>,
     rest: Option<Range<usize>>,
 }
 
@@ -115,7 +118,7 @@ impl Course<'_> {
     fn run(&self, mut rests: IntoIter<Range<usize>>) -> Motion {
         let model = &self.model;
         let causal = model.options.causal;
-        let mut filter = Filter::new(model, 0, &self.levelled);
+        let mut filter = Filter::new(*model, 0, &self.levelled);
         let (mut motion, mut passed, mut last_step) = (Motion::default(), Vec::new(), None);
         loop {
             if model.options.is_stopped() {
@@ -136,8 +139,10 @@ impl Course<'_> {
                 let end = rest.as_ref().map_or(usize::MAX, |rest| rest.start);
                 let steps = steps(&self.stances, model.samples, (from, end), last_step);
                 last_step = steps.last().map(|s| s.swing).or(last_step);
-                let this = Leg {
-                    end: end.min(last),
+                let end = end.min(last);
+                let mut this = Leg {
+                    end,
+                    excess: model.noise.excess(filter.at, end),
                     ends: ends(!is_first, rest.is_some()),
                     // A causal run knows the first second of it.
                     rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
@@ -149,20 +154,18 @@ impl Course<'_> {
                     }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
-                let (excess, found) = this.run(model, &mut filter, &mut recorder);
+                let found = this.run(&mut filter, &mut recorder);
                 motion.moves.push(found);
-                motion.stances.extend(&this.stances);
-                leg = Some((this, excess));
+                leg = Some(this);
             }
-            let closed = rest
-                .as_ref()
-                .map(|rest| close(model, &mut filter, rest, &mut recorder));
+            let closed = match &rest {
+                Some(rest) => pass(&mut filter, rest, &mut recorder),
+                None => recorder.records.len(),
+            };
             if causal && leg.is_some() {
                 let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
-                smoother.back(&recorder.records, &mut Vec::new(), motion.moves.last_mut());
-            }
-            if let (Some(rest), Some(closed)) = (&rest, closed) {
-                leave(model, &mut filter, rest, closed, &mut recorder);
+                let records = &recorder.records[..closed];
+                smoother.back(records, &mut Vec::new(), motion.moves.last_mut());
             }
             motion.rests.extend(rest.clone());
             let nodes = recorder.records.iter().filter_map(|record| match record {
@@ -187,7 +190,7 @@ impl Course<'_> {
     }
 
     /// Smooths the moves, and puts the nodes before that at the end.
-    fn smooth(&self, passed: Vec<Passed>, motion: &mut Motion) {
+    fn smooth(&self, passed: Vec<Passed<'_>>, motion: &mut Motion) {
         let model = &self.model;
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
         let mut moves = motion.moves.iter_mut().rev();
@@ -197,13 +200,12 @@ impl Course<'_> {
             }
             let (mut filter, mut recorder) = (one.before, Recorder::new(true));
             let mut smoothed = None;
-            if let Some((leg, excess)) = &one.leg {
-                leg.propagate(model, &mut filter, excess, &mut recorder);
+            if let Some(leg) = &one.leg {
+                leg.propagate(&mut filter, &mut recorder);
                 smoothed = moves.next();
             }
             if let Some(rest) = &one.rest {
-                let closed = close(model, &mut filter, rest, &mut recorder);
-                leave(model, &mut filter, rest, closed, &mut recorder);
+                pass(&mut filter, rest, &mut recorder);
             }
             smoother.back(&recorder.records, &mut motion.path, smoothed);
         }
@@ -214,7 +216,7 @@ impl Course<'_> {
     /// begins, or that lasts.
     fn next_rest(
         &self,
-        filter: &Filter,
+        filter: &Filter<'_>,
         candidates: &mut IntoIter<Range<usize>>,
         last_step: Option<usize>,
     ) -> Option<Range<usize>> {
@@ -226,15 +228,15 @@ impl Course<'_> {
                 let samples = steps.iter().map(|s| s.sample);
                 let leg = Leg {
                     end: rest.start,
+                    excess: model.noise.excess(trail.at, rest.start),
                     ends: ends(true, false),
                     rest: None,
                     stances: samples.filter(|i| *i > trail.at).collect(),
                 };
-                let excess = model.noise.excess(trail.at, rest.start);
-                leg.propagate(model, &mut trail, &excess, &mut Recorder::default());
+                leg.propagate(&mut trail, &mut Recorder::default());
             }
             model.samples.duration_s(rest) >= BELIEVED_S
-                || !contradicts(model, &trail, &closing(model, rest))
+                || !contradicts(&trail, &closing(model, rest))
         })
     }
 }

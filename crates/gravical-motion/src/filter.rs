@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use crate::noise::Density;
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, level,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level,
 };
 use crate::transition::{Model, Transition};
 
@@ -19,6 +19,8 @@ const RATE_BIAS_WALK: f64 = 5e-6;
 const INITIAL_SPEED_MPS: f64 = 30.0;
 const INITIAL_TILT_RAD: f64 = 0.3;
 const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
+/// What the bias of an accelerometer drifts by within hours after a calibration, m/s²: 0.1 mg.
+const INITIAL_FORCE_BIAS_MPS2: f64 = 1e-3;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -49,9 +51,9 @@ pub(crate) struct Node {
 pub(crate) enum Record {
     /// A node whose smoothed state is wanted.
     Node(Box<Node>),
-    /// The filter where a move starts, and where it ends.
-    StartMove(Box<Filter>),
-    EndMove(Box<Filter>),
+    /// Position and covariance where a move starts, and where it ends.
+    StartMove(Vector3<f64>, Box<Covariance>),
+    EndMove(Vector3<f64>, Box<Covariance>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
@@ -90,8 +92,9 @@ impl Recorder {
 }
 
 /// The filter.
-#[derive(Debug, Clone)]
-pub(crate) struct Filter {
+#[derive(Clone)]
+pub(crate) struct Filter<'a> {
+    pub model: Model<'a>,
     /// The sample that it is at.
     pub at: usize,
     pub nominal: Nominal,
@@ -101,10 +104,10 @@ pub(crate) struct Filter {
     pub turned_rad: f64,
 }
 
-impl Filter {
+impl<'a> Filter<'a> {
     /// At sample `at`, with the attitude of `rest`, from which the gyroscope leads back to there. Position
     /// is zero, velocity unknown.
-    pub fn new(model: &Model<'_>, at: usize, rest: &Range<usize>) -> Self {
+    pub fn new(model: Model<'a>, at: usize, rest: &Range<usize>) -> Self {
         let samples = model.samples;
         let mean = samples.channels().mean(rest);
         let force = Vector3::from_column_slice(&mean[..3]);
@@ -120,19 +123,19 @@ impl Filter {
         let mut sd = ErrorState::repeat(1.0);
         let mut set =
             |at: usize, value: [f64; 3]| sd.fixed_rows_mut::<3>(at).copy_from_slice(&value);
-        let uncertainty = &model.options.calibration;
         set(POSITION, [0.0; 3]);
         set(VELOCITY, [INITIAL_SPEED_MPS; 3]);
         // The heading is that of the start by definition.
         set(ATTITUDE, [INITIAL_TILT_RAD, INITIAL_TILT_RAD, 0.0]);
-        set(FORCE_BIAS, [uncertainty.force_bias_sd_mps2; 3]);
+        set(FORCE_BIAS, [INITIAL_FORCE_BIAS_MPS2; 3]);
         set(RATE_BIAS, [INITIAL_RATE_BIAS_RAD_S; 3]);
-        sd[GRAVITY] = uncertainty.gravity_sd_mps2;
+        sd[GRAVITY] = model.options.calibration.gravity_sd_mps2;
         if !samples.has_gyro() {
             sd.fixed_rows_mut::<3>(RATE_BIAS).fill(0.0);
             sd.fixed_rows_mut::<9>(RATE_PARAMETERS).fill(0.0);
         }
         Filter {
+            model,
             at,
             nominal: Nominal {
                 attitude,
@@ -154,69 +157,50 @@ impl Filter {
     }
 
     /// Integrates to a sample in nodes of so many samples.
-    pub fn propagate(
-        &mut self,
-        model: &Model<'_>,
-        to: usize,
-        node: usize,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
+    pub fn propagate(&mut self, to: usize, node: usize, excess: &Density, recorder: &mut Recorder) {
         while self.at < to {
             let end = (self.at + node.max(1)).min(to);
-            self.propagate_node(model, end, excess, recorder);
+            recorder.push(|| Record::Node(Box::new(self.node())));
+            let step = self.model.step(&mut self.nominal, self.at..end, excess);
+            self.turned_rad += step.turned_rad;
+            self.at = end;
+
+            // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
+            let rows = step.f * self.covariance;
+            let square = rows * step.f.transpose() + step.q;
+            let p = &mut self.covariance;
+            p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
+            p.fixed_columns_mut::<MOVING>(0)
+                .copy_from(&rows.transpose());
+            p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
+            self.walk(step.seconds);
+            recorder.push(|| Record::Propagate(Box::new(step)));
         }
     }
 
-    fn propagate_node(
-        &mut self,
-        model: &Model<'_>,
-        to: usize,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
-        recorder.push(|| Record::Node(Box::new(self.node())));
-        let step = model.step(&mut self.nominal, self.at..to, excess);
-        self.turned_rad += step.turned_rad;
-        self.at = to;
-
-        // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
-        let rows = step.f * self.covariance;
-        let square = rows * step.f.transpose() + step.q;
-        let p = &mut self.covariance;
-        p.fixed_rows_mut::<MOVING>(0).copy_from(&rows);
-        p.fixed_columns_mut::<MOVING>(0)
-            .copy_from(&rows.transpose());
-        p.fixed_view_mut::<MOVING, MOVING>(0, 0).copy_from(&square);
-        self.walk(model, step.seconds);
-        recorder.push(|| Record::Propagate(Box::new(step)));
-    }
-
     /// Random walks of the biases.
-    fn walk(&mut self, model: &Model<'_>, seconds: f64) {
-        let rate_walk = if model.samples.has_gyro() {
-            RATE_BIAS_WALK
-        } else {
-            0.0
-        };
+    fn walk(&mut self, seconds: f64) {
+        let (covariance, has_gyro) = (&mut self.covariance, self.model.samples.has_gyro());
         for c in 0..3 {
-            self.covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            self.covariance[(RATE_BIAS + c, RATE_BIAS + c)] += rate_walk.powi(2) * seconds;
+            covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
+            if has_gyro {
+                covariance[(RATE_BIAS + c, RATE_BIAS + c)] += RATE_BIAS_WALK.powi(2) * seconds;
+            }
         }
     }
 
     /// Rests until a sample.
-    pub fn halt(&mut self, model: &Model<'_>, to: usize, recorder: &mut Recorder) {
-        let to = to.max(self.at);
-        let seconds = model.samples.time_s[to] - model.samples.time_s[self.at];
+    pub fn halt(&mut self, to: usize, recorder: &mut Recorder) {
+        let (to, time_s) = (to.max(self.at), &self.model.samples.time_s);
+        let seconds = time_s[to] - time_s[self.at];
         recorder.push(|| Record::Node(Box::new(self.node())));
         recorder.push(|| Record::Halt);
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         self.nominal.velocity = Vector3::zeros();
-        self.walk(model, seconds);
+        self.walk(seconds);
         self.at = to;
-        self.rest_s = model.samples.time_s[to];
+        self.rest_s = time_s[to];
         self.turned_rad = 0.0;
     }
 
@@ -229,23 +213,19 @@ impl Filter {
     }
 
     /// Mean square of the rate of a span, (rad/s)².
-    pub fn mean_square_rate(&self, model: &Model<'_>, span: Range<usize>) -> f64 {
-        if !model.samples.has_gyro() || span.is_empty() {
-            return 0.0;
-        }
-        let correction = self.nominal.correction(model.directions);
-        let squares = span
-            .clone()
-            .map(|i| correction.rate(&model.samples.rate[i]).norm_squared());
-        squares.sum::<f64>() / span.len() as f64
+    pub fn mean_square_rate(&self, span: Range<usize>) -> f64 {
+        let rates = self.model.samples.rate.get(span).unwrap_or_default();
+        let correction = self.nominal.correction(self.model.directions);
+        let squares = rates.iter().map(|r| correction.rate(r).norm_squared());
+        squares.sum::<f64>() / rates.len().max(1) as f64
     }
 
-    /// That of a speed, S without what the covariance adds.
+    /// That of a speed, S without what the covariance adds; its other rows say nothing.
     fn velocity_innovation(&self, speed_sd_mps: f64) -> Innovation {
         let mut innovation = Innovation {
             h: NineRows::zeros(),
             y: SVector::zeros(),
-            s: SMatrix::zeros(),
+            s: SMatrix::identity(),
         };
         for c in 0..3 {
             innovation.h[(c, VELOCITY + c)] = 1.0;
@@ -258,34 +238,19 @@ impl Filter {
     /// What a stance says: zero velocity of a foot on the ground.
     pub fn stance_innovation(&self) -> Innovation {
         let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
-        // Rows that say nothing.
-        for c in 3..9 {
-            innovation.s[(c, c)] = 1.0;
-        }
         innovation.s += innovation.h * self.covariance * innovation.h.transpose();
         innovation
     }
 
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard
     /// deviation, m/s.
-    pub fn rest(
-        &mut self,
-        model: &Model<'_>,
-        span: &Range<usize>,
-        speed_sd_mps: f64,
-        recorder: &mut Recorder,
-    ) {
-        self.update(&self.rest_innovation(model, span, speed_sd_mps), recorder);
+    pub fn rest(&mut self, span: &Range<usize>, speed_sd_mps: f64, recorder: &mut Recorder) {
+        self.update(&self.rest_innovation(span, speed_sd_mps), recorder);
     }
 
     /// What a rest says.
-    pub fn rest_innovation(
-        &self,
-        model: &Model<'_>,
-        rest: &Range<usize>,
-        speed_sd_mps: f64,
-    ) -> Innovation {
-        let samples = model.samples;
+    pub fn rest_innovation(&self, rest: &Range<usize>, speed_sd_mps: f64) -> Innovation {
+        let (model, samples) = (self.model, self.model.samples);
         let seconds = samples.duration_s(rest).max(samples.period_s);
         let mean = samples.channels().mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
@@ -299,11 +264,11 @@ impl Filter {
         m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
             .copy_from(&-attitude);
         m.h[(5, GRAVITY)] = -1.0;
-        for (k, (matrix, offset)) in model.directions.force.iter().enumerate() {
-            let column = attitude * (matrix * reading + offset);
-            m.h.fixed_view_mut::<3, 1>(3, FORCE_PARAMETERS + k)
-                .copy_from(&column);
-        }
+        let directions = &model.directions.force;
+        let by_matrix = by_element(&attitude, &reading) * directions.fixed_rows::<9>(0);
+        let by_parameters = by_matrix + attitude * directions.fixed_rows::<3>(9);
+        m.h.fixed_view_mut::<3, 12>(3, FORCE_PARAMETERS)
+            .copy_from(&by_parameters);
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;

@@ -9,7 +9,7 @@
 //! 2. [`MotionOptions`]: how far the calibration may be off, and what is known.
 //! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 37 states with zero-velocity updates and
 //!    levelling, its smoother.
-//! 4. [`Motion`]: rests, moves with their covariance, path; [`Motion::states`]: every sample.
+//! 4. [`Motion`]: rests, moves with their deviations, path; [`Motion::states`]: every sample.
 //!
 //! # Example
 //!
@@ -46,7 +46,7 @@ mod transition;
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use noise::NoiseAtRest;
-pub use odd::{BridgeKind, Bridged, Sensor, bridge_odd};
+pub use odd::{Bridged, Sensor, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::closure::{Closure, REST_SPEED_MPS, enlargement, step_enlargement};
+use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::{Ends, Move};
@@ -38,6 +38,8 @@ pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
 pub(crate) struct Leg {
     /// Its last sample.
     pub end: usize,
+    /// Noise that it has beyond that of the rests.
+    pub excess: Density,
     pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
@@ -45,89 +47,36 @@ pub(crate) struct Leg {
 }
 
 impl Leg {
-    /// Goes through the move, with more noise where it does not close; returns how much it had beyond that of
-    /// the rests, and the move but for its displacement.
-    pub fn run(
-        &self,
-        model: &Model<'_>,
-        filter: &mut Filter,
-        recorder: &mut Recorder,
-    ) -> (Density, Move) {
-        let span = filter.at..self.end;
-        let seconds = model.samples.time_s[span.end] - model.samples.time_s[span.start];
-        let mut excess = model.noise.excess(span.start, span.end);
+    /// Goes through the move, with more noise where it does not close; returns it but for its displacement.
+    pub fn run(&mut self, filter: &mut Filter<'_>, recorder: &mut Recorder) -> Move {
+        let (span, samples) = (filter.at..self.end, filter.model.samples);
+        let seconds = samples.time_s[span.end] - samples.time_s[span.start];
         let mut closed: Option<Closure> = None;
-        let (before, mark, mut enlarged) = (filter.clone(), recorder.records.len(), 0);
-        loop {
-            self.propagate(model, filter, &excess, recorder);
-            let more = self.rest.as_ref().and_then(|rest| {
-                let innovation = filter.rest_innovation(model, rest, REST_SPEED_MPS);
-                closed.get_or_insert_with(|| Closure {
-                    velocity_chi2: innovation.chi2::<3>(0, 0.0),
-                    tilt_chi2: innovation.chi2::<2>(3, 0.0),
-                    widened: false,
-                });
-                enlargement(&innovation, filter.nominal.gravity, seconds)
+        let (before, mark) = (filter.clone(), recorder.records.len());
+        for enlarged in 0.. {
+            self.propagate(filter, recorder);
+            let Some(rest) = &self.rest else { break };
+            let innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
+            let closed = closed.get_or_insert_with(|| Closure {
+                velocity_chi2: innovation.chi2::<3>(0, 0.0),
+                tilt_chi2: innovation.chi2::<2>(3, 0.0),
+                widened: false,
             });
-            match (more, &mut closed) {
-                (Some(more), Some(closed)) if enlarged < MAX_ENLARGED => {
-                    enlarged += 1;
-                    closed.widened = true;
-                    excess.force += more.force;
-                    excess.rate += more.rate;
-                    *filter = before.clone();
-                    recorder.records.truncate(mark);
-                }
-                _ => return (excess, self.undisplaced(model, span, closed)),
-            }
+            let more = enlargement(&innovation, filter.nominal.gravity, seconds);
+            let Some(more) = more.filter(|_| enlarged < MAX_ENLARGED) else {
+                break;
+            };
+            closed.widened = true;
+            self.excess.force += more.force;
+            self.excess.rate += more.rate;
+            *filter = before.clone();
+            recorder.records.truncate(mark);
         }
-    }
-
-    /// Goes through the move with noise beyond that of the rests.
-    pub fn propagate(
-        &self,
-        model: &Model<'_>,
-        filter: &mut Filter,
-        excess: &Density,
-        recorder: &mut Recorder,
-    ) {
-        let samples = model.samples;
-        let (from, end) = (filter.at, self.end);
-        let seconds = samples.time_s[end] - samples.time_s[from];
-        let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
-        let node = ((end - from) / MIN_NODES).clamp(1, most);
-        let node = node.max((end - from) / MAX_NODES);
-        let rectified_sd = model.directions.rate_sd * RECTIFIED;
-        let inflation = filter.mean_square_rate(model, from..end) * rectified_sd.powi(2);
-        recorder.push(|| Record::StartMove(Box::new(filter.clone())));
-        filter.inflate_rate_bias(inflation);
-        for &stance in &self.stances {
-            let (before, mark) = (filter.clone(), recorder.records.len());
-            filter.propagate(model, stance, node, excess, recorder);
-            let seconds = samples.time_s[stance] - samples.time_s[before.at];
-            let mut innovation = filter.stance_innovation();
-            if let Some(more) = step_enlargement(&innovation, seconds) {
-                recorder.records.truncate(mark);
-                *filter = before;
-                let force = excess.force + more.force;
-                filter.propagate(model, stance, node, &Density { force, ..*excess }, recorder);
-                innovation = filter.stance_innovation();
-            }
-            filter.update(&innovation, recorder);
-        }
-        filter.propagate(model, end, node, excess, recorder);
-        filter.inflate_rate_bias(inflation);
-        recorder.push(|| Record::EndMove(Box::new(filter.clone())));
-    }
-
-    /// What is known of the move without its displacement.
-    fn undisplaced(&self, model: &Model<'_>, span: Range<usize>, closure: Option<Closure>) -> Move {
-        let samples = model.samples;
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
             ends: self.ends,
-            closure,
+            closure: closed,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
             replaced: within.count(),
@@ -135,39 +84,59 @@ impl Leg {
             ..Move::default()
         }
     }
+
+    /// Goes through the move with that noise.
+    pub fn propagate(&self, filter: &mut Filter<'_>, recorder: &mut Recorder) {
+        let (model, excess) = (filter.model, &self.excess);
+        let samples = model.samples;
+        let (from, end) = (filter.at, self.end);
+        let seconds = samples.time_s[end] - samples.time_s[from];
+        let most = ((NODE_S / seconds * (end - from) as f64) as usize).max(1);
+        let node = ((end - from) / MIN_NODES).clamp(1, most);
+        let node = node.max((end - from) / MAX_NODES);
+        let rectified_sd = model.directions.rate_sd * RECTIFIED;
+        let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
+        recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
+        filter.inflate_rate_bias(inflation);
+        for &stance in &self.stances {
+            let (before, mark) = (filter.clone(), recorder.records.len());
+            filter.propagate(stance, node, excess, recorder);
+            let seconds = samples.time_s[stance] - samples.time_s[before.at];
+            let mut innovation = filter.stance_innovation();
+            if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
+                recorder.records.truncate(mark);
+                *filter = before;
+                let force = excess.force + more.force;
+                filter.propagate(stance, node, &Density { force, ..*excess }, recorder);
+                innovation = filter.stance_innovation();
+            }
+            filter.update(&innovation, recorder);
+        }
+        filter.propagate(end, node, excess, recorder);
+        filter.inflate_rate_bias(inflation);
+        recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
+    }
 }
 
-/// Closes the move before a rest with what its first second says; returns the sample after that.
-pub(crate) fn close(
-    model: &Model<'_>,
-    filter: &mut Filter,
-    rest: &Range<usize>,
-    recorder: &mut Recorder,
-) -> usize {
+/// Goes through a rest: closes the move before it with what its first second says, and levels before the next move
+/// with what its last seconds say. Returns how many records there were in between.
+pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut Recorder) -> usize {
+    let model = filter.model;
     let from = rest.start.max(filter.at);
-    let span = from..closing(model, rest).end.max(from + 1);
+    let closing = from..closing(&model, rest).end.max(from + 1);
     // What shakes more than the rests do may have some speed.
     let usual = model.noise.rest.force.sum();
-    let shaken = tremor(model.samples, &span).unwrap_or(usual) / usual;
+    let shaken = tremor(model.samples, &closing).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
-    filter.rest(model, &span, speed_sd_mps, recorder);
-    span.end
-}
+    filter.rest(&closing, speed_sd_mps, recorder);
+    let closed = recorder.records.len();
 
-/// Goes to the end of a rest, and levels before the next move with what its last seconds say from sample `closed`
-/// on.
-pub(crate) fn leave(
-    model: &Model<'_>,
-    filter: &mut Filter,
-    rest: &Range<usize>,
-    closed: usize,
-    recorder: &mut Recorder,
-) {
-    filter.halt(model, rest.end.max(filter.at + 1) - 1, recorder);
+    filter.halt(rest.end.max(filter.at + 1) - 1, recorder);
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
-    let span = closed.max(since)..last + 1;
-    if span.len() > MIN_LEADING {
-        filter.rest(model, &span, REST_SPEED_MPS, recorder);
+    let leading = closing.end.max(since)..last + 1;
+    if leading.len() > MIN_LEADING {
+        filter.rest(&leading, REST_SPEED_MPS, recorder);
     }
+    closed
 }

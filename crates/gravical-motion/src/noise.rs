@@ -35,17 +35,10 @@ const MIN_EXCESS: f64 = 2.0;
 const MAX_SLOPE: f64 = 3.0;
 
 /// Power densities of white noise: (m/s²)² s and (rad/s)² s.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Density {
     pub force: Vector3<f64>,
     pub rate: Vector3<f64>,
-}
-
-impl Density {
-    pub const ZERO: Density = Density {
-        force: Vector3::new(0.0, 0.0, 0.0),
-        rate: Vector3::new(0.0, 0.0, 0.0),
-    };
 }
 
 /// White noise at rest: N of the Allan deviation, the standard deviation of a mean over 1 s.
@@ -79,14 +72,6 @@ impl Noise {
         }
     }
 
-    /// As a caller reads it.
-    pub fn of_rests(&self, has_gyro: bool) -> NoiseAtRest {
-        NoiseAtRest {
-            accel_n: self.rest.force.map(f64::sqrt).into(),
-            gyro_n: has_gyro.then(|| self.rest.rate.map(f64::sqrt).into()),
-        }
-    }
-
     /// What a move has beyond the noise of the rests, the same along all axes: the density of its median window,
     /// since a knock is no noise; 0 where it is not rougher.
     pub fn excess(&self, from: usize, to: usize) -> Density {
@@ -112,28 +97,18 @@ impl Noise {
 /// neighbours, which counts noise that is slower than a block; with the variance of the mean rate by rounding.
 /// Rests that are all shorter than a block are blocks themselves.
 fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>) {
-    let (mut within, mut between, mut range) = ([0.0; 6], [0.0; 6], [0.0; 6]);
-    let (mut count, mut pairs) = (0.0, 0.0);
-    for blocks in quiet_blocks(samples, rests) {
-        for block in &blocks {
-            count += 1.0;
-            for c in 0..6 {
-                within[c] += block.variance[c];
-                range[c] += block.range[c];
-            }
-        }
-        for pair in blocks.windows(2) {
-            pairs += 1.0;
-            let size = pair[0].span.len();
-            for c in 0..6 {
-                between[c] += (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size as f64;
-            }
-        }
-    }
-    let count = f64::max(count, 1.0);
+    let runs = quiet_blocks(samples, rests);
+    let blocks = || runs.iter().flatten();
+    let neighbours = || runs.iter().flat_map(|run| run.windows(2));
+    let count = f64::max(blocks().count() as f64, 1.0);
+    let pairs = neighbours().count() as f64;
     let density = |c: usize| {
-        let white = within[c] / count;
-        let slow = between[c] / f64::max(pairs, 1.0);
+        let white = blocks().map(|b| b.variance[c]).sum::<f64>() / count;
+        let square = |pair: &[Block]| {
+            let size = pair[0].span.len() as f64;
+            (pair[1].mean[c] - pair[0].mean[c]).powi(2) / 2.0 * size
+        };
+        let slow = neighbours().map(square).sum::<f64>() / f64::max(pairs, 1.0);
         let variance = if pairs > 3.0 {
             white.max(0.5 * (white + slow))
         } else {
@@ -141,19 +116,18 @@ fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>)
         };
         variance.max(MIN_VARIANCE[c / 3]) * samples.period_s
     };
-    let rate = Vector3::from_fn(|axis, _| density(3 + axis));
-    let rest = Density {
+    let mut rest = Density {
         force: Vector3::from_fn(|axis, _| density(axis)),
-        rate: if samples.has_gyro() {
-            rate
-        } else {
-            Vector3::zeros()
-        },
+        ..Density::default()
     };
+    if samples.has_gyro() {
+        rest.rate = Vector3::from_fn(|axis, _| density(3 + axis));
+    }
     // Noise that stays within a step dithers nothing.
     let rounding = Vector3::from_fn(|axis, _| {
         let resolution = samples.channels().resolution[3 + axis];
-        if range[3 + axis] / count < 1.5 * resolution {
+        let range = blocks().map(|b| b.range[3 + axis]).sum::<f64>() / count;
+        if range < 1.5 * resolution {
             resolution.powi(2) / 12.0
         } else {
             0.0

@@ -19,15 +19,6 @@ const BRIDGE_SD: f64 = 0.25;
 /// … and of the largest step at its ends: when it left the range is known to a tenth of a row.
 const ONSET_SD: f64 = 0.1;
 
-/// What replaced values are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BridgeKind {
-    /// They stood at the end of the range: the truth lies beyond it.
-    Clipped,
-    /// They stood out of all others for a few rows.
-    Spiked,
-}
-
 /// A sensor of the IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sensor {
@@ -46,8 +37,8 @@ pub struct Bridged {
     pub sensor: Sensor,
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// What they were.
-    pub kind: BridgeKind,
+    /// They stood at the end of the range, and the truth lies beyond it; else out of all others for a few rows.
+    pub is_clipped: bool,
     /// What the mean of the bridge may be off, unit of the channel.
     pub sd: f64,
 }
@@ -67,16 +58,10 @@ pub fn bridge_odd(
     min_spike: f64,
 ) -> Vec<Bridged> {
     let count = time_s.len().min(values.len());
-    let largest = values
-        .iter()
-        .flatten()
-        .map(|v| v.abs())
-        .filter(|v| v.is_finite())
-        .fold(0.0, f64::max);
-    let range = ranges
-        .iter()
-        .copied()
-        .find(|r| (largest / r - 1.0).abs() < RANGE_TOLERANCE);
+    let sizes = values.iter().flatten().map(|v| v.abs());
+    let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let is_reached = |range: &&f64| (largest / **range - 1.0).abs() < RANGE_TOLERANCE;
+    let range = ranges.iter().find(is_reached).copied();
     let mut out = Vec::new();
     let read: [Vec<f64>; 3] =
         std::array::from_fn(|axis| values[..count].iter().map(|v| v[axis]).collect());
@@ -84,28 +69,31 @@ pub fn bridge_odd(
         let mut column = read[axis].clone();
         let mut i = 2;
         while i + 2 < count {
-            let (kind, run) = match clipped_rows(&column, i, range) {
-                0 => (BridgeKind::Spiked, spiked_rows(&column, i, min_spike)),
-                clipped => (BridgeKind::Clipped, clipped),
+            let clipped = clipped_rows(&column, i, range);
+            let is_clipped = clipped > 0;
+            let rows = if is_clipped {
+                i..i + clipped
+            } else {
+                i..i + spiked_rows(&column, i, min_spike)
             };
-            let rows = i..i + run;
             i += 1;
             let mut others = (0..3).filter(|other| *other != axis);
             let mut is_knock = || others.any(|k| jumps(&read[k], &rows));
-            if run == 0 || rows.end + 1 >= count || (kind == BridgeKind::Spiked && is_knock()) {
+            if rows.is_empty() || rows.end + 1 >= count || (!is_clipped && is_knock()) {
                 continue;
             }
             i = rows.end + 1;
-            let sd = match kind {
-                BridgeKind::Clipped => bridge_clipped(time_s, &mut column, &rows),
-                BridgeKind::Spiked => bridge_spike(time_s, &mut column, &rows),
+            let sd = if is_clipped {
+                bridge_clipped(time_s, &mut column, &rows)
+            } else {
+                bridge_spike(time_s, &mut column, &rows)
             };
             if sd.is_finite() {
                 out.push(Bridged {
                     rows,
                     sensor,
                     axis,
-                    kind,
+                    is_clipped,
                     sd,
                 });
             }
@@ -148,9 +136,12 @@ fn spiked_rows(column: &[f64], i: usize, min_spike: f64) -> usize {
 /// True if a channel steps out of the scatter near `rows` there, too: a knock, or a foot that strikes, is felt
 /// along all axes.
 fn jumps(column: &[f64], rows: &Range<usize>) -> bool {
-    let near = column[rows.start - 1..=rows.end].windows(2);
-    let steps = near.map(|w| (w[1] - w[0]).abs());
-    steps.fold(0.0, f64::max) > SPIKE_OVER_SCATTER * scatter(column, rows)
+    largest_step(&column[rows.start - 1..=rows.end]) > SPIKE_OVER_SCATTER * scatter(column, rows)
+}
+
+fn largest_step(values: &[f64]) -> f64 {
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    steps.fold(0.0, f64::max)
 }
 
 /// Follows the slopes on both sides (cubic Hermite), at least the range; what its mean may be off.
@@ -159,28 +150,24 @@ fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f6
     let slope = |p: usize, q: usize| (column[q] - column[p]) / (time_s[q] - time_s[p]);
     let (before, after) = (slope(a - 1, a), slope(b, b + 1));
     let (seconds, end) = (time_s[b] - time_s[a], column[rows.start]);
-    // The largest step of the rows on both sides, those to the end of the range included.
-    let edges = [column[a - 1], column[a], end, column[b], column[b + 1]];
-    let steps = edges
-        .windows(2)
-        .map(|w| (w[1] - w[0]).abs())
-        .fold(0.0, f64::max);
-    let mut beyond = 0.0;
-    let bridge: Vec<f64> = rows
-        .clone()
-        .map(|k| {
-            let u = (time_s[k] - time_s[a]) / seconds;
-            let line = column[a] + (column[b] - column[a]) * u;
-            let bow = seconds * u * (1.0 - u) * (before * (1.0 - u) - after * u);
-            let over = ((line + bow - end) * end.signum()).max(0.0);
-            beyond += over / rows.len() as f64;
-            end + over * end.signum()
-        })
-        .collect();
-    if bridge.iter().all(|v| v.is_finite()) {
-        column[rows.clone()].copy_from_slice(&bridge);
+    // Of the rows on both sides, those to the end of the range included.
+    let step = largest_step(&[column[a - 1], column[a], end, column[b], column[b + 1]]);
+    let over = |k: usize| {
+        let u = (time_s[k] - time_s[a]) / seconds;
+        let line = column[a] + (column[b] - column[a]) * u;
+        let bow = seconds * u * (1.0 - u) * (before * (1.0 - u) - after * u);
+        ((line + bow - end) * end.signum()).max(0.0)
+    };
+    let over: Vec<f64> = rows.clone().map(over).collect();
+    if over.iter().all(|v| v.is_finite()) {
+        let bridge = over.iter().map(|over| end + over * end.signum());
+        column[rows.clone()]
+            .iter_mut()
+            .zip(bridge)
+            .for_each(|(v, b)| *v = b);
     }
-    BRIDGE_SD * beyond + ONSET_SD * steps
+    let beyond: f64 = over.iter().map(|over| over / rows.len() as f64).sum();
+    BRIDGE_SD * beyond + ONSET_SD * step
 }
 
 /// Follows a line; what its mean may be off.
@@ -198,11 +185,8 @@ fn bridge_spike(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 
 fn scatter(column: &[f64], rows: &Range<usize>) -> f64 {
     let before = rows.start.saturating_sub(SCATTER_ROWS)..rows.start - 1;
     let after = rows.end + 1..(rows.end + SCATTER_ROWS).min(column.len() - 1);
-    quantile(
-        before
-            .chain(after)
-            .map(|k| (column[k + 1] - column[k]).abs())
-            .collect(),
-        0.5,
-    )
+    let steps = before
+        .chain(after)
+        .map(|k| (column[k + 1] - column[k]).abs());
+    quantile(steps.collect(), 0.5)
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// Covariance of the error δf = M f + o of a specific force: the nine elements of M (scale and cross-axis
 /// sensitivity, row by row) and the bias o, m/s².
@@ -19,8 +19,6 @@ pub struct CalibrationUncertainty {
     pub force: ForceCovariance,
     /// Of the gyroscope.
     pub rate: RateCovariance,
-    /// Standard deviation of a bias of the accelerometer beyond `force`, m/s².
-    pub force_bias_sd_mps2: f64,
     /// Standard deviation of the magnitude at the first rest against gravity, m/s²: that of gravity, and what
     /// the calibration leaves of the magnitude.
     pub gravity_sd_mps2: f64,
@@ -67,61 +65,54 @@ impl Default for CalibrationUncertainty {
         CalibrationUncertainty {
             force: errors(2e-4, 2e-3).force(),
             rate: errors(0.02, 0.0).rate(),
-            force_bias_sd_mps2: 1e-3,
             gravity_sd_mps2: 0.05,
         }
     }
 }
 
-/// Independent directions of that uncertainty, one standard deviation long.
+/// Independent directions of that uncertainty, one standard deviation long, in columns: of the elements of M, row by
+/// row, and of o.
 #[derive(Debug, Clone)]
 pub(crate) struct Directions {
-    /// δf = matrix · f + offset.
-    pub force: Vec<(Matrix3<f64>, Vector3<f64>)>,
-    /// δω = matrix · ω.
-    pub rate: Vec<Matrix3<f64>>,
+    /// δf = M f + o.
+    pub force: SMatrix<f64, 12, 12>,
+    /// δω = M ω.
+    pub rate: SMatrix<f64, 9, 9>,
     /// Relative error of a rate, for each axis of the error.
     pub rate_sd: f64,
 }
 
 impl Directions {
     pub fn new(calibration: &CalibrationUncertainty) -> Directions {
-        let matrix = |step: &DVector<f64>| Matrix3::from_row_slice(&step.as_slice()[..9]);
-        let force = factor(&calibration.force).into_iter();
-        let rate = factor(&calibration.rate);
         Directions {
-            force: force
-                .map(|step| (matrix(&step), Vector3::new(step[9], step[10], step[11])))
-                .collect(),
-            rate: rate.iter().map(matrix).collect(),
+            force: factor(&calibration.force),
+            rate: factor(&calibration.rate),
             // A rate along one axis meets three of nine elements, one for each axis of its error.
             rate_sd: calibration.rate.trace().max(0.0).sqrt() / 3.0,
         }
     }
 }
 
-/// Columns of L with C = L Lᵀ, by the eigenvectors of the correlations: a covariance may be singular.
-fn factor<const N: usize>(c: &SMatrix<f64, N, N>) -> Vec<DVector<f64>> {
+/// L with C = L Lᵀ, by the eigenvectors of the correlations: a covariance may be singular.
+fn factor<const N: usize>(c: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     let sd = DVector::from_fn(N, |i, _| c[(i, i)].max(0.0).sqrt());
     let unit = sd.map(|s| if s > 0.0 { s } else { 1.0 });
     let correlation = DMatrix::from_fn(N, N, |i, j| {
         0.5 * (c[(i, j)] + c[(j, i)]) / unit[i] / unit[j]
     });
     let eigen = correlation.symmetric_eigen();
-    let column = |k: usize| {
-        let column = eigen.eigenvectors.column(k).component_mul(&sd);
-        column * eigen.eigenvalues[k].max(0.0).sqrt()
-    };
-    (0..N).map(column).collect()
+    SMatrix::from_fn(|i, k| {
+        eigen.eigenvectors[(i, k)] * sd[i] * eigen.eigenvalues[k].max(0.0).sqrt()
+    })
 }
 
 /// How motion is estimated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Moments of a walking foot between its swings have no velocity.
-    pub stances: bool,
+    /// Moments of a walking foot between its swings are nothing special, rather than without velocity.
+    pub no_stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,
     /// Use the past only: no smoother. The path of a closed move, and its bands, are those after its end: a second
@@ -140,22 +131,8 @@ impl MotionOptions {
     /// Nothing is negative or no number, and a causal run looks for rests.
     pub(crate) fn are_possible(&self) -> bool {
         let known = &self.calibration;
-        let sizes = [known.force_bias_sd_mps2, known.gravity_sd_mps2];
-        let is_size = |v: &f64| v.is_finite() && *v >= 0.0;
         !(self.causal && self.rests.is_some())
-            && sizes.iter().all(is_size)
+            && (0.0..f64::INFINITY).contains(&known.gravity_sd_mps2)
             && known.force.iter().chain(&known.rate).all(|v| v.is_finite())
-    }
-}
-
-impl Default for MotionOptions {
-    fn default() -> Self {
-        MotionOptions {
-            calibration: CalibrationUncertainty::default(),
-            stances: true,
-            rests: None,
-            causal: false,
-            stopped: None,
-        }
     }
 }

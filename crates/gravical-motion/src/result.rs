@@ -20,7 +20,7 @@ const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 const VISIBLE_SD: f64 = 10.0;
 
 /// Root of a variance that rounding may have left below zero; what is no number stays none.
-fn deviation(variance: f64) -> f64 {
+pub(crate) fn deviation(variance: f64) -> f64 {
     if variance < 0.0 { 0.0 } else { variance.sqrt() }
 }
 
@@ -63,15 +63,11 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of the total what calibration and attitude leave is noise.
-    pub(crate) fn new(
-        total: &Matrix3<f64>,
-        calibration: &Matrix3<f64>,
-        attitude: &Matrix3<f64>,
-    ) -> Budget {
-        let total = total.diagonal();
-        let calibration = calibration.diagonal().inf(&total);
-        let attitude = attitude.diagonal().inf(&(total - calibration));
+    /// Of the total, calibration and attitude: what the latter leave is noise.
+    pub(crate) fn new(covariances: [Matrix3<f64>; 3]) -> Budget {
+        let [total, calibration, attitude] = covariances.map(|c| c.diagonal());
+        let calibration = calibration.inf(&total);
+        let attitude = attitude.inf(&(total - calibration));
         let part = |variance: Vector3<f64>| variance.map(deviation).into();
         Budget {
             noise: part(total - calibration - attitude),
@@ -88,8 +84,8 @@ pub struct Move {
     pub samples: Range<usize>,
     /// Displacement, m: x, y level in the directions of the first rest, z up.
     pub displacement_m: [f64; 3],
-    /// Its covariance, m².
-    pub covariance_m2: [[f64; 3]; 3],
+    /// Its standard deviations, m.
+    pub sd_m: [f64; 3],
     /// What contributes to it.
     pub budget: Budget,
     /// What lies at its ends.
@@ -100,16 +96,8 @@ pub struct Move {
     pub stances: usize,
     /// Runs of clipped or spiked rows in it.
     pub replaced: usize,
-    /// Why its displacement is not known; none if it is, to its covariance.
+    /// Why its displacement is not known; none if it is, to its deviations.
     pub unusable: Option<Unusable>,
-}
-
-impl Move {
-    /// Standard deviations of the displacement, m.
-    #[must_use]
-    pub fn sd_m(&self) -> [f64; 3] {
-        std::array::from_fn(|c| deviation(self.covariance_m2[c][c]))
-    }
 }
 
 /// State of the motion at a sample.
@@ -174,8 +162,6 @@ impl PathNode {
 pub struct Motion {
     /// Rests, in samples. Without one nothing else is known.
     pub rests: Vec<Range<usize>>,
-    /// Stances of a foot, in samples.
-    pub stances: Vec<usize>,
     /// Noise of the rests; none without rests.
     pub noise: Option<NoiseAtRest>,
     /// The moves, in order.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
-use crate::odd::{BridgeKind, Bridged, Sensor};
+use crate::odd::{Bridged, Sensor};
 
 /// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
 const MAX_FORCE_MPS2: f64 = 1e4;
@@ -28,11 +28,8 @@ const MAX_MISSED_TURN_RAD: f64 = 0.07;
 #[must_use]
 pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6] {
     std::array::from_fn(|c| {
-        let (column, max) = if c < 3 {
-            (force_mps2, MAX_FORCE_MPS2)
-        } else {
-            (rate_rad_s, MAX_RATE_RAD_S)
-        };
+        let column = [force_mps2, rate_rad_s][c / 3];
+        let max = [MAX_FORCE_MPS2, MAX_RATE_RAD_S][c / 3];
         let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
         resolution(values.take(RESOLUTION_VALUES))
     })
@@ -45,7 +42,7 @@ fn is_possible(time_s: f64, force: &[f64; 3], rate: &[f64; 3]) -> bool {
         && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S)
 }
 
-/// Why nobody knows how far a move went: its covariance does not hold.
+/// Why nobody knows how far a move went: its deviations do not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unusable {
     /// More than half a second is missing.
@@ -94,7 +91,7 @@ impl Samples {
         let mut samples = Samples {
             time_s: Vec::with_capacity(count),
             force: Vec::with_capacity(count),
-            rate: Vec::new(),
+            rate: Vec::with_capacity(count),
             period_s: 0.0,
             pieces: Vec::new(),
             resolution,
@@ -104,9 +101,6 @@ impl Samples {
         };
         for (row, (time_s, force, rate)) in rows.enumerate() {
             let is_first = samples.is_empty();
-            if is_first && rate.is_some() {
-                samples.rate.reserve_exact(count);
-            }
             let is_like_the_others = is_first || rate.is_some() == samples.has_gyro();
             let is_later = samples.time_s.last().is_none_or(|last| time_s > *last);
             if is_like_the_others
@@ -193,32 +187,29 @@ impl Samples {
 
     /// Samples after the first of a span, its end included, before which there is a gap; with its length by
     /// the times, s, and true if that is not all.
-    pub(crate) fn gaps(
-        &self,
-        span: &Range<usize>,
-    ) -> impl Iterator<Item = (usize, f64, bool)> + '_ {
+    pub(crate) fn gaps(&self, span: &Range<usize>) -> impl Iterator<Item = (f64, bool)> + '_ {
         let (start, end) = (span.start, span.end);
         let first = self.pieces.partition_point(|p| p.start <= start);
         let starts = self.pieces[first..].iter().map(|p| p.start);
         starts.take_while(move |i| *i <= end).map(|i| {
             let seconds = self.time_s[i] - self.time_s[i - 1];
-            (i, seconds, self.breaks.binary_search(&i).is_ok())
+            (seconds, self.breaks.binary_search(&i).is_ok())
         })
     }
 
     /// Whether so much is missing in a span that nobody knows how far the sensor went.
     pub(crate) fn unusable(&self, span: &Range<usize>) -> Option<Unusable> {
-        if self.gaps(span).any(|(_, _, interrupted)| interrupted) {
+        if self.gaps(span).any(|(_, interrupted)| interrupted) {
             return Some(Unusable::Interrupted);
         }
-        let gaps = self.gaps(span).map(|(_, seconds, _)| seconds);
+        let gaps = self.gaps(span).map(|(seconds, _)| seconds);
         let missing_s = gaps.fold(0.0, f64::max) - self.period_s;
         if missing_s > MAX_MISSING_S {
             return Some(Unusable::Gap { missing_s });
         }
         let turns = self
             .bridged_in(span)
-            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.kind == BridgeKind::Clipped);
+            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.is_clipped);
         let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
         (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)
     }

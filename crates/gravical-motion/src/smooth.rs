@@ -7,8 +7,8 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use crate::filter::{Filter, Node, Record, Update};
-use crate::result::{Budget, CLOCK_SD, Move, PathNode};
+use crate::filter::{Node, Record, Update};
+use crate::result::{Budget, CLOCK_SD, Move, PathNode, deviation};
 use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
 use crate::transition::Transition;
 
@@ -64,10 +64,10 @@ impl Smoother {
                     self.information.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
                 }
                 Record::Update(update) => self.update(update),
-                Record::EndMove(end) => self.end_move(end),
-                Record::StartMove(start) => {
+                Record::EndMove(position, covariance) => self.end_move(position, covariance),
+                Record::StartMove(position, covariance) => {
                     if let Some(one) = one.take() {
-                        self.start_move(start, one);
+                        self.start_move(position, covariance, one);
                     }
                 }
             }
@@ -94,17 +94,12 @@ impl Smoother {
     }
 
     fn update(&mut self, update: &Update) {
-        let Update {
-            h,
-            innovation,
-            information,
-            gain,
-        } = update;
+        let (h, gain, information) = (&update.h, &update.gain, &update.information);
         if let Some(open) = &mut self.open {
             let back = gain.transpose() * open.sensitivity;
             open.sensitivity -= h.transpose() * back;
         }
-        let back = information * innovation - gain.transpose() * self.adjoint;
+        let back = information * update.innovation - gain.transpose() * self.adjoint;
         self.adjoint += h.transpose() * back;
         // (I − KH)ᵀ Λ (I − KH) + Hᵀ S⁻¹ H, multiplied out.
         let gained = gain.transpose() * self.information;
@@ -114,22 +109,23 @@ impl Smoother {
         self.information = (next + next.transpose()) * 0.5;
     }
 
-    fn end_move(&mut self, end: &Filter) {
-        let p: Position = end.covariance.fixed_rows::<3>(POSITION).into_owned();
+    fn end_move(&mut self, position: &Vector3<f64>, covariance: &Covariance) {
+        let p: Position = covariance.fixed_rows::<3>(POSITION).into_owned();
         let mut sensitivity = -(self.information * p.transpose());
-        let mut position = sensitivity.fixed_view_mut::<3, 3>(POSITION, 0);
-        position += Matrix3::identity();
+        let mut by_position = sensitivity.fixed_view_mut::<3, 3>(POSITION, 0);
+        by_position += Matrix3::identity();
         self.open = Some(OpenMove {
-            end: self.position(end),
+            end: self.position(position, covariance),
             sensitivity,
             by_rate: Matrix3::zeros(),
         });
     }
 
-    fn start_move(&mut self, node: &Filter, one: &mut Move) {
+    fn start_move(&mut self, position: &Vector3<f64>, covariance: &Covariance, one: &mut Move) {
         let Some(open) = self.open.take() else { return };
-        let ((start, at_start), (end, at_end)) = (self.position(node), open.end);
-        let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
+        let (start, at_start) = self.position(position, covariance);
+        let (end, at_end) = open.end;
+        let p: Position = covariance.fixed_rows::<3>(POSITION).into_owned();
         let block = |rows: &Position| rows.fixed_columns::<3>(POSITION).into_owned();
         let cross = p * open.sensitivity;
         let displacement = end - start;
@@ -145,18 +141,14 @@ impl Smoother {
         let mut gravity = constants.column_mut(0);
         gravity /= self.gravity_sd.max(f64::MIN_POSITIVE);
         one.displacement_m = displacement.into();
-        // nalgebra's arrays are columns.
-        one.covariance_m2 = total.transpose().into();
-        one.budget = Budget::new(&total, &(constants * constants.transpose()), &open.by_rate);
+        one.sd_m = total.diagonal().map(deviation).into();
+        one.budget = Budget::new([total, constants * constants.transpose(), open.by_rate]);
     }
 
     /// Smoothed position and its covariance to the whole smoothed state.
-    fn position(&self, node: &Filter) -> (Vector3<f64>, Position) {
-        let p: Position = node.covariance.fixed_rows::<3>(POSITION).into_owned();
-        (
-            node.nominal.position + p * self.adjoint,
-            p - p * self.information * node.covariance,
-        )
+    fn position(&self, at: &Vector3<f64>, covariance: &Covariance) -> (Vector3<f64>, Position) {
+        let p: Position = covariance.fixed_rows::<3>(POSITION).into_owned();
+        (at + p * self.adjoint, p - p * self.information * covariance)
     }
 }
 

@@ -55,21 +55,21 @@ impl Nominal {
 
     /// The correction of the readings that the nominal parameters are.
     pub fn correction(&self, directions: &Directions) -> Correction {
-        let mut parameters = self.parameters.iter();
-        let mut rate = Matrix3::identity();
-        for (matrix, k) in directions.rate.iter().zip(parameters.by_ref()) {
-            rate += matrix * *k;
-        }
-        let mut force = (Matrix3::identity(), -self.force_bias);
-        for ((matrix, offset), k) in directions.force.iter().zip(parameters) {
-            force.0 += matrix * *k;
-            force.1 += offset * *k;
-        }
+        let rate = directions.rate * self.parameters.fixed_rows::<9>(0);
+        let force = directions.force * self.parameters.fixed_rows::<12>(9);
+        let matrix = |m: &[f64]| Matrix3::identity() + Matrix3::from_row_slice(&m[..9]);
+        let offset = force.fixed_rows::<3>(9) - self.force_bias;
+        let rate = matrix(rate.as_slice());
         Correction {
-            force,
+            force: (matrix(force.as_slice()), offset),
             rate: (rate, -(rate * self.rate_bias)),
         }
     }
+}
+
+/// What each element of M, row by row, makes of R M x.
+pub(crate) fn by_element(r: &Matrix3<f64>, x: &Vector3<f64>) -> SMatrix<f64, 3, 9> {
+    SMatrix::from_fn(|i, k| r[(i, k / 3)] * x[k % 3])
 }
 
 /// Corrected = matrix · reading + offset.

@@ -89,7 +89,7 @@ struct Interval<'a> {
     samples: &'a Samples,
     from: &'a PathNode,
     to: &'a PathNode,
-    /// Attitudes by the gyroscope; empty where it is not integrated.
+    /// Attitudes by the gyroscope; where it is not integrated the first alone.
     turned: Vec<UnitQuaternion<f64>>,
     /// Rotation vector that is missing at the end, world axes.
     missing: Vector3<f64>,
@@ -107,45 +107,41 @@ impl<'a> Interval<'a> {
         to: &'a PathNode,
         before: &mut Before,
     ) -> Interval<'a> {
-        let span = from.sample..to.sample;
-        let next = motion
-            .moves
-            .partition_point(|m| m.samples.end <= span.start);
-        let has_gap = samples.gaps(&span).next().is_some();
-        let is_moving = motion
-            .moves
-            .get(next)
-            .is_some_and(|m| m.samples.start <= span.start);
+        let (first, last) = (from.sample, to.sample);
+        let has_gap = samples.gaps(&(first..last)).next().is_some();
+        let next = motion.moves.partition_point(|m| m.samples.end <= first);
+        let next = motion.moves.get(next);
+        let is_integrated = !has_gap && next.is_some_and(|m| m.samples.start <= first);
+        let mut attitude = quaternion(&from.attitude);
+        let mut turned = vec![attitude];
+        if is_integrated {
+            for i in first + 1..=last {
+                if let Some(rate) = samples.rate.get(i - 1..=i) {
+                    let rate = [Vector3::from(rate[0]), Vector3::from(rate[1])];
+                    let h = samples.time_s[i] - samples.time_s[i - 1];
+                    attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, h));
+                }
+                turned.push(attitude);
+            }
+        }
         let mut interval = Interval {
             samples,
             from,
             to,
-            turned: Vec::new(),
-            missing: Vector3::zeros(),
+            turned,
+            missing: (quaternion(&to.attitude) * attitude.inverse()).scaled_axis(),
             correction: before.correction,
             integrated: Vec::new(),
         };
-        if is_moving && !has_gap {
-            interval.turn();
-        }
-        let start = interval.turned.last().copied();
-        let start = start.unwrap_or_else(|| quaternion(&from.attitude));
-        interval.missing = (quaternion(&to.attitude) * start.inverse()).scaled_axis();
         if !has_gap {
             interval.correct(before);
+            before.is_single = last == first + 1;
         }
-        if is_moving && !has_gap {
+        if is_integrated {
             interval.integrate(before.last_acceleration);
         }
-        *before = Before {
-            correction: interval.correction,
-            last_acceleration: Some(interval.acceleration(to.sample)),
-            is_single: if has_gap {
-                before.is_single
-            } else {
-                span.len() == 1
-            },
-        };
+        before.correction = interval.correction;
+        before.last_acceleration = Some(interval.acceleration(last));
         interval
     }
 
@@ -156,30 +152,13 @@ impl<'a> Interval<'a> {
     /// Fraction of its time that is past at a sample.
     fn fraction(&self, i: usize) -> f64 {
         let time_s = &self.samples.time_s;
-        let (from_s, to_s) = (time_s[self.from.sample], time_s[self.to.sample]);
-        if to_s > from_s {
-            (time_s[i] - from_s) / (to_s - from_s)
-        } else {
-            1.0
-        }
-    }
-
-    /// Follows the gyroscope.
-    fn turn(&mut self) {
-        let mut attitude = quaternion(&self.from.attitude);
-        self.turned.push(attitude);
-        for i in self.from.sample + 1..=self.to.sample {
-            if let Some(rate) = self.samples.rate.get(i - 1..=i) {
-                let rate = [Vector3::from(rate[0]), Vector3::from(rate[1])];
-                attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, self.step_s(i)));
-            }
-            self.turned.push(attitude);
-        }
+        let from_s = time_s[self.from.sample];
+        (time_s[i] - from_s) / (time_s[self.to.sample] - from_s)
     }
 
     fn attitude(&self, i: usize) -> UnitQuaternion<f64> {
-        let turned = self.turned.get(i - self.from.sample).copied();
-        let turned = turned.unwrap_or_else(|| quaternion(&self.from.attitude));
+        let turned = self.turned.get(i - self.from.sample);
+        let turned = turned.unwrap_or(&self.turned[0]);
         UnitQuaternion::from_scaled_axis(self.missing * self.fraction(i)) * turned
     }
 

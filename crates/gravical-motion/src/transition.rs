@@ -10,7 +10,7 @@ use crate::options::{Directions, MotionOptions};
 use crate::samples::Samples;
 use crate::state::{
     ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
-    RATE_BIAS, RATE_PARAMETERS, VELOCITY,
+    RATE_BIAS, RATE_PARAMETERS, VELOCITY, by_element,
 };
 
 /// What of the bend of the force between three samples, (h/12) Δ²f, is an error of the trapezoid. Without
@@ -55,9 +55,9 @@ struct Sums {
     force: Matrix3<f64>,
     /// ∫ R dt.
     attitude: Matrix3<f64>,
-    /// ∫ R e_j f_l dt and ∫ R e_j ω_l dt of the readings: [`Matrix3`] of column j for each l.
-    force_by_axis: [Matrix3<f64>; 3],
-    rate_by_axis: [Matrix3<f64>; 3],
+    /// ∫ R M f dt and ∫ R M ω dt of the readings, by the elements of M.
+    by_force: SMatrix<f64, 3, 9>,
+    by_rate: SMatrix<f64, 3, 9>,
     /// Variance of the velocity (sensor axes) by the error of the trapezoid, of the attitude by unsteady scales.
     trapezoid_error: Vector3<f64>,
     unsteady: f64,
@@ -91,13 +91,10 @@ impl Model<'_> {
         let start = nominal.attitude;
         let mut sums = Sums::default();
         let mut turned_rad = 0.0;
-        let has_gyro = samples.has_gyro();
+        // Without a gyroscope nothing turns.
         let rate_at = |i: usize| {
-            if has_gyro {
-                correction.rate(&samples.rate[i])
-            } else {
-                Vector3::zeros()
-            }
+            let reading = samples.rate.get(i);
+            reading.map_or_else(Vector3::zeros, |reading| correction.rate(reading))
         };
         let mut rate = rate_at(span.start);
         let mut force = nominal.attitude * correction.force(&samples.force[span.start]);
@@ -105,11 +102,7 @@ impl Model<'_> {
             let h = samples.time_s[i + 1] - samples.time_s[i];
             let next_rate = rate_at(i + 1);
             let angle = turn(&[rate, next_rate], h);
-            let next = if has_gyro {
-                nominal.attitude * Rotation3::new(angle).into_inner()
-            } else {
-                nominal.attitude
-            };
+            let next = nominal.attitude * Rotation3::new(angle).into_inner();
             let next_force = next * correction.force(&samples.force[i + 1]);
             let mean_force = (force + next_force) * 0.5;
             let acceleration = mean_force - Vector3::new(0.0, 0.0, nominal.gravity);
@@ -123,12 +116,8 @@ impl Model<'_> {
             sums.force += mean_force.cross_matrix() * h;
             sums.attitude += (nominal.attitude + next) * (0.5 * h);
             let turn = nominal.attitude * h;
-            for l in 0..3 {
-                sums.force_by_axis[l] += turn * samples.force[i][l];
-                if has_gyro {
-                    sums.rate_by_axis[l] += turn * mean_rate[l];
-                }
-            }
+            sums.by_force += by_element(&turn, &Vector3::from(samples.force[i]));
+            sums.by_rate += by_element(&turn, &mean_rate);
             if i > 0 {
                 sums.trapezoid_error += self.trapezoid_error(i, h);
             }
@@ -171,22 +160,21 @@ impl Model<'_> {
         set(ATTITUDE, RATE_BIAS, &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
-        let mut set = |row: usize, column: usize, by_parameter: &Vector3<f64>| {
-            f.fixed_view_mut::<3, 1>(row, column)
-                .copy_from(by_parameter);
-        };
-        for (k, matrix) in self.directions.rate.iter().enumerate() {
-            let attitude = contract(&sums.rate_by_axis, matrix);
-            let velocity = sums.force * attitude * -0.5;
-            set(POSITION, RATE_PARAMETERS + k, &(velocity * (seconds / 3.0)));
-            set(VELOCITY, RATE_PARAMETERS + k, &velocity);
-            set(ATTITUDE, RATE_PARAMETERS + k, &attitude);
-        }
-        for (k, (matrix, offset)) in self.directions.force.iter().enumerate() {
-            let velocity = contract(&sums.force_by_axis, matrix) + sums.attitude * offset;
-            set(POSITION, FORCE_PARAMETERS + k, &(velocity * half));
-            set(VELOCITY, FORCE_PARAMETERS + k, &velocity);
-        }
+        let Directions { force, rate, .. } = self.directions;
+        let attitude = sums.by_rate * rate;
+        let velocity = sums.force * attitude * -0.5;
+        f.fixed_view_mut::<3, 9>(POSITION, RATE_PARAMETERS)
+            .copy_from(&(velocity * (seconds / 3.0)));
+        f.fixed_view_mut::<3, 9>(VELOCITY, RATE_PARAMETERS)
+            .copy_from(&velocity);
+        f.fixed_view_mut::<3, 9>(ATTITUDE, RATE_PARAMETERS)
+            .copy_from(&attitude);
+        let by_matrix = sums.by_force * force.fixed_rows::<9>(0);
+        let velocity = by_matrix + sums.attitude * force.fixed_rows::<3>(9);
+        f.fixed_view_mut::<3, 12>(POSITION, FORCE_PARAMETERS)
+            .copy_from(&(velocity * half));
+        f.fixed_view_mut::<3, 12>(VELOCITY, FORCE_PARAMETERS)
+            .copy_from(&velocity);
         f
     }
 
@@ -221,22 +209,18 @@ impl Model<'_> {
         let by_rate = sums.force * rate * sums.force.transpose() / 3.0;
         set(&mut q, VELOCITY, VELOCITY, &by_rate);
         let q_rate = q;
+        let [moved, moved_twice] = [seconds / 2.0, seconds * seconds / 3.0].map(|t| force * t);
         set(&mut q, VELOCITY, VELOCITY, &(by_rate + force));
-        set(
-            &mut q,
-            POSITION,
-            POSITION,
-            &(force * (seconds * seconds / 3.0)),
-        );
-        set(&mut q, POSITION, VELOCITY, &(force * (seconds / 2.0)));
-        set(&mut q, VELOCITY, POSITION, &(force * (seconds / 2.0)));
+        set(&mut q, POSITION, VELOCITY, &moved);
+        set(&mut q, VELOCITY, POSITION, &moved);
+        set(&mut q, POSITION, POSITION, &moved_twice);
         (q, q_rate)
     }
 
     /// Variances of velocity and attitude by what bridges may be off, at the node that holds their end, and by what
     /// may have happened in gaps.
     fn unmeasured(&self, span: &Range<usize>) -> Density {
-        let mut variance = Density::ZERO;
+        let mut variance = Density::default();
         for (bridged, sd) in self.samples.bridged_in(span) {
             let axis = bridged.axis.min(2);
             match bridged.sensor {
@@ -244,7 +228,7 @@ impl Model<'_> {
                 Sensor::Gyroscope => variance.rate[axis] += sd * sd,
             }
         }
-        for (_, seconds, interrupted) in self.samples.gaps(span) {
+        for (seconds, interrupted) in self.samples.gaps(span) {
             let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };
             let seconds = seconds.max(least_s);
             variance.force += Vector3::repeat((GAP_FORCE_MPS2 * seconds).powi(2));
@@ -260,9 +244,4 @@ impl Model<'_> {
 /// Control Dyn. 21(1), 1998, eq. 32).
 pub(crate) fn turn(rate: &[Vector3<f64>; 2], h: f64) -> Vector3<f64> {
     (rate[0] + rate[1]) * (0.5 * h) + rate[0].cross(&rate[1]) * (h * h / 12.0)
-}
-
-/// Σ_jl R e_j m_jl x_l, of the sums of R e_j x_l.
-fn contract(by_axis: &[Matrix3<f64>; 3], matrix: &Matrix3<f64>) -> Vector3<f64> {
-    by_axis[0] * matrix.column(0) + by_axis[1] * matrix.column(1) + by_axis[2] * matrix.column(2)
 }

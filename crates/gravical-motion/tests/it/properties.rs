@@ -30,7 +30,7 @@ fn a_sensor_that_is_mounted_turned_moves_the_same() {
     let [x, y, z] = a.displacement_m;
     // y level is not exactly a quarter turn from x level on a tilted table.
     assert_near([y, -x, z], b.displacement_m, 2e-3);
-    assert!((a.sd_m()[2] / b.sd_m()[2] - 1.0).abs() < 0.02);
+    assert!((a.sd_m[2] / b.sd_m[2] - 1.0).abs() < 0.02);
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn the_epoch_does_not_matter() {
     let (a, b) = (&motion_of(&recording).moves[0], &motion_of(&later).moves[0]);
     // Stamps of that size resolve 0.2 µs.
     assert_near(a.displacement_m, b.displacement_m, 1e-4);
-    assert_near(a.sd_m(), b.sd_m(), 1e-4);
+    assert_near(a.sd_m, b.sd_m, 1e-4);
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn results_agree_with_each_other() {
         for c in 0..3 {
             let squares =
                 [budget.noise, budget.calibration, budget.attitude].map(|part| part[c].powi(2));
-            let total = one.covariance_m2[c][c];
+            let total = one.sd_m[c].powi(2);
             assert!((squares.iter().sum::<f64>() / total - 1.0).abs() < 1e-9);
             assert!(budget.noise[c] > 0.0 && budget.attitude[c] > 0.0);
         }

@@ -123,9 +123,7 @@ impl Study {
             for one in &motion.moves {
                 let truth = recording.displacement;
                 let error: Vec<f64> = (0..3).map(|c| one.displacement_m[c] - truth[c]).collect();
-                study
-                    .errors
-                    .extend((0..3).map(|c| (error[c], one.sd_m()[c])));
+                study.errors.extend((0..3).map(|c| (error[c], one.sd_m[c])));
                 let along = (0..3).map(|c| error[c] * truth[c]).sum::<f64>() / truth.norm();
                 study.along.push(along * along);
             }

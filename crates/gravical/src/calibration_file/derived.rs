@@ -28,7 +28,7 @@ fn parameters(matrix: &[[f64; 3]; 3], bias: &[f64; 3], bends: [f64; 6]) -> Optio
 
 impl Covariance {
     /// Of M, b and, if they were fitted, bends; none of another size, not finite or zero throughout.
-    fn of_parameters(&self) -> Option<ParameterCovariance> {
+    pub(crate) fn of_parameters(&self) -> Option<ParameterCovariance> {
         let values = &self.values;
         let size = values.len();
         if !matches!(size, 12 | 18) || values.iter().any(|row| row.len() != size) {

@@ -53,7 +53,7 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use moves::{end, moves, visible_moves};
-use prepare::{Scales, scales};
+use prepare::prepare;
 use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
@@ -64,9 +64,6 @@ pub use options::{Intervals, MotionOptions, Procedure};
 pub use result::*;
 pub use track::{MotionSample, table_columns, write_table};
 pub use uncertainty::GravityMisfit;
-
-/// What a bias drifts by within hours after a calibration, m/s²: 0.1 mg.
-const BIAS_DRIFT_MPS2: f64 = 1e-3;
 
 /// Motion of a recording: the result, and the samples behind it.
 #[derive(Debug, Clone)]
@@ -80,26 +77,6 @@ pub struct Motion {
     /// By the nominal scales alone; none without a calibration.
     uncalibrated: Option<Estimate>,
     bands: bool,
-}
-
-impl Motion {
-    /// The samples, in order: computed as they are asked for.
-    pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
-        track::samples(self)
-    }
-
-    /// The state at each sample without the calibration; none without one.
-    #[must_use]
-    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
-        let plain = self.uncalibrated.as_ref()?;
-        Some(track::states(plain, &self.result.moves))
-    }
-
-    /// Samples before which others are missing, or the recording is parted.
-    pub fn breaks(&self) -> impl Iterator<Item = usize> {
-        let pieces = self.own.samples.channels().pieces;
-        pieces.iter().skip(1).map(|p| p.start)
-    }
 }
 
 /// A calibration and the name it was given by.
@@ -127,16 +104,23 @@ pub fn motion(
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
-    let scales = scales(recording, file, options, &mut findings)?;
-    let (samples, plain) = prepare::samples(recording, &scales, &mut findings)?;
+    let prepared = prepare(recording, file, options, &mut findings)?;
+    let (samples, plain) = (prepared.samples, prepared.plain);
     findings.extend(words::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
     let given = rests.map(|r| r.spans(samples.channels().time_s));
+    let by_file = file.map(|file| Gravity {
+        value_mps2: file.gravity_mps2,
+        source: file.gravity_source,
+    });
+    let gravity = options.gravity.or(by_file).unwrap_or_default();
     let work = Work {
         recording,
         file,
         options,
-        scales: &scales,
+        gravity,
+        gyro_calibrated: prepared.gyro_calibrated,
+        per_mps2: prepared.per_mps2,
         rests: given.transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
@@ -145,9 +129,14 @@ pub fn motion(
     } else {
         work.estimate(samples, plain.as_ref(), &mut findings)?
     };
-    let uncalibrated = plain
-        .map(|samples| work.uncalibrated(samples, &own))
-        .transpose()?;
+    let uncalibrated = plain.map(|samples| {
+        if by_report {
+            return Estimate::by_report(samples);
+        }
+        let rests = own.rests_in(&samples);
+        work.run(samples, DATA_SHEET.force(), Some(rests))
+    });
+    let uncalibrated = uncalibrated.transpose()?;
 
     let moves = moves(&own, uncalibrated.as_ref(), options);
     let end = end(&own, &moves, options);
@@ -161,7 +150,7 @@ pub fn motion(
         && let Some(rest) = rests.first()
     {
         let [x, y, z, ..] = own.samples.channels().mean(rest);
-        findings.extend(words::size([x, y, z], &work.gravity()));
+        findings.extend(words::size([x, y, z], &gravity));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
@@ -172,17 +161,15 @@ pub fn motion(
         start_s: t[rest.start],
         end_s: t[rest.end - 1],
     };
+    let timing = &recording.timing;
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
         verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
         procedure: words::procedure(options, has_gyro),
         rate_hz: Rates {
-            nominal: recording.timing.nominal_rate_hz,
-            r#true: recording
-                .timing
-                .mean_rate_hz
-                .or(recording.timing.median_rate_hz),
+            nominal: timing.nominal_rate_hz,
+            r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
         },
         duration_s: t[t.len() - 1] - t[0],
         rows: recording.rows() as u64,
@@ -215,7 +202,9 @@ struct Work<'a> {
     recording: &'a Recording,
     file: Option<&'a CalibrationFile>,
     options: &'a MotionOptions,
-    scales: &'a Scales,
+    gravity: Gravity,
+    gyro_calibrated: bool,
+    per_mps2: f64,
     /// Rests that are given, in samples.
     rests: Option<Vec<Range<usize>>>,
 }
@@ -231,23 +220,37 @@ impl Work<'_> {
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
         let covariance = self.covariance(&samples);
         let own = self.run(samples, covariance, self.rests.clone())?;
-        let misfit = self.misfit(&own, &own.samples, &covariance);
-        let raw_misfit = plain.and_then(|plain| self.misfit(&own, plain, &covariance));
-        let doubts = self.doubts(misfit, raw_misfit, findings);
+        let Some(file) = self.file else {
+            return Ok((own, None));
+        };
+        let (section, axes) = (&file.accelerometer, &self.options.axes);
+        // Where gravity is that of the calibration, its error is the same in both.
+        let known = file.sensor().filter(|_| self.options.gravity.is_none());
+        let known = known.map(|s| by_covariance(section, &s.covariance, axes));
+        let known = known.unwrap_or(covariance);
+        let (gravity_mps2, causal) = (self.gravity.value_mps2, self.options.causal);
+        let worst =
+            |samples: &Samples| GravityMisfit::worst(&own, samples, &known, gravity_mps2, causal);
+        let (misfit, raw_misfit) = (worst(&own.samples), plain.and_then(worst));
+        if section.covariance_of_parameters().is_none() {
+            findings.push(words::no_covariance());
+        }
+        let mut doubts = ForceCovariance::zeros();
+        if let Some(misfit) = misfit.filter(|m| m.contradicts) {
+            doubts += misfit.covariance();
+        }
+        // Raw columns of the same name show other gravity than calibrated ones.
+        let by_board = self.recording.is_calibrated_by_board;
+        let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
+        if by_board || named {
+            doubts += applied_twice(section, self.per_mps2, axes);
+            findings.push(words::already_calibrated(by_board));
+        }
         if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));
         }
         let own = self.run(own.samples, covariance + doubts, self.rests.clone())?;
         Ok((own, misfit))
-    }
-
-    /// The estimate by the nominal scales alone, with the rests of the calibrated one.
-    fn uncalibrated(&self, samples: Samples, own: &Estimate) -> Result<Estimate> {
-        if self.options.procedure == Procedure::Report {
-            return Estimate::by_report(samples);
-        }
-        let rests = own.rests_in(&samples);
-        self.run(samples, DATA_SHEET.force(), Some(rests))
     }
 
     /// An estimate by the filter, between `rests` or those that it finds, unless it was stopped.
@@ -259,17 +262,15 @@ impl Work<'_> {
     ) -> Result<Estimate> {
         let options = self.options;
         let by_calibration = variance_of_magnitude(&covariance, &typical(&samples));
-        let own = self.file.filter(|_| self.scales.gyro_calibrated);
+        let own = self.file.filter(|_| self.gyro_calibrated);
+        let by_gravity = self.gravity.uncertainty_mps2();
         let engine = EngineOptions {
             calibration: CalibrationUncertainty {
                 force: covariance,
                 rate: of_gyroscope(own, &options.axes),
-                force_bias_sd_mps2: BIAS_DRIFT_MPS2,
-                gravity_sd_mps2: by_calibration
-                    .sqrt()
-                    .hypot(self.gravity().uncertainty_mps2()),
+                gravity_sd_mps2: by_calibration.sqrt().hypot(by_gravity),
             },
-            stances: !options.no_stances,
+            no_stances: options.no_stances,
             // Given rests imply that the whole recording is known.
             causal: options.causal && rests.is_none(),
             rests,
@@ -287,7 +288,7 @@ impl Work<'_> {
     fn covariance(&self, samples: &Samples) -> ForceCovariance {
         let Some(file) = self.file else {
             // Gravity itself may show more than a data sheet allows.
-            let off = norm(&typical(samples)) / self.gravity().value_mps2 - 1.0;
+            let off = norm(&typical(samples)) / self.gravity.value_mps2 - 1.0;
             return ElementErrors {
                 scale: DATA_SHEET.scale.max(off.abs()),
                 ..DATA_SHEET
@@ -299,69 +300,6 @@ impl Work<'_> {
             Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
             None => UNSTATED.force(),
         }
-    }
-
-    fn misfit(
-        &self,
-        estimate: &Estimate,
-        samples: &Samples,
-        covariance: &ForceCovariance,
-    ) -> Option<GravityMisfit> {
-        let file = self.file?;
-        // Where gravity is that of the calibration, its error is the same in both.
-        let known = file.sensor().filter(|_| self.options.gravity.is_none());
-        let own =
-            known.map(|s| by_covariance(&file.accelerometer, &s.covariance, &self.options.axes));
-        let covariance = own.as_ref().unwrap_or(covariance);
-        let gravity_mps2 = self.gravity().value_mps2;
-        GravityMisfit::worst(
-            estimate,
-            samples,
-            covariance,
-            gravity_mps2,
-            self.options.causal,
-        )
-    }
-
-    /// What may be off besides: what gravity at the rests, and the recording itself, say against the
-    /// calibration.
-    fn doubts(
-        &self,
-        misfit: Option<GravityMisfit>,
-        raw_misfit: Option<GravityMisfit>,
-        findings: &mut Vec<Finding>,
-    ) -> ForceCovariance {
-        let Some(file) = self.file else {
-            return ForceCovariance::zeros();
-        };
-        let section = &file.accelerometer;
-        if section.covariance_of_parameters().is_none() {
-            findings.push(words::no_covariance());
-        }
-        let mut doubts = ForceCovariance::zeros();
-        if let Some(misfit) = misfit.filter(|m| m.contradicts) {
-            doubts += misfit.covariance();
-        }
-        // Raw columns of the same name show other gravity than calibrated ones.
-        let by_board = self.recording.is_calibrated_by_board;
-        let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
-        if by_board || named {
-            let nominal = 1.0 / self.scales.nominal.units()[0];
-            doubts += applied_twice(section, nominal, &self.options.axes);
-            findings.push(words::already_calibrated(by_board));
-        }
-        doubts
-    }
-
-    /// Local gravity.
-    fn gravity(&self) -> Gravity {
-        self.options.gravity.unwrap_or_else(|| match self.file {
-            Some(file) => Gravity {
-                value_mps2: file.gravity_mps2,
-                source: file.gravity_source,
-            },
-            None => Gravity::default(),
-        })
     }
 }
 

@@ -20,8 +20,17 @@ pub(super) fn moves(
 ) -> Vec<Move> {
     let t = own.samples.channels().time_s;
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
+    // The only rest of a recording may be constant speed.
+    let lone_rest_s = match &own.motion.rests[..] {
+        [only] if options.rests.is_none() => Some(t[only.end - 1] - t[only.start]),
+        _ => None,
+    };
+    let lone_rest_s = lone_rest_s.filter(|s| *s < LONE_REST_S);
+    let speeds = own.motion.states(&own.samples);
+    let mut speeds = speeds.map(|state| norm(&state.velocity_mps)).enumerate();
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
+        let unconfirmed = lone_rest_s.filter(|_| m.stances == 0);
         let unusable = m.unusable.map(words::unusable);
         let mut one = Move {
             start_s: t[m.samples.start],
@@ -30,7 +39,7 @@ pub(super) fn moves(
             closure: m.closure,
             stances: m.stances,
             replaced: m.replaced,
-            unusable: unusable.or_else(|| unconfirmed(own, m, options)),
+            unusable: unusable.or_else(|| unconfirmed.map(words::lone_rest)),
             ..Move::default()
         };
         if one.unusable.is_none() {
@@ -38,49 +47,20 @@ pub(super) fn moves(
             let other = others.iter().find(|o| o.samples.contains(&middle));
             one.displacement_m = Some(m.displacement_m);
             one.uncalibrated_m = other.map(|o| o.displacement_m);
-            one.sigma_m = options.has_bands().then(|| m.sd_m());
+            one.sigma_m = options.has_bands().then_some(m.sd_m);
             one.budget_m = options.has_bands().then_some(m.budget);
+            let (mut peak, mut path, mut before) = (0.0, 0.0, None);
+            let from_start = speeds.by_ref().skip_while(|s| s.0 < m.samples.start);
+            for (i, speed) in from_start.take(m.samples.len() + 1) {
+                peak = f64::max(peak, speed);
+                path += before.map_or(0.0, |b: f64| 0.5 * (b + speed) * (t[i] - t[i - 1]));
+                before = Some(speed);
+            }
+            (one.peak_speed_mps, one.path_m) = (Some(peak), Some(path));
         }
         moves.push(one);
     }
-    measure_paths(own, &mut moves);
     moves
-}
-
-/// Why the only rest of a recording says nothing of a move: it may be constant speed.
-fn unconfirmed(
-    own: &Estimate,
-    m: &gravical_motion::Move,
-    options: &MotionOptions,
-) -> Option<String> {
-    let [only] = &own.motion.rests[..] else {
-        return None;
-    };
-    let t = own.samples.channels().time_s;
-    let rest_s = t[only.end - 1] - t[only.start];
-    let is_short = rest_s < LONE_REST_S && m.stances == 0 && options.rests.is_none();
-    is_short.then(|| words::lone_rest(rest_s))
-}
-
-/// Peak speed and length of the path of each move.
-fn measure_paths(own: &Estimate, moves: &mut [Move]) {
-    let (t, spans) = (own.samples.channels().time_s, &own.motion.moves);
-    let (mut k, mut before) = (0, 0.0);
-    for (i, state) in own.motion.states(&own.samples).enumerate() {
-        let speed = norm(&state.velocity_mps);
-        while spans.get(k).is_some_and(|m| m.samples.end < i) {
-            k += 1;
-        }
-        let span = spans.get(k).map(|m| &m.samples);
-        if let Some(span) = span.filter(|s| s.start <= i && moves[k].unusable.is_none()) {
-            let seconds = if i > span.start { t[i] - t[i - 1] } else { 0.0 };
-            let one = &mut moves[k];
-            one.peak_speed_mps = Some(one.peak_speed_mps.unwrap_or(0.0).max(speed));
-            let path_m = one.path_m.unwrap_or(0.0);
-            one.path_m = Some(path_m + 0.5 * (before + speed) * seconds);
-        }
-        before = speed;
-    }
 }
 
 /// The end of the recording.
@@ -92,17 +72,13 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
     // At rest it is what may hide in the rest, not the noise.
     let has_band = is_known && options.has_bands() && !moves.is_empty();
     let is_finite = |v: [f64; 3]| v.iter().all(|v| v.is_finite());
-    let last = own
-        .motion
-        .states(&own.samples)
-        .last()
-        .filter(|s| is_finite(s.position_m));
+    let last = own.motion.path.last().filter(|n| is_finite(n.position_m));
     FinalState {
-        position_m: last.filter(|_| is_known).map(|s| s.position_m),
+        position_m: last.filter(|_| is_known).map(|n| n.position_m),
         sigma_m: last
-            .map(|s| s.position_sd_m)
+            .map(|n| n.position_sd_m)
             .filter(|sigma| has_band && is_finite(*sigma)),
-        velocity_mps: last.filter(|_| !ends_unknown).map(|s| s.velocity_mps),
+        velocity_mps: last.filter(|_| !ends_unknown).map(|n| n.velocity_mps),
     }
 }
 

@@ -1,6 +1,6 @@
 //! A motion sample by sample: one by one, and as a table.
 
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 
 use gravical_motion::SampleState;
@@ -58,50 +58,55 @@ impl MotionSample {
         ];
         let forces = [self.raw_mps2, self.force_mps2];
         let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
-        let before = before
-            .chain([f64::from(state.at_rest)])
-            .chain(state.attitude);
+        let before = before.chain([f64::from(state.at_rest)]);
+        let before = before.chain(state.attitude);
         before.chain(vectors.into_iter().flatten())
     }
 }
 
-/// The samples of a motion, in order.
-pub(super) fn samples(motion: &Motion) -> impl Iterator<Item = MotionSample> {
-    let own = motion.own.samples.channels();
-    let plain = motion.uncalibrated.as_ref();
-    let raw = plain.map_or(own, |plain| plain.samples.channels());
-    let states = states(&motion.own, &motion.result.moves).enumerate();
-    states.map(move |(i, mut state)| {
-        if !motion.bands {
-            (state.velocity_sd_mps, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
-        }
-        MotionSample {
+impl Motion {
+    /// The samples, in order: computed as they are asked for.
+    pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
+        let own = self.own.samples.channels();
+        let plain = self.uncalibrated.as_ref();
+        let raw = plain.map_or(own, |plain| plain.samples.channels());
+        let states = states(&self.own, &self.result.moves).enumerate();
+        states.map(move |(i, state)| MotionSample {
             t_s: own.time_s[i],
             raw_mps2: raw.force_mps2[i],
             force_mps2: own.force_mps2[i],
             state,
-        }
-    })
+        })
+    }
+
+    /// The state at each sample without the calibration; none without one.
+    #[must_use]
+    pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
+        let plain = self.uncalibrated.as_ref()?;
+        Some(states(plain, &self.result.moves))
+    }
+
+    /// Samples before which others are missing, or the recording is parted.
+    pub fn breaks(&self) -> impl Iterator<Item = usize> {
+        let pieces = self.own.samples.channels().pieces;
+        pieces.iter().skip(1).map(|p| p.start)
+    }
 }
 
 /// The states of an estimate: in a move that is not usable only that it moves is known, and from there on no
 /// position.
-pub(super) fn states<'a>(
+fn states<'a>(
     estimate: &'a Estimate,
     moves: &[Move],
 ) -> impl Iterator<Item = SampleState> + use<'a> {
     let time_s = estimate.samples.channels().time_s;
-    let (first_s, last_s) = (time_s[0], time_s[time_s.len() - 1]);
+    let last = time_s.len() - 1;
     // At its ends it may rest, but for those of the recording.
     let inside = |m: &Move| {
-        let from = if m.start_s > first_s {
-            time_s.partition_point(|t| *t <= m.start_s)
-        } else {
-            0
-        };
+        let from = time_s.partition_point(|t| *t <= m.start_s);
+        let from = if from > 1 { from } else { 0 };
         let end = time_s.partition_point(|t| *t < m.end_s);
-        let end = if m.end_s < last_s { end } else { time_s.len() };
-        from..end
+        from..if end < last { end } else { last + 1 }
     };
     let unusable = moves.iter().filter(|m| m.unusable.is_some());
     let unusable: Vec<Range<usize>> = unusable.map(inside).collect();
@@ -144,21 +149,18 @@ pub fn write_table(motion: &Motion, out: &mut dyn Write) -> io::Result<()> {
     let mut decimals = vec![DECIMALS; names.len()];
     decimals[STILL] = 0;
     decimals[STILL + 1..][..4].fill(ATTITUDE_DECIMALS);
-    let mut text = Vec::with_capacity(CHUNK + 1024);
-    text.extend(names.join(",").bytes());
-    text.push(b'\n');
+    let mut out = BufWriter::with_capacity(CHUNK, out);
+    writeln!(out, "{}", names.join(","))?;
+    let mut row = Vec::new();
     for sample in motion.samples() {
+        row.clear();
         for (value, decimals) in sample.numbers().zip(&decimals) {
-            write_fixed(&mut text, value, *decimals);
-            text.push(b',');
+            write_fixed(&mut row, value, *decimals);
+            row.push(b',');
         }
-        text.pop();
-        text.push(b'\n');
-        if text.len() >= CHUNK {
-            out.write_all(&text)?;
-            text.clear();
-        }
+        row.pop();
+        row.push(b'\n');
+        out.write_all(&row)?;
     }
-    out.write_all(&text)?;
     out.flush()
 }

@@ -120,8 +120,11 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
             torn += batch.ledger.count(reason);
         }
     }
-    let time_s = if same_file {
-        times_of_lines(recording, &lines)
+    let time_s: Vec<f64> = if same_file {
+        // NaN for a line that is no row of it.
+        let time = |line: &u32| recording.time_at(recording.rows_at([*line; 2]).next()?);
+        let times = lines.iter().map(time);
+        times.map(|t| t.unwrap_or(f64::NAN)).collect()
     } else {
         let options = ClockOptions {
             unit_s,
@@ -143,14 +146,13 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
             position_m.push(p);
         }
     }
-    let known = t_s.len();
+    let (known, unknown) = (t_s.len(), all - t_s.len());
     if known < 2 {
         let text = format!("{known} of {all} rows of the reference have a position");
         return Err(Error::input("truth-empty", text)
             .at(path, None)
             .with_hint("name the columns of the positions px_m, py_m, pz_m"));
     }
-    let unknown = all - known;
     let gaps = finding!(
         TruthGaps,
         "{unknown} of {all} rows of the reference have no position; stepped over"
@@ -165,42 +167,21 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
     })
 }
 
-/// The recording's own time of each line; NaN for a line that is no row of it.
-fn times_of_lines(recording: &Recording, lines: &[u32]) -> Vec<f64> {
-    let rate_hz = recording.working_rate_hz();
-    let mut row = 0;
-    let time_of = |line: &u32| {
-        let line = u64::from(*line);
-        while row < recording.rows() && recording.line(row) < line {
-            row += 1;
-        }
-        if row == recording.rows() || recording.line(row) != line {
-            return f64::NAN;
-        }
-        let time = recording.time_s.as_ref();
-        time.map_or(row as f64 / rate_hz, |t| t[row])
-    };
-    lines.iter().map(time_of).collect()
-}
-
 /// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
 /// plain `x`, `y`, `z`, which in a recording would be acceleration.
 fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
-    let prefixes = ["p", "pos", "position", ""];
-    let prefixes = if same_file {
-        &prefixes[..3]
-    } else {
-        &prefixes[..]
-    };
     let names: Vec<(String, f64)> = names.iter().map(|name| plain_name(name)).collect();
-    prefixes.iter().find_map(|prefix| {
+    let prefixes = ["p", "pos", "position", ""].into_iter();
+    let mut prefixes = prefixes.filter(|prefix| !(same_file && prefix.is_empty()));
+    prefixes.find_map(|prefix| {
         let find = |axis: &str| {
-            let name = format!("{prefix}{axis}");
-            let at = names.iter().position(|(plain, _)| *plain == name)?;
-            Some((at, names[at].1))
+            let mut plain = names.iter().map(|(plain, _)| plain.strip_prefix(prefix));
+            plain.position(|rest| rest == Some(axis))
         };
-        let [x, y, z] = [find("x")?, find("y")?, find("z")?];
-        (x.1 == y.1 && y.1 == z.1).then_some(([x.0, y.0, z.0], x.1))
+        let columns = [find("x")?, find("y")?, find("z")?];
+        let metres = names[columns[0]].1;
+        let are_alike = columns.iter().all(|c| names[*c].1 == metres);
+        are_alike.then_some((columns, metres))
     })
 }
 
@@ -262,19 +243,33 @@ fn compare(
         }
     }
     // Where both are known, counted from the first such point.
-    let shifted = reference.t_s.iter().map(|t| t + offset_s);
-    let both = shifted.zip(&reference.position_m);
-    let both: Vec<(f64, [f64; 3], [f64; 3])> = both
-        .filter_map(|(t, position)| Some((t, own.at(t, 0.0)?, *position)))
-        .collect();
-    let [(from_s, origin, first), .., (to_s, ..)] = both[..] else {
-        return Err(
-            no_overlap(own, &reference.t_s, offset_s).at(Path::new(&reference.source), None)
+    let (mut t_s, mut result_m, mut reference_m) = (Vec::new(), Vec::new(), Vec::new());
+    for (t, position) in reference.t_s.iter().zip(&reference.position_m) {
+        if let Some(known) = own.at(t + offset_s, 0.0) {
+            t_s.push(t + offset_s);
+            result_m.push(known);
+            reference_m.push(*position);
+        }
+    }
+    let [from_s, .., to_s] = t_s[..] else {
+        let span = |t: &[f64], offset_s: f64| match t {
+            [a, .., b] => format!("{:.1} to {:.1} s", a + offset_s, b + offset_s),
+            _ => "nothing".to_owned(),
+        };
+        let text = format!(
+            "reference and recording have no time in common in which both positions are known: {} and {}",
+            span(&reference.t_s, offset_s),
+            span(own.t_s, 0.0)
         );
+        return Err(Error::input("truth-overlap", text)
+            .with_hint("record both from one motion to the next, or shift the reference's stamps")
+            .at(Path::new(&reference.source), None));
     };
-    let t_s: Vec<f64> = both.iter().map(|p| p.0).collect();
-    let result_m: Vec<[f64; 3]> = both.iter().map(|p| sub(&p.1, &origin)).collect();
-    let mut reference_m: Vec<[f64; 3]> = both.iter().map(|p| sub(&p.2, &first)).collect();
+    let origin = result_m[0];
+    for positions in [&mut result_m, &mut reference_m] {
+        let first = positions[0];
+        positions.iter_mut().for_each(|p| *p = sub(p, &first));
+    }
     let yaw_rad = yaw_rad(&t_s, &result_m, &reference_m);
     let (sine, cosine) = yaw_rad.sin_cos();
     for [x, y, _] in &mut reference_m {
@@ -308,20 +303,6 @@ fn compare(
         ..reference.clone()
     };
     Ok((comparison, aligned))
-}
-
-fn no_overlap(own: &Line<'_>, other_s: &[f64], offset_s: f64) -> Error {
-    let span = |t: &[f64], offset_s: f64| match t {
-        [a, .., b] => format!("{:.1} to {:.1} s", a + offset_s, b + offset_s),
-        _ => "nothing".to_owned(),
-    };
-    let text = format!(
-        "reference and recording have no time in common in which both positions are known: {} and {}",
-        span(other_s, offset_s),
-        span(own.t_s, 0.0)
-    );
-    Error::input("truth-overlap", text)
-        .with_hint("record both from one motion to the next, or shift the reference's stamps")
 }
 
 /// The lag at which the speeds correlate most, s, and their correlation; none where one of the two does not
@@ -452,8 +433,10 @@ impl<'a> Line<'a> {
     }
 
     fn duration_s(&self) -> f64 {
-        let ends = self.t_s.first().zip(self.t_s.last());
-        ends.map_or(0.0, |(from, to)| to - from)
+        match self.t_s {
+            [from, .., to] => to - from,
+            _ => 0.0,
+        }
     }
 
     /// Position at `t_s`; none outside, over a gap (`max_s`, or what is one by its own rate), and where it is

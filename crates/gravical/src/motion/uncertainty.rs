@@ -8,7 +8,7 @@
 //! parameters are off by more than the covariance says, in ways that rests in one attitude
 //! do not show: the bands then allow for an error of that size in each of them.
 
-use gravical_core::matrix3::{identity, mul, mul_vec, norm, transpose};
+use gravical_core::matrix3::{identity, mul, norm, transpose};
 use gravical_fit::model::Covariance;
 use gravical_motion::{ElementErrors, ForceCovariance, RateCovariance, Samples};
 use nalgebra::SVector;
@@ -56,20 +56,16 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ra
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
         return GYRO_DATA_SHEET.rate();
     };
-    let covariance = section.covariance.as_ref().filter(|c| {
-        let is_known = |row: &Vec<f64>| row.len() >= 9 && row.iter().all(|v| v.is_finite());
-        c.values.len() >= 9 && c.values.iter().all(is_known)
-    });
-    let Some(covariance) = covariance else {
-        return if section.method == GyroMethod::Bias {
-            GYRO_DATA_SHEET.rate()
-        } else {
-            UNSTATED.rate()
-        };
-    };
-    let change = changes(&axes.of_rates(), &section.matrix);
-    let change = change.fixed_view::<9, 9>(0, 0);
-    change * RateCovariance::from_fn(|i, j| covariance.values[i][j]) * change.transpose()
+    let covariance = section.covariance.as_ref();
+    match covariance.and_then(|c| c.of_parameters()) {
+        Some(covariance) => {
+            let change = changes(&axes.of_rates(), &section.matrix);
+            let change = change.fixed_view::<9, 9>(0, 0);
+            change * covariance.fixed_view::<9, 9>(0, 0) * change.transpose()
+        }
+        None if section.method == GyroMethod::Bias => GYRO_DATA_SHEET.rate(),
+        None => UNSTATED.rate(),
+    }
 }
 
 /// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are off
@@ -79,53 +75,36 @@ pub(super) fn applied_twice(
     nominal: f64,
     axes: &AxisMap,
 ) -> ForceCovariance {
-    let mut scale = identity();
-    (0..3).for_each(|i| scale[i][i] = nominal);
-    let mut change = error(axes, &section.matrix, &scale, section.bias.map(|b| -b));
+    let mut parameters = SVector::<f64, 12>::zeros();
+    for i in 0..3 {
+        parameters[4 * i] = nominal;
+        parameters[9 + i] = -section.bias[i];
+    }
+    let mut change = changes(axes, &section.matrix) * parameters;
     (0..3).for_each(|i| change[4 * i] -= 1.0);
     change * change.transpose()
 }
 
-/// The errors that each of the parameters makes, in columns.
+/// The error A (M f + o) of a specific force in the axes of the case that each of the parameters makes, M row by
+/// row and o, in columns.
 fn changes(axes: &AxisMap, a: &[[f64; 3]; 3]) -> ForceCovariance {
-    let columns: [SVector<f64, 12>; 12] = std::array::from_fn(|k| {
-        let one = |i: usize| f64::from(u8::from(i == k));
-        let m = std::array::from_fn(|i| std::array::from_fn(|j| one(3 * i + j)));
-        error(axes, a, &m, [one(9), one(10), one(11)])
-    });
-    ForceCovariance::from_columns(&columns)
-}
-
-/// The error A (M f + o) of a specific force in the axes of the case: its matrix row by row, and its offset.
-fn error(
-    axes: &AxisMap,
-    a: &[[f64; 3]; 3],
-    m: &[[f64; 3]; 3],
-    offset: [f64; 3],
-) -> SVector<f64, 12> {
-    let m = mul(a, m);
-    let columns = identity().map(|e| axes.to_case(mul_vec(&m, &axes.to_board(e))));
-    let offset = axes.to_case(mul_vec(a, &offset));
-    let all = transpose(&columns).into_iter().chain([offset]).flatten();
-    SVector::from_iterator(all)
+    let turn = transpose(&identity().map(|e| axes.to_case(e)));
+    let turned = mul(&turn, a);
+    ForceCovariance::from_fn(|i, k| match (i < 9, k < 9) {
+        (true, true) => turned[i / 3][k / 3] * turn[i % 3][k % 3],
+        (false, false) => turned[i - 9][k - 9],
+        _ => 0.0,
+    })
 }
 
 /// Variance of the magnitude of a specific force, (m/s²)².
 pub(super) fn variance_of_magnitude(covariance: &ForceCovariance, force: &[f64; 3]) -> f64 {
-    let size = norm(force);
-    let up = if size > 0.0 {
-        force.map(|f| f / size)
-    } else {
-        [0.0, 0.0, 1.0]
-    };
-    let along = |k: usize| {
-        if k < 9 {
-            up[k / 3] * force[k % 3]
-        } else {
-            up[k - 9]
-        }
-    };
-    let along = SVector::<f64, 12>::from_fn(|k, _| along(k));
+    let size = norm(force).max(f64::MIN_POSITIVE);
+    let up = force.map(|f| f / size);
+    let along = SVector::<f64, 12>::from_fn(|k, _| match k {
+        0..9 => up[k / 3] * force[k % 3],
+        _ => up[k - 9],
+    });
     along.dot(&(covariance * along))
 }
 
@@ -183,15 +162,14 @@ impl GravityMisfit {
                 let variance = variance_of_magnitude(covariance, &[x, y, z])
                     .max(unstable * unstable)
                     + noise * noise / seconds;
-                let mut one = GravityMisfit {
+                let sigma_mps2 = variance.sqrt();
+                GravityMisfit {
                     rest_s: t[rest.start],
                     measured_mps2,
                     gravity_mps2,
-                    sigma_mps2: variance.sqrt(),
-                    contradicts: false,
-                };
-                one.contradicts = one.sigmas() > limit;
-                one
+                    sigma_mps2,
+                    contradicts: (measured_mps2 - gravity_mps2).abs() / sigma_mps2 > limit,
+                }
             })
             .max_by(|a, b| a.sigmas().total_cmp(&b.sigmas()))
     }

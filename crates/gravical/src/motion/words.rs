@@ -1,7 +1,6 @@
 //! What can be determined and why, what was done, what the axes are, and what is odd, in words.
 
 use gravical_core::matrix3::norm;
-use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_motion::{Samples, Unusable};
 
 use super::options::{MotionOptions, Procedure};
@@ -9,7 +8,8 @@ use super::result::{Ends, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
 use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::recording::{Finding, FindingKind, LineSpans, Recording, why_calibrated};
+use crate::numfmt::{digits, milli_g};
+use crate::recording::{Finding, LineSpans, Recording, Severity, why_calibrated};
 
 /// Gravity at rest that is off by less than this is not reported where nothing is calibrated, relative.
 const REPORTED_MISFIT: f64 = 0.005;
@@ -52,13 +52,11 @@ impl MotionVerdict {
             }
             (judgement, reason + ".")
         };
-        let contradicts = misfit.filter(|m| m.contradicts);
-        let reasons = contradicts
-            .iter()
-            .map(contradiction)
-            .chain([reason])
-            .collect();
-        MotionVerdict { judgement, reasons }
+        let contradiction = misfit.filter(|m| m.contradicts).map(contradiction);
+        MotionVerdict {
+            judgement,
+            reasons: contradiction.into_iter().chain([reason]).collect(),
+        }
     }
 }
 
@@ -66,19 +64,19 @@ impl MotionVerdict {
 fn at_rest(visible: &[VisibleMove]) -> String {
     let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
     let hidden = hidden.map_or(String::new(), |v| {
-        let (distance, seconds) = (rounded(v.distance_m), v.seconds);
+        let (distance, seconds) = (digits(v.distance_m, 2), v.seconds);
         format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
     });
     format!("No move is visible in the recording.{hidden}")
 }
 
-fn contradiction(misfit: &GravityMisfit) -> String {
+fn contradiction(misfit: GravityMisfit) -> String {
     let off = misfit.measured_mps2 - misfit.gravity_mps2;
     format!(
         "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
         misfit.measured_mps2,
         misfit.gravity_mps2,
-        1e3 * off / STANDARD_GRAVITY_MPS2,
+        milli_g(off),
         misfit.sigmas()
     )
 }
@@ -129,12 +127,6 @@ pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<
         "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them"
     );
     (!lines.is_empty()).then(|| finding.at_lines(&lines))
-}
-
-/// A length to two digits, m.
-pub(super) fn rounded(metres: f64) -> String {
-    let decimals = (1.0 - metres.log10().floor()).clamp(0.0, 6.0);
-    format!("{metres:.*}", decimals as usize)
 }
 
 /// What the recording lacks, and what that costs.
@@ -207,16 +199,13 @@ pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
     let size = norm(&force);
     let g = gravity.value_mps2;
     let off = size / g - 1.0;
-    if off.abs() <= REPORTED_MISFIT {
-        return None;
-    }
-    let text = format!(
+    let mut finding = finding!(
+        GravityOff,
         "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides",
         100.0 * off
     );
-    Some(if off.abs() > 0.02 {
-        Finding::new(FindingKind::GravityOff, text)
-    } else {
-        Finding::note(FindingKind::GravityOff, text)
-    })
+    if off.abs() <= 0.02 {
+        finding.severity = Severity::Note;
+    }
+    (off.abs() > REPORTED_MISFIT).then_some(finding)
 }

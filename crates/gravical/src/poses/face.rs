@@ -80,16 +80,6 @@ impl AxisMap {
             .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
     }
 
-    /// A vector in the case's axes seen in the board's.
-    #[must_use]
-    pub fn to_board(&self, case: [f64; 3]) -> [f64; 3] {
-        let mut board = [0.0; 3];
-        for (value, (axis, same)) in case.into_iter().zip(self.rows) {
-            board[axis] = if same { value } else { -value };
-        }
-        board
-    }
-
     /// The case's axis along which the board's axis `board` lies.
     #[must_use]
     pub fn case_axis(&self, board: usize) -> usize {
