@@ -4,21 +4,22 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use gravical::calibration_file::GravitySource;
+use gravical::calibration_file::CalibrationFile;
+use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Loss};
+use gravical::live::event::{Command, Event, Loss};
 use gravical::live::folder::RECORDING;
+use gravical::numfmt::milli_g;
 use gravical::output::make_folder;
 use gravical::poses::face::Face;
-use gravical::recording::ReadOptions;
 use gravical::recording::bytes::Input;
-use gravical::recording::source::open;
 use gravical::simulate::{
-    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions, Truth,
+    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions,
 };
 use gravical::{Error, Result};
+use gravical_core::matrix3::{add, mul_vec, norm};
 
-use crate::cmd::log::{self, Event, Existing, LogFile};
+use crate::cmd::log::{self, Existing, LogFile};
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -30,6 +31,8 @@ const DECIMALS: usize = 4;
 const STEP: Duration = Duration::from_millis(20);
 /// Longest time that a simulated sensor goes on in one step, before its speed.
 const MAX_STEP: Duration = Duration::from_millis(40);
+/// Directions over which its true error is averaged.
+const DIRECTIONS: usize = 400;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -73,30 +76,16 @@ pub trait Source {
     }
     /// The session has ended: writes what waits. One that `has_failed` before its first row leaves no file.
     fn close(&mut self, _has_failed: bool) {}
-    /// The true parameters of a simulated sensor.
-    fn truth(&self) -> Option<Truth> {
+    /// The true error of a simulated sensor with the result, and its sentence; for a recording in m/s².
+    fn truth(&self, _file: &CalibrationFile) -> Option<(Event, String)> {
         None
     }
 }
 
-/// A recording.
+/// A recording; packed, and in any encoding.
 pub struct Replay {
-    input: Input,
-    path: PathBuf,
-}
-
-impl Replay {
-    /// Opens it; packed and in any encoding.
-    ///
-    /// # Errors
-    ///
-    /// Those of the file.
-    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self> {
-        Ok(Replay {
-            input: open(path, options)?,
-            path: path.to_owned(),
-        })
-    }
+    pub input: Input,
+    pub path: PathBuf,
 }
 
 impl Source for Replay {
@@ -134,11 +123,8 @@ impl Simulated {
     }
 
     /// Gravity where it is.
-    pub fn gravity() -> Gravity {
-        Gravity {
-            value_mps2: Self::options(0).gravity_mps2,
-            source: GravitySource::Given,
-        }
+    pub fn gravity() -> Result<Gravity> {
+        Gravity::given(Self::options(0).gravity_mps2)
     }
 
     fn options(seed: u64) -> SimulateOptions {
@@ -235,8 +221,31 @@ impl Source for Simulated {
         Ok(true)
     }
 
-    fn truth(&self) -> Option<Truth> {
-        Some(self.sensor.truth())
+    fn truth(&self, file: &CalibrationFile) -> Option<(Event, String)> {
+        let truth = self.sensor.truth();
+        let sensor = &truth.accelerometer;
+        let calibration = file.accelerometer_calibration();
+        let warm_c = file.temperature_c.map_or(0.0, |t| t.mean - 25.0);
+        let bias: [f64; 3] =
+            std::array::from_fn(|i| sensor.bias_mps2[i] + warm_c * sensor.bias_drift_mps2_per_c[i]);
+        let mut squares = [0.0_f64; 2];
+        for up in sphere(DIRECTIONS) {
+            let force = (up * truth.gravity_mps2).into();
+            let raw = add(&mul_vec(&sensor.matrix, &force), &bias);
+            for (sum, a) in squares.iter_mut().zip([raw, calibration.apply(raw)]) {
+                *sum += (norm(&a) - truth.gravity_mps2).powi(2);
+            }
+        }
+        let [before_mg, norm_error_mg] =
+            squares.map(|sum| milli_g((sum / DIRECTIONS as f64).sqrt()));
+        let text = format!(
+            "The truth: error of ‖a‖ {norm_error_mg:.2} mg rms with this calibration, {before_mg:.1} mg without."
+        );
+        let event = Event::Truth {
+            norm_error_mg,
+            before_mg,
+        };
+        Some((event, text))
     }
 }
 
@@ -307,13 +316,13 @@ impl Source for PortSource {
 }
 
 /// What the session has to know of the recording.
-fn incoming(event: Event) -> Option<Incoming> {
+fn incoming(event: log::Event) -> Option<Incoming> {
     Some(match event {
-        Event::Opened { port, .. } => Incoming::Connected(port),
-        Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
-        Event::Silent { .. } => Incoming::Lost(Loss::Silent),
-        Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
-        Event::Warning { text } => Incoming::Warning(text),
+        log::Event::Opened { port, .. } => Incoming::Connected(port),
+        log::Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
+        log::Event::Silent { .. } => Incoming::Lost(Loss::Silent),
+        log::Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
+        log::Event::Warning { text } => Incoming::Warning(text),
         _ => return None,
     })
 }

@@ -358,7 +358,7 @@ function listen() {
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });
-  stream.addEventListener("message", e => take(JSON.parse(e.data)));
+  stream.addEventListener("message", e => e.data.split("\n").filter(Boolean).forEach(line => take(JSON.parse(line))));
 }
 
 render($("#tiles"), html`${FACES.map(tileMarkup)}`);
