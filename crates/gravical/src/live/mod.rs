@@ -89,9 +89,11 @@ pub(crate) fn face_of(name: &str) -> Option<Face> {
 /// A list: `+x, -y or +z`.
 fn any_of(faces: &[Face]) -> String {
     let names: Vec<String> = faces.iter().map(|f| f.name()).collect();
-    match names.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        _ => names.concat(),
+    match &names[..] {
+        [] => "another direction".to_owned(),
+        [one] => one.clone(),
+        [_, _, _, _, _, _] => "any side".to_owned(),
+        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
     }
 }
 
