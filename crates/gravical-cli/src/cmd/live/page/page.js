@@ -44,7 +44,8 @@ function update() {
   updateBoard();
   updateTiles();
   updateButtons(now);
-  show("#grade", Boolean(GRADES[verdict?.grade]) && !is_over);
+  updateRecord();
+  show("#grade", Boolean(verdict) && !is_over);
   $("#grade").dataset.mark = GRADES[verdict?.grade] ?? "";
   write($("#grade span"), verdict?.text ?? "");
 }
@@ -167,7 +168,6 @@ function updateButtons(now) {
   $("#as-drawn").disabled = !wanted(state).up;
 }
 
-// What the status does not change.
 function updateRecord() {
   render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
   const { errors } = state;
@@ -209,11 +209,6 @@ function complain(text) {
   update();
 }
 
-function choose(is_choosing) {
-  choosing = is_choosing;
-  update();
-}
-
 // Asks once whether a command is meant.
 function ask(name, title, text) {
   write($("#sure h2"), `${title} now?`);
@@ -226,15 +221,9 @@ function ask(name, title, text) {
 
 // What buttons do that is more than a command.
 const ACTIONS = {
-  mute() {
-    sound.toggle();
-    update();
-  },
-  later() {
-    gravity_later = true;
-    update();
-  },
-  redo() { choose(!choosing); },
+  mute() { sound.toggle(); },
+  later() { gravity_later = true; },
+  redo() { choosing = !choosing; },
   "as-drawn"() { send({ command: "hand", up: wanted(state).up }); },
   finish() {
     const { verdict, poses } = state;
@@ -261,18 +250,14 @@ function press(button) {
   else if (port) send({ command: "port", name: port });
   else if (button.closest(".command")) copy(button);
   else ACTIONS[button.id]?.();
-  if (face) choose(false);
+  if (face) choosing = false;
+  updateSoon();
 }
 
-async function copy(button) {
-  const code = button.previousElementSibling;
-  try {
-    await navigator.clipboard.writeText(code.textContent);
-    button.textContent = "Copied";
-  } catch {
-    // Without the right to copy, the line is marked, so that one key does it.
-    getSelection().selectAllChildren(code);
-  }
+// Without the right to copy, the line is marked, so that one key does it.
+function copy(button) {
+  getSelection().selectAllChildren(button.previousElementSibling);
+  if (document.execCommand("copy")) button.textContent = "Copied";
 }
 
 document.addEventListener("click", e => {
@@ -292,8 +277,10 @@ document.addEventListener("keydown", e => {
   if ((e.key === " " || e.key === "Enter") && at("button, a, summary")) return;
   const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
   const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
-  if (key === "Escape" && choosing) choose(false);
-  else if (button) {
+  if (key === "Escape") {
+    choosing = false;
+    updateSoon();
+  } else if (button) {
     if (!e.repeat && !button.disabled) press(button);
   } else if (is_in_hand && ARROWS[key]) turnByKey(key);
   else return;
@@ -310,24 +297,17 @@ $("#gravity").addEventListener("submit", e => {
 
 // ---- Events ----
 
-let live_from = 0, is_due = false, is_recorded = false;
+let live_from = 0, due = 0;
 
 // Events that come at once are shown at once.
 function updateSoon() {
-  if (is_due) return;
-  is_due = true;
-  requestAnimationFrame(() => {
-    is_due = false;
-    update();
-    if (!is_recorded) updateRecord();
-    is_recorded = true;
-  });
+  cancelAnimationFrame(due);
+  due = requestAnimationFrame(update);
 }
 
 function take(event) {
   state = after(state, event);
   if (event.type === "session") choosing = false;
-  if (event.type !== "status") is_recorded = false;
   if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   // What is replayed at the start has been seen and heard before.
   if (performance.now() > live_from) {
