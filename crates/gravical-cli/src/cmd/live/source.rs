@@ -105,7 +105,6 @@ impl Source for Replay {
 pub struct Simulated {
     sensor: InteractiveSensor,
     file: LogFile,
-    has_header: bool,
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
@@ -147,7 +146,6 @@ impl Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
             file,
             offset_s: last_row_s(&before).map_or(0.0, |t_s| t_s + RESUMED_AFTER_S),
-            has_header: resumes,
             rows: 0,
             due_s: 0.0,
             last: Instant::now(),
@@ -175,11 +173,11 @@ impl Source for Simulated {
             self.rows as f64 / RATE_HZ + 0.1
         };
         let mut text = String::new();
-        if !std::mem::replace(&mut self.has_header, true) {
-            text.push_str("# simulated, not measured\n");
-            text.push_str(Reading::HEADER);
-        }
         while (self.rows as f64) < self.due_s * RATE_HZ {
+            if self.rows == 0 && self.offset_s == 0.0 {
+                text.push_str("# simulated, not measured\n");
+                text.push_str(Reading::HEADER);
+            }
             let t_s = self.rows as f64 / RATE_HZ;
             let stamp_ms = (1e3 * (self.offset_s + t_s)).round() as u64;
             text += &self.sensor.at(t_s).row(stamp_ms, DECIMALS);
@@ -203,9 +201,7 @@ impl Source for Simulated {
             return Ok(false);
         };
         let mut faces = Face::all().into_iter();
-        let face = put
-            .as_ref()
-            .and_then(|name| faces.find(|f| f.name() == *name));
+        let face = faces.find(|face| Some(face.name()) == *put);
         if *shake {
             self.sensor.push(&LineOptions {
                 distance_m: 0.05,
@@ -263,10 +259,9 @@ impl PortSource {
     /// Those of the port and of the file.
     pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
         let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
-        let created = !folder.exists();
         make_folder(folder)?;
         let opened = log::Session::open(&args);
-        if created && opened.is_err() {
+        if opened.is_err() {
             // Without a board no empty folder remains; one with a file in it does.
             let _ = std::fs::remove_dir(folder);
         }
