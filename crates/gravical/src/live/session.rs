@@ -16,7 +16,7 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::event::{Command, Event, Loss, Message, Pose, Rejection, SourceKind, State, Wanted};
+use super::event::{Command, Event, Loss, Message, Pose, Rejection, State, Wanted};
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
@@ -153,25 +153,6 @@ impl Session {
         Ok(self.take_events())
     }
 
-    /// The first event.
-    pub fn begin(
-        &mut self,
-        source: SourceKind,
-        name: &str,
-        folder: Option<String>,
-    ) -> Vec<Message> {
-        let into = folder
-            .as_ref()
-            .map_or(String::new(), |f| format!("; the session is in {f}"));
-        let event = Event::Session {
-            source,
-            name: name.to_owned(),
-            folder,
-            gravity: self.options.gravity,
-        };
-        self.note(event, &format!("{name}{into}"))
-    }
-
     /// Takes the next bytes of the recording, as they stand on the disk.
     ///
     /// # Errors
@@ -243,7 +224,7 @@ impl Session {
         self.take_events()
     }
 
-    /// Something for the record that only the program knows: what was saved, the end.
+    /// Something for the record that only the program knows: the beginning, what was saved, the end.
     pub fn note(&mut self, event: Event, text: &str) -> Vec<Message> {
         self.emit(event, text);
         self.take_events()

@@ -94,11 +94,17 @@ pub fn run(
 impl Driver<'_> {
     /// The session begins, or goes on.
     fn begin(&mut self, before: Option<&Journal>) -> Result<()> {
-        let folder = self.folder.map(|f| f.display().to_string());
-        let begun = self
-            .session
-            .begin(self.opened.kind, &self.opened.name, folder);
-        self.show(begun)?;
+        let mut text = self.opened.name.clone();
+        if let Some(folder) = self.folder {
+            text += &format!("; the session is in {}", folder.display());
+        }
+        let event = Event::Session {
+            source: self.opened.kind,
+            name: self.opened.name.clone(),
+            folder: self.folder.map(|f| f.display().to_string()),
+            gravity: self.session.gravity(),
+        };
+        self.note(event, &text)?;
         if let Some(journal) = before {
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
