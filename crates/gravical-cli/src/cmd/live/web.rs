@@ -342,9 +342,8 @@ impl Hub {
             }
             said.changed().await.ok()?;
             let now = said.borrow_and_update();
-            let lines: Vec<&str> = (now.past[read..].iter().chain(&now.status))
-                .map(String::as_str)
-                .collect();
+            let mut lines: Vec<&str> = now.past[read..].iter().map(String::as_str).collect();
+            lines.extend(now.status.as_deref());
             let event = sse::Event::default().retry(RETRY).data(lines.join("\n"));
             let (read, is_closed) = (now.past.len(), now.is_closed);
             drop(now);
