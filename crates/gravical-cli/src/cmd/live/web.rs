@@ -9,25 +9,23 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use axum::Router;
 use axum::body::{Body, to_bytes};
-use axum::extract::{Path, Request, State};
+use axum::extract::Request;
 use axum::http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderValue, ORIGIN,
     REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderName, Method, StatusCode};
-use axum::middleware::{Next, from_fn_with_state};
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
-use axum::routing::{get, post};
 use futures_util::stream::{Stream, unfold};
 use gravical::live::event::{Command, EndReason};
 use gravical::live::{Event, Message, sentence};
 use gravical::{Error, Result};
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
 use tokio::sync::{Semaphore, watch};
 
@@ -140,12 +138,12 @@ impl Page {
             token,
             hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
         });
-        let app = routes(Arc::clone(&hub));
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(system)?;
-        std::thread::spawn(move || runtime.block_on(answer(listener, app)));
+        let served = serve(listener, Arc::clone(&hub));
+        std::thread::spawn(move || runtime.block_on(served));
         say(&url);
         let tunnel = open::tunnel(port);
         if let Some(line) = &tunnel {
@@ -243,7 +241,7 @@ fn system(error: std::io::Error) -> Error {
 }
 
 /// Answers until the program ends.
-async fn answer(listener: TcpListener, app: Router) {
+async fn serve(listener: TcpListener, hub: Arc<Hub>) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
         return;
     };
@@ -257,11 +255,16 @@ async fn answer(listener: TcpListener, app: Router) {
         };
         // An event is sent at once.
         let _ = stream.set_nodelay(true);
+        let hub = Arc::clone(&hub);
+        let answers = service_fn(move |request: hyper::Request<Incoming>| {
+            let hub = Arc::clone(&hub);
+            async move { Ok::<_, Infallible>(hub.answer(request.map(Body::new)).await) }
+        });
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(REQUEST_TIME)
             .keep_alive(false)
-            .serve_connection(TokioIo::new(stream), TowerToHyperService::new(app.clone()));
+            .serve_connection(TokioIo::new(stream), answers);
         tokio::spawn(async move {
             // A connection that breaks off is no fault of the session.
             let _ = connection.await;
@@ -270,45 +273,43 @@ async fn answer(listener: TcpListener, app: Router) {
     }
 }
 
-/// All routes, behind the guard.
-fn routes(hub: Arc<Hub>) -> Router {
-    Router::new()
-        .route("/", get(page))
-        .route("/events", get(events))
-        .route("/command", post(command))
-        .route("/report", get(report))
-        .route("/{file}", get(file))
-        .fallback(async || StatusCode::NOT_FOUND)
-        .layer(from_fn_with_state(Arc::clone(&hub), guard))
-        .with_state(hub)
-}
-
-/// Refuses what is not from our own page. A page of another site, under whatever name it reaches
-/// this address, knows no token, and its browser names it in `Host` or `Origin`.
-async fn guard(State(hub): State<Arc<Hub>>, request: Request, next: Next) -> Response {
-    let mut response = match hub.refusal(&request) {
-        Some(why) => text(StatusCode::FORBIDDEN, TEXT, why),
-        None => next.run(request).await,
-    };
-    let headers = response.headers_mut();
-    for (name, value) in [
-        (CACHE_CONTROL, "no-store"),
-        (REFERRER_POLICY, "no-referrer"),
-        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (
-            HeaderName::from_static("cross-origin-resource-policy"),
-            "same-origin",
-        ),
-    ] {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
-    headers
-        .entry(CONTENT_SECURITY_POLICY)
-        .or_insert(HeaderValue::from_static(POLICY));
-    response
-}
-
 impl Hub {
+    /// Answers what is from our own page. A page of another site, under whatever name it reaches this
+    /// address, knows no token, and its browser names it in `Host` or `Origin`.
+    async fn answer(&self, request: Request) -> Response {
+        let is_post = request.method() == Method::POST;
+        let path = request.uri().path().trim_start_matches('/').to_owned();
+        let refusal = self.refusal(&request);
+        let mut response = match (refusal, path.as_str()) {
+            (Some(why), _) => text(StatusCode::FORBIDDEN, TEXT, why),
+            (None, "") => text(StatusCode::OK, HTML, PAGE.replace("{token}", &self.token)),
+            (None, "events") => Sse::new(self.join())
+                .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
+                .into_response(),
+            (None, "command") if is_post => self.command(request.into_body()).await,
+            (None, "command") => StatusCode::METHOD_NOT_ALLOWED.into_response(),
+            (None, "report") => self.report(),
+            (None, name) => match FILES.iter().find(|(file, _, _)| *file == name) {
+                Some((_, kind, content)) => text(StatusCode::OK, kind, *content),
+                None => StatusCode::NOT_FOUND.into_response(),
+            },
+        };
+        let resource_policy = HeaderName::from_static("cross-origin-resource-policy");
+        let headers = response.headers_mut();
+        for (name, value) in [
+            (CACHE_CONTROL, "no-store"),
+            (REFERRER_POLICY, "no-referrer"),
+            (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+            (resource_policy, "same-origin"),
+        ] {
+            headers.insert(name, HeaderValue::from_static(value));
+        }
+        headers
+            .entry(CONTENT_SECURITY_POLICY)
+            .or_insert(HeaderValue::from_static(POLICY));
+        response
+    }
+
     /// Why a request is refused, if it is.
     fn refusal(&self, request: &Request) -> Option<&'static str> {
         let headers = request.headers();
@@ -350,6 +351,37 @@ impl Hub {
             Some((Ok(event), (said, read, is_closed)))
         })
     }
+
+    async fn command(&self, body: Body) -> Response {
+        let refused = |status, why: &str| {
+            let body = serde_json::json!({ "error": sentence(why) }).to_string();
+            text(status, JSON, body)
+        };
+        let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
+            return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
+        };
+        match serde_json::from_slice(&bytes).map(|command| self.clicked.try_send(command)) {
+            Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
+            Ok(Err(_)) => {
+                let why = "the session is busy, or has ended";
+                refused(StatusCode::SERVICE_UNAVAILABLE, why)
+            }
+            Err(error) => {
+                let why = format!("this is no command: {error}");
+                refused(StatusCode::BAD_REQUEST, &why)
+            }
+        }
+    }
+
+    fn report(&self) -> Response {
+        let report = self.said.borrow().report.clone();
+        let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
+            let why = "The report is written when the calibration is saved.";
+            return text(StatusCode::NOT_FOUND, TEXT, why);
+        };
+        let policy = [(CONTENT_SECURITY_POLICY, REPORT_POLICY)];
+        (policy, text(StatusCode::OK, HTML, html)).into_response()
+    }
 }
 
 /// The only value of a header; an error if there are several, or it is no text.
@@ -369,58 +401,4 @@ fn same(a: &[u8], b: &[u8]) -> bool {
 
 fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Response {
     (status, [(CONTENT_TYPE, kind)], text.into()).into_response()
-}
-
-async fn page(State(hub): State<Arc<Hub>>) -> Response {
-    text(StatusCode::OK, HTML, PAGE.replace("{token}", &hub.token))
-}
-
-async fn file(Path(name): Path<String>) -> Response {
-    match FILES.iter().find(|(file, _, _)| *file == name) {
-        Some((_, kind, content)) => text(StatusCode::OK, kind, *content),
-        None => StatusCode::NOT_FOUND.into_response(),
-    }
-}
-
-async fn events(State(hub): State<Arc<Hub>>) -> Response {
-    Sse::new(hub.join())
-        .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
-        .into_response()
-}
-
-async fn command(State(hub): State<Arc<Hub>>, body: Body) -> Response {
-    let refused = |status, why: &str| {
-        let body = serde_json::json!({ "error": sentence(why) }).to_string();
-        text(status, JSON, body)
-    };
-    let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
-        return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
-    };
-    let command = match serde_json::from_slice::<Command>(&bytes) {
-        Ok(command) => command,
-        Err(error) => {
-            let why = format!("this is no command: {error}");
-            return refused(StatusCode::BAD_REQUEST, &why);
-        }
-    };
-    match hub.clicked.try_send(command) {
-        Ok(()) => StatusCode::NO_CONTENT.into_response(),
-        Err(_) => refused(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "the session is busy, or has ended",
-        ),
-    }
-}
-
-async fn report(State(hub): State<Arc<Hub>>) -> Response {
-    let report = hub.said.borrow().report.clone();
-    let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
-        return text(
-            StatusCode::NOT_FOUND,
-            TEXT,
-            "The report is written when the calibration is saved.",
-        );
-    };
-    let policy = [(CONTENT_SECURITY_POLICY, REPORT_POLICY)];
-    (policy, text(StatusCode::OK, HTML, html)).into_response()
 }
