@@ -88,7 +88,7 @@ impl Connection<'_> {
     }
 
     fn wait(&mut self, opened: &mut OpenSource) -> Result<()> {
-        for incoming in opened.source.next()? {
+        for incoming in opened.source.next()?.into_iter().flatten() {
             match incoming {
                 Incoming::Bytes(bytes) => opened.first.extend(bytes),
                 Incoming::Connected(name) => {
@@ -102,7 +102,7 @@ impl Connection<'_> {
                     return Err(Error::device("no-such-port", text));
                 }
                 Incoming::Warning(text) => self.console.note(Event::Warning, &text)?,
-                Incoming::Lost(Loss::Silent) | Incoming::End => {}
+                Incoming::Lost(Loss::Silent) => {}
             }
         }
         Ok(())

@@ -158,6 +158,9 @@ impl Plain {
 
 /// What else an event has, a line each.
 fn details(event: &Event) -> Vec<String> {
+    let named = |name: &str, lines: &[String]| -> Vec<String> {
+        lines.iter().map(|line| format!("{name}: {line}")).collect()
+    };
     match event {
         Event::Ports {
             ports,
@@ -165,11 +168,10 @@ fn details(event: &Event) -> Vec<String> {
             simulate,
             ..
         } => {
-            let ports = ports.iter().map(ports::line);
-            let flash = flash.iter().map(|line| format!("To flash ours: {line}"));
             let simulate = if *simulate { "`simulate` " } else { "" };
             let last = format!("Type `port NAME`, {simulate}or `cancel`.");
-            ports.chain(flash).chain([last]).collect()
+            let ports = ports.iter().map(ports::line).collect();
+            [ports, named("To flash ours", flash), vec![last]].concat()
         }
         Event::Verdict {
             reasons,
@@ -177,14 +179,9 @@ fn details(event: &Event) -> Vec<String> {
             ..
         } => reasons.clone(),
         Event::Saved { report, next, .. } => {
-            let report = report.iter().map(|r| format!("Report: {r}"));
-            let next = next.iter().map(|n| format!("Next: {n}"));
-            report.chain(next).collect()
+            [named("Report", report.as_slice()), named("Next", next)].concat()
         }
-        Event::End { resume, .. } => {
-            let resume = resume.iter();
-            resume.map(|r| format!("Go on with: {r}")).collect()
-        }
+        Event::End { resume, .. } => named("Go on with", resume.as_slice()),
         _ => Vec::new(),
     }
 }

@@ -115,17 +115,20 @@ impl Driver<'_> {
             self.busy_until_s = self.now_s + HAND_S;
         }
         let first = std::mem::take(&mut self.opened.first);
-        self.receive(Incoming::Bytes(first)).map(drop)
+        self.receive(Incoming::Bytes(first))
     }
 
     /// Reads rows and does what the user wants, until there is an end.
     fn guide(&mut self) -> Result<()> {
         let started = Instant::now();
         while !self.console.is_interrupted() && !self.session.is_done() {
-            for incoming in self.opened.source.next()? {
-                if !self.receive(incoming)? {
-                    return self.command(&Command::Finish);
-                }
+            let Some(next) = self.opened.source.next()? else {
+                let messages = self.session.settle_format()?;
+                self.show(messages)?;
+                return self.command(&Command::Finish);
+            };
+            for incoming in next {
+                self.receive(incoming)?;
             }
             let kind = self.opened.kind;
             let is_seen = self.console.page.is_some();
@@ -141,9 +144,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Passes to the session what the source has; false at its end.
-    fn receive(&mut self, incoming: Incoming) -> Result<bool> {
-        let is_end = matches!(incoming, Incoming::End);
+    /// Passes to the session what the source has.
+    fn receive(&mut self, incoming: Incoming) -> Result<()> {
         let messages = match incoming {
             Incoming::Bytes(bytes) => {
                 let mut messages = self.session.resumed();
@@ -157,10 +159,8 @@ impl Driver<'_> {
             Incoming::Lost(why) => self.session.lost(why),
             Incoming::Connected(_) => Vec::new(),
             Incoming::Warning(text) => self.session.note(Event::Warning, &text),
-            Incoming::End => self.session.settle_format()?,
         };
-        self.show(messages)?;
-        Ok(!is_end)
+        self.show(messages)
     }
 
     /// Shows events; what has to be safe is safe before.

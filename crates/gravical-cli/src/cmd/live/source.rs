@@ -46,18 +46,16 @@ pub enum Incoming {
     Lost(Loss),
     /// Something to tell.
     Warning(String),
-    /// There are no more rows.
-    End,
 }
 
 /// A source of rows.
 pub trait Source {
-    /// What it has next, in order; waits shortly.
+    /// What it has next, in order; waits shortly. None: there are no more rows.
     ///
     /// # Errors
     ///
     /// Those that end the session.
-    fn next(&mut self) -> Result<Vec<Incoming>>;
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>>;
     /// Makes the rows so far safe on the disk.
     ///
     /// # Errors
@@ -89,15 +87,11 @@ pub struct Replay {
 }
 
 impl Source for Replay {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         let mut bytes = vec![0; AT_ONCE];
         let read = self.input.reader.read(&mut bytes);
         bytes.truncate(read.map_err(|e| Error::io(&self.path, e))?);
-        Ok(vec![if bytes.is_empty() {
-            Incoming::End
-        } else {
-            Incoming::Bytes(bytes)
-        }])
+        Ok((!bytes.is_empty()).then(|| vec![Incoming::Bytes(bytes)]))
     }
 }
 
@@ -161,7 +155,7 @@ fn last_row_s(text: &str) -> Option<f64> {
 }
 
 impl Source for Simulated {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         // Where the session does not keep up, the sensor waits for it: a hand could do nothing during the
         // rows that would have been due.
         let passed = self.last.elapsed().min(MAX_STEP);
@@ -185,11 +179,11 @@ impl Source for Simulated {
         }
         if text.is_empty() {
             std::thread::sleep(STEP);
-            return Ok(Vec::new());
+            return Ok(Some(Vec::new()));
         }
         let bytes = text.into_bytes();
         self.file.write(&bytes)?;
-        Ok(vec![Incoming::Bytes(bytes)])
+        Ok(Some(vec![Incoming::Bytes(bytes)]))
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -281,18 +275,16 @@ impl PortSource {
 }
 
 impl Source for PortSource {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         let bytes = self.recording.step()?;
         let bytes = Some(bytes).filter(|b| !b.is_empty()).map(Incoming::Bytes);
         let events = self.recording.take_events().into_iter();
-        let next: Vec<Incoming> = bytes
-            .into_iter()
-            .chain(events.filter_map(incoming))
-            .collect();
+        let mut next = Vec::from_iter(bytes);
+        next.extend(events.filter_map(incoming));
         if next.iter().any(|i| matches!(i, Incoming::Lost(_))) {
             self.make_safe()?;
         }
-        Ok(next)
+        Ok(Some(next))
     }
 
     fn make_safe(&mut self) -> Result<()> {
