@@ -77,8 +77,6 @@ function updateBoard() {
   // it was.
   const read = lying(s?.up ?? [0, 0, 1]);
   const heading = (up && headingTo(lying(up), read)) ?? headingTo(attitude, read) ?? 0;
-  const is_there = performance.now() > turned_until || s && turned && angleDeg(s.up, upOf(turned)) < 4;
-  if (!held && !turning && is_there) turned = null;
   attitude = turned ?? turnedLevel(heading, read);
   drawAttitude($("#board"), attitude);
   const is_accepted = performance.now() < accepted_until;
@@ -103,10 +101,13 @@ function updateBoard() {
 
 // ---- The hand of a simulated session turns the drawing, and lays the board down when it lets go ----
 
-// The attitude that is drawn until the board is there.
-let turned = null, turned_until = 0;
-// The last event of the mouse that drags it; the timer that ends a turn by keys.
-let held = null, turning = 0;
+// The attitude that is drawn until the board is there; the last event of the mouse that drags it.
+let turned = null, held = null, timer = 0;
+
+function later(milliseconds, what) {
+  clearTimeout(timer);
+  timer = setTimeout(what, milliseconds);
+}
 
 // By these angles to the right and towards the camera.
 function turnBoard(right, near) {
@@ -116,21 +117,20 @@ function turnBoard(right, near) {
 
 function letGo() {
   held = null;
-  turning = 0;
   if (!turned) return;
-  turned_until = performance.now() + 2500;
   send({ command: "hand", up: upOf(turned) });
+  later(2500, () => { turned = null; });
 }
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 function turnByKey(key) {
   turnBoard(...ARROWS[key].map(v => v * Math.PI / 15));
-  clearTimeout(turning);
-  turning = setTimeout(letGo, 450);
+  later(450, letGo);
 }
 
 $("#board").addEventListener("pointerdown", e => {
   if (!is_in_hand) return;
+  clearTimeout(timer);
   held = e;
   $("#board").setPointerCapture(e.pointerId);
   e.preventDefault();
@@ -240,11 +240,7 @@ const ACTIONS = {
 
 function press(button) {
   const { command, face, port } = button.dataset;
-  if (button.closest("#hands, #tiles")) {
-    clearTimeout(turning);
-    turning = 0;
-    turned = null;
-  }
+  if (button.closest("#hands, #tiles")) later(0, () => { turned = null; });
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
   else if (port) send({ command: "port", name: port });
