@@ -62,15 +62,19 @@ const TEXT: &str = "text/plain; charset=utf-8";
 /// The page; its token is put in when it is sent.
 const PAGE: &str = include_str!("page/page.html");
 
-/// The files that the page is made of.
-const FILES: [(&str, &str, &str); 6] = [
+/// The files that it is made of.
+const FILES: [(&str, &str, &str); 2] = [
     ("page.css", CSS, include_str!("page/page.css")),
-    ("board.js", JS, include_str!("page/board.js")),
-    ("session.js", JS, include_str!("page/session.js")),
-    ("markup.js", JS, include_str!("page/markup.js")),
-    ("sound.js", JS, include_str!("page/sound.js")),
-    ("page.js", JS, include_str!("page/page.js")),
+    ("page.js", JS, SCRIPT),
 ];
+const SCRIPT: &str = concat!(
+    "\"use strict\";\n",
+    include_str!("page/board.js"),
+    include_str!("page/session.js"),
+    include_str!("page/markup.js"),
+    include_str!("page/sound.js"),
+    include_str!("page/page.js"),
+);
 
 /// Everything that was said, for each tab to read at its own pace.
 #[derive(Default)]

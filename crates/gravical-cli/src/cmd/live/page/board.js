@@ -1,6 +1,5 @@
 // How the board lies, and how it is drawn. Rotations are quaternions [w, x, y, z] from the axes of the sensor
 // to level ones with z up.
-"use strict";
 
 const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];

@@ -1,5 +1,4 @@
 // Parts of the page that are built as a whole when an event changes them.
-"use strict";
 
 class Markup extends String {}
 

@@ -1,5 +1,4 @@
 // The page: events in, what they change on it, keys and buttons back as commands.
-"use strict";
 
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
