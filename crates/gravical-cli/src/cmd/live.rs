@@ -4,10 +4,8 @@ mod connect;
 mod console;
 mod driver;
 mod source;
-mod truth;
 mod web;
 
-use std::io::{IsTerminal as _, stdin};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -15,11 +13,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
 use gravical::escape::path_word;
+use gravical::gravity::Gravity;
 use gravical::live::LiveOptions;
 use gravical::live::event::{EndReason, Event, SourceKind};
 use gravical::live::folder::{Journal, RECORDING};
 use gravical::output::make_folder;
-use gravical::recording::ReadOptions;
+use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
@@ -28,8 +27,7 @@ use crate::failure;
 use crate::options::{GravityArgs, number};
 
 use connect::{Connection, OpenSource, Origin};
-use console::{Console, EventLines, Plain, Renderer};
-use driver::Driver;
+use console::{Console, EventLines, Plain};
 use source::{PortSource, Replay, Simulated, Source};
 use web::Page;
 
@@ -78,7 +76,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "plain")]
     no_open: bool,
     /// Port of the page [default: a free one]
-    #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "PORT", conflicts_with = "plain", value_parser = clap::value_parser!(u16).range(1024..))]
     http_port: Option<u16>,
     /// Accept every steady hold at any time
     #[arg(long)]
@@ -108,28 +106,29 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let journal = args.journal()?;
     let folder = args.folder()?;
     let is_real_time = args.speed() > 0.0;
-    let mut renderers: Vec<Box<dyn Renderer>> = vec![Box::new(Plain::new(is_real_time))];
-    if let Some(path) = &args.events {
-        renderers.push(Box::new(EventLines::open(path, is_real_time)?));
-    }
-    let (sender, entries) = sync_channel(ENTRIES);
-    let serve = || Page::serve(args.http_port, sender.clone());
-    let page = args.has_page().then(serve).transpose()?;
-    renderers.extend(page.as_ref().map(|page| page.renderer(!args.no_open)));
-    if args.replay.is_none() {
-        console::send_typed(sender);
-    }
+    let (typing, typed) = sync_channel(ENTRIES);
+    let (clicking, clicked) = sync_channel(ENTRIES);
+    let open_lines = |path: &PathBuf| EventLines::open(path, is_real_time);
     let mut console = Console {
-        renderers,
-        entries,
+        plain: Plain::new(is_real_time),
+        lines: args.events.as_ref().map(open_lines).transpose()?,
+        page: None,
+        typed,
+        clicked,
         interrupted,
     };
+    // It would be loaded after a session as fast as possible.
+    if !args.plain && is_real_time {
+        console.page = Some(Page::serve(args.http_port, !args.no_open, clicking)?);
+    }
+    if args.replay.is_none() {
+        console::send_typed(typing);
+    }
     let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
-    let Some(page) = page else { return done };
-    while done.is_ok() && page.stay(&console) {
+    while done.is_ok() && console.goes_on() {
         done = args.go_on(folder.as_deref(), &mut console);
     }
-    if let Err(error) = &done {
+    if let (Err(error), Some(page)) = (&done, &console.page) {
         page.fail(&error.to_string());
     }
     done
@@ -149,16 +148,16 @@ impl Args {
             console: &mut *console,
             origin: self.origin(before),
         };
-        let Some(opened) = connection.open()? else {
-            let event = Event::End {
-                reason: EndReason::Interrupted,
-                poses: 0,
-                resume: None,
-            };
-            console.note(event, "Ended before the first row.")?;
-            return Ok(ExitCode::from(failure::INTERRUPTED));
+        if let Some(opened) = connection.open()? {
+            return driver::run(self, folder, before, console, opened);
+        }
+        let event = Event::End {
+            reason: EndReason::Interrupted,
+            poses: 0,
+            resume: None,
         };
-        Driver::new(self, folder, before, console, opened)?.run(before)
+        console.note(event, "Ended before the first row.")?;
+        Ok(ExitCode::from(failure::INTERRUPTED))
     }
 
     /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
@@ -174,11 +173,14 @@ impl Args {
 
     /// How the session is guided.
     fn session_options(&self, kind: SourceKind, before: Option<&Journal>) -> Result<LiveOptions> {
-        let simulated = (kind == SourceKind::Simulate).then(Simulated::gravity);
+        let default = match kind {
+            SourceKind::Simulate => Simulated::gravity()?,
+            _ => Gravity::default(),
+        };
         let gravity = self.gravity.given()?.or(before.map(|j| j.gravity));
         Ok(LiveOptions {
             read: self.read_options(),
-            gravity: gravity.or(simulated).unwrap_or_default(),
+            gravity: gravity.unwrap_or(default),
             capture_s: self.capture,
             any_pose: self.any_pose,
             ..LiveOptions::default()
@@ -190,11 +192,8 @@ impl Args {
         let default = || folder.map(|folder| folder.join("calibration.json"));
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
-        Some(if self.resumes() {
-            free_path(&output)
-        } else {
-            output
-        })
+        let resumes = self.resume.is_some();
+        Some(if resumes { free_path(&output) } else { output })
     }
 
     /// Checks what will be written, before the poses are.
@@ -208,20 +207,10 @@ impl Args {
         })
     }
 
-    /// The session goes on, with the sensor that it has.
-    fn resumes(&self) -> bool {
-        self.resume.is_some()
-    }
-
     /// Times real time; 0 is as fast as possible.
     fn speed(&self) -> f64 {
         let default = if self.replay.is_some() { 0.0 } else { 1.0 };
         self.speed.unwrap_or(default)
-    }
-
-    /// A page would be loaded after a session as fast as possible.
-    fn has_page(&self) -> bool {
-        !self.plain && self.speed() > 0.0
     }
 
     /// The journal of a session that goes on.
@@ -269,11 +258,6 @@ impl Args {
         }
     }
 
-    /// A user sees what happens, and can choose a port. In a script an error ends the program.
-    fn is_seen(&self) -> bool {
-        self.has_page() || stdin().is_terminal()
-    }
-
     fn read_options(&self) -> ReadOptions {
         // In the file of a board the columns have names.
         let rows = self.replay.as_ref().map(|_| &self.board);
@@ -287,12 +271,15 @@ impl Args {
 
     /// Opens the source.
     fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
-        let resumes = self.resumes();
+        let resumes = self.resume.is_some();
         let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
+                let replay = Replay {
+                    input: recording::source::open(file, &self.read_options())?,
+                    path: file.clone(),
+                };
                 let name = file.display().to_string();
-                let replay = Replay::open(file, &self.read_options())?;
                 (SourceKind::Replay, name, Box::new(replay))
             }
             Origin::Simulated(seed) => {

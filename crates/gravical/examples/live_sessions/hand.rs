@@ -2,7 +2,7 @@
 
 use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::fit::model::sphere;
-use gravical::live::event::{Event, Message, Rejection, SourceKind, Wanted};
+use gravical::live::event::{Event, Message, Rejection, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::poses::face::Face;
 use gravical::simulate::{
@@ -97,7 +97,6 @@ impl Hand {
             ..LiveOptions::default()
         };
         let mut session = Session::new("recording.csv", live);
-        let messages = session.begin(SourceKind::Simulate, "simulated MPU6050", None);
         let text = Reading::HEADER.to_owned();
         session.bytes(text.as_bytes()).unwrap();
         Hand {
@@ -107,7 +106,7 @@ impl Hand {
             clumsiness,
             now_s: 0.0,
             text,
-            messages,
+            messages: Vec::new(),
         }
     }
 

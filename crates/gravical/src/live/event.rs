@@ -101,7 +101,18 @@ pub enum Event {
         hint: Option<String>,
     },
     /// The calibration from the poses so far.
-    Fit(Box<Fit>),
+    Fit {
+        /// Bias, mg.
+        bias_mg: [f64; 3],
+        /// Predicted error of ‖a‖ in the worst direction, 95 %, mg.
+        worst_mg: Option<f64>,
+        /// Leave-one-out error of ‖a‖, rms, mg.
+        leave_one_out_mg: Option<f64>,
+        /// What an undetected error of one pose could change ‖a‖ by, mg.
+        undetected_mg: Option<f64>,
+        /// Number of poses.
+        poses: u32,
+    },
     /// The grade changed, or the session ends.
     Verdict {
         /// The grade.
@@ -359,21 +370,6 @@ pub enum EndReason {
     Failed,
 }
 
-/// The calibration from the poses so far.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Fit {
-    /// Bias, mg.
-    pub bias_mg: [f64; 3],
-    /// Predicted error of ‖a‖ in the worst direction, 95 %, mg.
-    pub worst_mg: Option<f64>,
-    /// Leave-one-out error of ‖a‖, rms, mg.
-    pub leave_one_out_mg: Option<f64>,
-    /// What an undetected error of one pose could change ‖a‖ by, mg.
-    pub undetected_mg: Option<f64>,
-    /// Number of poses.
-    pub poses: u32,
-}
-
 /// What the user wants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "command", rename_all = "kebab-case")]
@@ -400,14 +396,12 @@ pub enum Command {
     Cancel,
     /// Go on with the session that was saved.
     Resume,
-    /// Local gravity: the value, or latitude and altitude.
+    /// Local gravity: the value, or the latitude, at sea level.
     Gravity {
         /// m/s².
         value: Option<f64>,
         /// Degrees.
         latitude: Option<f64>,
-        /// Height above sea level, m.
-        altitude: Option<f64>,
     },
     /// Moves a simulated sensor; without anything else to the direction that is asked for.
     Hand {
@@ -431,11 +425,7 @@ impl Command {
     pub fn parse(text: &str) -> Result<Self> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let number = |word: &str| word.replace(',', ".").parse::<f64>().ok();
-        let gravity = |value, latitude, altitude| Command::Gravity {
-            value,
-            latitude,
-            altitude,
-        };
+        let gravity = |value, latitude| Command::Gravity { value, latitude };
         let hand = |put, up, shake| Command::Hand { put, up, shake };
         let command = match words[..] {
             ["port", name] => Some(Command::Port { name: name.into() }),
@@ -445,11 +435,8 @@ impl Command {
             ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
             ["cancel"] => Some(Command::Cancel),
             ["r" | "redo", face] => Some(Command::Redo { face: face.into() }),
-            ["gravity", value] => number(value).map(|v| gravity(Some(v), None, None)),
-            ["latitude", value] => number(value).map(|v| gravity(None, Some(v), None)),
-            ["latitude", value, "altitude", height] => number(value)
-                .zip(number(height))
-                .map(|(v, h)| gravity(None, Some(v), Some(h))),
+            ["gravity", value] => number(value).map(|v| gravity(Some(v), None)),
+            ["latitude", value] => number(value).map(|v| gravity(None, Some(v))),
             ["shake"] => Some(hand(None, None, true)),
             ["free"] => Some(hand(None, None, false)),
             [face] => face_of(face).map(|face| hand(Some(face.name()), None, false)),

@@ -89,9 +89,11 @@ pub(crate) fn face_of(name: &str) -> Option<Face> {
 /// A list: `+x, -y or +z`.
 fn any_of(faces: &[Face]) -> String {
     let names: Vec<String> = faces.iter().map(|f| f.name()).collect();
-    match names.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        _ => names.concat(),
+    match &names[..] {
+        [] => "another direction".to_owned(),
+        [one] => one.clone(),
+        [_, _, _, _, _, _] => "any side".to_owned(),
+        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
     }
 }
 
@@ -102,18 +104,17 @@ pub fn sentence(text: &str) -> String {
     let text = text.trim();
     let word = text.split(|c: char| !c.is_alphanumeric()).next();
     let is_axis = matches!(word, Some("x" | "y" | "z" | "ax" | "ay" | "az"));
-    let mut characters = text.chars().peekable();
+    let is_counted = |c: char| c.is_ascii_digit() || matches!(c, 'x'..='z');
     let mut sentence = String::new();
-    let mut last = ' ';
-    while let Some(c) = characters.next() {
-        let is_sign = c == '-' && " (,/“".contains(last);
-        let is_next = |next: &char| next.is_ascii_digit() || matches!(next, 'x'..='z');
-        sentence.push(match c {
-            '-' if is_sign && characters.peek().is_some_and(is_next) => '−',
-            c if sentence.is_empty() && !is_axis => c.to_uppercase().next().unwrap_or(c),
-            c => c,
-        });
-        last = c;
+    for (at, c) in text.char_indices() {
+        let before = text[..at].chars().next_back().unwrap_or(' ');
+        match c {
+            '-' if " (,/“".contains(before) && text[at + 1..].starts_with(is_counted) => {
+                sentence.push('−');
+            }
+            c if at == 0 && !is_axis => sentence.extend(c.to_uppercase()),
+            c => sentence.push(c),
+        }
     }
     if !text.is_empty() && !sentence.ends_with(['.', '!', '?', '…', ':']) {
         sentence.push('.');

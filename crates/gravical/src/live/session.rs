@@ -16,9 +16,7 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::event::{
-    Command, Event, Fit, Loss, Message, Pose, Rejection, SourceKind, State, Wanted,
-};
+use super::event::{Command, Event, Loss, Message, Pose, Rejection, State, Wanted};
 use super::folder::{Journal, section};
 use super::rest::{Fault, LET_GO, Means, Units};
 use super::stillness::{Stillness, StillnessDetector};
@@ -155,25 +153,6 @@ impl Session {
         Ok(self.take_events())
     }
 
-    /// The first event.
-    pub fn begin(
-        &mut self,
-        source: SourceKind,
-        name: &str,
-        folder: Option<String>,
-    ) -> Vec<Message> {
-        let into = folder
-            .as_ref()
-            .map_or(String::new(), |f| format!("; the session is in {f}"));
-        let event = Event::Session {
-            source,
-            name: name.to_owned(),
-            folder,
-            gravity: self.options.gravity,
-        };
-        self.note(event, &format!("{name}{into}"))
-    }
-
     /// Takes the next bytes of the recording, as they stand on the disk.
     ///
     /// # Errors
@@ -245,7 +224,7 @@ impl Session {
         self.take_events()
     }
 
-    /// Something for the record that only the program knows: what was saved, the end.
+    /// Something for the record that only the program knows: the beginning, what was saved, the end.
     pub fn note(&mut self, event: Event, text: &str) -> Vec<Message> {
         self.emit(event, text);
         self.take_events()
@@ -264,11 +243,7 @@ impl Session {
             },
             Command::Redo { face } => self.record_again(face),
             Command::Finish => self.finish(),
-            Command::Gravity {
-                value,
-                latitude,
-                altitude,
-            } => self.set_gravity(*value, *latitude, *altitude),
+            Command::Gravity { value, latitude } => self.set_gravity(*value, *latitude),
             Command::Cancel => self.stop = Some(State::Done),
             Command::Resume => self.warn("The session goes on already."),
             Command::Port { .. } | Command::Simulate => {
@@ -669,22 +644,19 @@ impl Session {
         }
         let (nearest, tilt_deg) = Face::nearest(up);
         let nearest = nearest.name();
-        let missing = any_of(&self.missing_faces());
+        let missing_faces = self.missing_faces();
+        let missing = any_of(&missing_faces);
         // A steep face that is done leaves room for a free pose beside it only if it is far.
         if self.poses.iter().any(|p| angle_deg(p.up, up) < APART_DEG) {
             let what = match face {
                 Some(_) => nearest,
                 None => format!("A pose within {APART_DEG:.0}°"),
             };
-            let next = if missing.is_empty() {
-                "another direction"
-            } else {
-                &missing
-            };
-            let text = format!("{what} is recorded already. Turn it to {next}, or redo that face.");
+            let text =
+                format!("{what} is recorded already. Turn it to {missing}, or redo that face.");
             return Some((Rejection::Duplicate, text));
         }
-        (face.is_none() && !missing.is_empty()).then(|| {
+        (face.is_none() && !missing_faces.is_empty()).then(|| {
             let text = format!(
                 "It lies between two faces: {tilt_deg:.0}° from {nearest}. Put {missing} up; or take it all the same, as a free pose."
             );
@@ -855,44 +827,41 @@ impl Session {
     }
 
     /// What is wanted next.
-    pub(super) fn next_step(&self) -> (Wanted, String) {
+    pub(super) fn next_step(&self) -> (Event, String) {
         let missing = self.missing_faces();
-        match missing.len() {
-            6 => (Wanted::Face, "Put any side up, and hold still.".to_owned()),
-            1.. => {
-                let faces = any_of(&missing);
-                (Wanted::Face, format!("Put {faces} up, and hold still."))
-            }
-            _ if self.grade() == Some(Grade::Good) => {
-                let text = "Good: it can be saved; every further pose makes it better.";
-                (Wanted::None, text.to_owned())
-            }
-            _ => {
-                let hint = self.next_up().map(in_words);
-                let hint = hint.as_deref().unwrap_or("any new direction");
-                let text = format!("Free pose: {hint}. Lean it on something, and let go.");
-                (Wanted::Free, text)
-            }
-        }
+        let up = self.next_up();
+        let hint = up.map(in_words);
+        let (kind, text) = if !missing.is_empty() {
+            let text = format!("Put {} up, and hold still.", any_of(&missing));
+            (Wanted::Face, text)
+        } else if self.grade() == Some(Grade::Good) {
+            let text = "Good: it can be saved; every further pose makes it better.";
+            (Wanted::None, text.to_owned())
+        } else {
+            let hint = hint.as_deref().unwrap_or("any new direction");
+            let text = format!("Free pose: {hint}. Lean it on something, and let go.");
+            (Wanted::Free, text)
+        };
+        let faces = missing.iter().map(|f| f.name()).collect();
+        let event = Event::NextPose {
+            kind,
+            faces,
+            up,
+            hint,
+        };
+        (event, text)
     }
 
     /// Says which pose is wanted next.
     fn request_pose(&mut self) {
-        let (kind, text) = self.next_step();
-        let up = self.next_up();
-        let event = Event::NextPose {
-            kind,
-            faces: self.missing_faces().iter().map(|f| f.name()).collect(),
-            up,
-            hint: up.map(in_words),
-        };
+        let (event, text) = self.next_step();
         self.emit(event, &text);
     }
 
-    fn set_gravity(&mut self, value: Option<f64>, latitude: Option<f64>, altitude: Option<f64>) {
+    fn set_gravity(&mut self, value: Option<f64>, latitude: Option<f64>) {
         let gravity = match (value, latitude) {
             (Some(value), None) => Gravity::given(value),
-            (None, Some(latitude)) => Gravity::at(latitude, altitude.unwrap_or(0.0)),
+            (None, Some(latitude)) => Gravity::at(latitude, 0.0),
             _ => return self.warn("Gravity is given by a value, or by the latitude."),
         };
         match gravity {
@@ -936,32 +905,32 @@ fn called(pose: &Pose) -> &str {
 fn shown_fit(file: &CalibrationFile) -> (Event, String) {
     let section = &file.accelerometer;
     let worst = section.worst_direction.as_ref().map(|w| w.error_mps2);
-    let fit = Fit {
-        bias_mg: [0, 1, 2].map(|i| milli_g(section.bias[i] / section.scale[i])),
+    let bias_mg = [0, 1, 2].map(|i| milli_g(section.bias[i] / section.scale[i]));
+    let [x, y, z] = bias_mg;
+    let most = worst.map(|w| format!("at most {} mg (95 %)", numfmt::mg(w)));
+    let most = most.as_deref().unwrap_or("unknown");
+    let grade = file.verdict.grade;
+    let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {most}; {grade}.");
+    let event = Event::Fit {
+        bias_mg,
         worst_mg: worst.map(milli_g),
         leave_one_out_mg: section.leave_one_out_rms_mps2.map(milli_g),
         undetected_mg: section.undetected.as_ref().map(|u| milli_g(u.effect_mps2)),
         poses: section.poses.len() as u32,
     };
-    let [x, y, z] = fit.bias_mg;
-    let worst = worst.map_or("unknown".to_owned(), |w| {
-        format!("at most {} mg (95 %)", numfmt::mg(w))
-    });
-    let grade = file.verdict.grade;
-    let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {worst}; {grade}.");
-    (Event::Fit(Box::new(fit)), text)
+    (event, text)
 }
 
 /// The verdict with what decides it: the error, and what one pose could hide.
 fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
     let grade = file.verdict.grade;
     let reasons = file.verdict.reasons.clone();
-    let why: Vec<&str> = reasons.iter().take(2).map(String::as_str).collect();
+    let why = reasons[..reasons.len().min(2)].join("; ");
     let more = match grade {
         Grade::Good | Grade::Poor => "",
         Grade::Fair | Grade::NotVerifiable => "; more free poses test it, and reduce the error",
     };
-    let text = format!("{grade}: {}{more}.", why.join("; "));
+    let text = format!("{grade}: {why}{more}.");
     let event = Event::Verdict {
         grade,
         r#final,

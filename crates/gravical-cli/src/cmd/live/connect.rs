@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, Event, Loss, PortInfo, SourceKind};
+use gravical::live::event::{Command, Event, Loss, SourceKind};
 use gravical::live::sentence;
 use gravical::{Category, Error, Result};
 
@@ -15,6 +15,12 @@ use crate::device::ports::{list, the_board};
 
 /// Time between two looks at the ports, and at what the user wants.
 const LOOK: Duration = Duration::from_millis(200);
+/// The commands that flash our sketch, from the folder of gravical, where another sketch may be one.
+const FLASH: [&str; 3] = [
+    "arduino-cli core install arduino:avr",
+    "arduino-cli compile --fqbn arduino:avr:uno firmware/mpu6050_logger",
+    "arduino-cli upload --fqbn arduino:avr:uno -p {port} firmware/mpu6050_logger",
+];
 
 /// Where the rows come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +62,9 @@ impl Connection<'_> {
         while !self.console.is_interrupted() {
             match self.first_rows() {
                 Ok(None) => {}
-                Err(trouble) if trouble.category() == Category::Device && self.args.is_seen() => {
+                Err(trouble)
+                    if trouble.category() == Category::Device && self.console.is_seen() =>
+                {
                     self.ask(&trouble)?;
                 }
                 done => return done,
@@ -80,7 +88,7 @@ impl Connection<'_> {
     }
 
     fn wait(&mut self, opened: &mut OpenSource) -> Result<()> {
-        for incoming in opened.source.next()? {
+        for incoming in opened.source.next()?.into_iter().flatten() {
             match incoming {
                 Incoming::Bytes(bytes) => opened.first.extend(bytes),
                 Incoming::Connected(name) => {
@@ -93,8 +101,8 @@ impl Connection<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                Incoming::Warning(text) => self.warn(&text)?,
-                Incoming::Lost(Loss::Silent) | Incoming::End => {}
+                Incoming::Warning(text) => self.console.note(Event::Warning, &text)?,
+                Incoming::Lost(Loss::Silent) => {}
             }
         }
         Ok(())
@@ -102,6 +110,16 @@ impl Connection<'_> {
 
     /// Shows the ports until one is chosen, or the one that was waited for is there.
     fn ask(&mut self, trouble: &Error) -> Result<()> {
+        let code = trouble.code();
+        let is_mute = ["board-silent", "no-samples-from-board", "settings-refused"].contains(&code);
+        let remedy = match code {
+            "no-port" | "no-such-port" => {
+                "plug it in: it is opened when it is there; or choose another port"
+            }
+            "several-ports" => "choose the one of your board",
+            _ => trouble.hint().unwrap_or("choose another port"),
+        };
+        let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
         let mut shown = None;
         while !self.console.is_interrupted() && !self.chooses()? {
             let found = list().unwrap_or_default();
@@ -109,19 +127,27 @@ impl Connection<'_> {
                 Origin::Port(name) => name.clone(),
                 _ => None,
             };
-            if let Some(name) = arrived(trouble, tried.as_deref(), &found) {
-                self.origin = Origin::Port(Some(name));
-                break;
+            let arrived = match (code, &tried) {
+                ("no-port", _) => the_board(&found).ok().map(|port| port.name),
+                ("no-such-port", Some(name)) => {
+                    let is_there = found.iter().any(|p| p.name == *name);
+                    (is_there || Path::new(name).exists()).then(|| name.clone())
+                }
+                _ => None,
+            };
+            if arrived.is_some() {
+                self.origin = Origin::Port(arrived);
+                return Ok(());
             }
             if shown.as_ref() != Some(&found) {
-                let (remedy, flash) = remedy(trouble, tried.as_deref());
+                let port = path_word(Path::new(tried.as_deref().unwrap_or("PORT")));
+                let flash = FLASH.iter().filter(|_| is_mute);
                 let event = Event::Ports {
                     ports: found.clone(),
                     tried,
-                    flash,
-                    simulate: !self.args.resumes(),
+                    flash: flash.map(|line| line.replace("{port}", &port)).collect(),
+                    simulate: self.args.resume.is_none(),
                 };
-                let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
                 self.console.note(event, &text)?;
                 shown = Some(found);
             }
@@ -133,75 +159,32 @@ impl Connection<'_> {
     /// Whether the user has chosen another source. Only a port of this computer can be, or the one that was
     /// tried.
     fn chooses(&mut self) -> Result<bool> {
-        while let Ok(entry) = self.console.entries.try_recv() {
-            let origin = match entry.command {
+        while let Some(command) = self.console.command() {
+            let why = match command {
                 Ok(Command::Cancel) => {
                     self.console.interrupt();
                     return Ok(false);
                 }
-                Ok(Command::Simulate) if self.args.resumes() => {
-                    Err("This session is of another sensor.".to_owned())
+                Ok(Command::Simulate) if self.args.resume.is_none() => {
+                    self.origin = Origin::Simulated(None);
+                    return Ok(true);
                 }
-                Ok(Command::Simulate) => Ok(Origin::Simulated(None)),
+                Ok(Command::Simulate) => "This session is of another sensor.".to_owned(),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);
-                    match Origin::Port(Some(name.clone())) {
-                        port if is_known || port == self.origin => Ok(port),
-                        _ => Err(format!("{name} is no port of this computer.")),
+                    let port = Origin::Port(Some(name.clone()));
+                    if is_known || port == self.origin {
+                        self.origin = port;
+                        return Ok(true);
                     }
+                    format!("{name} is no port of this computer.")
                 }
-                Ok(_) => Err("No row has arrived yet: the session has not begun.".to_owned()),
-                Err(text) => Err(text),
+                Ok(_) => "No row has arrived yet: the session has not begun.".to_owned(),
+                Err(text) => text,
             };
-            match origin {
-                Ok(origin) => {
-                    self.origin = origin;
-                    return Ok(true);
-                }
-                Err(why) => self.warn(&why)?,
-            }
+            self.console.note(Event::Warning, &why)?;
         }
         Ok(false)
     }
-
-    fn warn(&mut self, text: &str) -> Result<()> {
-        self.console.note(Event::Warning, text)
-    }
-}
-
-/// The port that was waited for, if it is there now.
-fn arrived(error: &Error, tried: Option<&str>, ports: &[PortInfo]) -> Option<String> {
-    match (error.code(), tried) {
-        ("no-port", _) => the_board(ports).ok().map(|port| port.name),
-        ("no-such-port", Some(name)) => {
-            let is_there = ports.iter().any(|p| p.name == name) || Path::new(name).exists();
-            is_there.then(|| name.to_owned())
-        }
-        _ => None,
-    }
-}
-
-/// The remedy where the port is chosen while the program runs, and the commands that flash our sketch,
-/// from the folder of gravical, where another sketch may be one.
-fn remedy<'a>(trouble: &'a Error, port: Option<&str>) -> (&'a str, Vec<String>) {
-    let remedy = match trouble.code() {
-        "no-port" | "no-such-port" => {
-            "plug it in: it is opened when it is there; or choose another port"
-        }
-        "several-ports" => "choose the one of your board",
-        _ => trouble.hint().unwrap_or("choose another port"),
-    };
-    let by_sketch = ["board-silent", "no-samples-from-board", "settings-refused"];
-    if !by_sketch.contains(&trouble.code()) {
-        return (remedy, Vec::new());
-    }
-    let port = path_word(Path::new(port.unwrap_or("PORT")));
-    let sketch = "firmware/mpu6050_logger";
-    let flash = vec![
-        "arduino-cli core install arduino:avr".to_owned(),
-        format!("arduino-cli compile --fqbn arduino:avr:uno {sketch}"),
-        format!("arduino-cli upload --fqbn arduino:avr:uno -p {port} {sketch}"),
-    ];
-    (remedy, flash)
 }

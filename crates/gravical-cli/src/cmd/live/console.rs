@@ -1,7 +1,7 @@
 //! Who shows the events, and what the user wants.
 
 use std::fs::File;
-use std::io::{self, BufRead as _};
+use std::io::{self, BufRead as _, IsTerminal as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,52 +12,45 @@ use gravical::escape::{one_line, shown_json};
 use gravical::live::event::{Command, Event, Message, Status};
 use gravical::{Error, Result};
 
+use super::web::Page;
 use crate::device::ports;
 use crate::outlet::Outlet;
 use crate::screen::Screen;
 
-/// Shows events.
-pub trait Renderer {
-    /// Shows one. A reader who does not read does not stop the session.
-    ///
-    /// # Errors
-    ///
-    /// Where every event has to be written, and cannot be.
-    fn show(&mut self, message: &Message) -> Result<()>;
-}
-
-/// What the user wants.
-pub struct Entry {
-    /// Or why what was typed is no command.
-    pub command: std::result::Result<Command, String>,
-    /// From the page, where one sees what happens: it is done at once. Of several typed ones each that
-    /// moves a simulated sensor waits until the pose before is taken.
-    pub is_clicked: bool,
-}
-
 /// Who shows the events, and what the user wants.
 pub struct Console {
-    pub renderers: Vec<Box<dyn Renderer>>,
-    pub entries: Receiver<Entry>,
+    pub plain: Plain,
+    pub lines: Option<EventLines>,
+    pub page: Option<Page>,
+    /// What is typed, or why it is no command. Each command waits until the one before is done.
+    pub typed: Receiver<Result<Command, String>>,
+    /// What is clicked on the page, where one sees what happens: it is done at once.
+    pub clicked: Receiver<Command>,
     /// Set by Ctrl-C.
     pub interrupted: Arc<AtomicBool>,
 }
 
 impl Console {
-    /// Shows an event.
+    /// Shows an event. A reader who does not read does not stop the session.
     ///
     /// # Errors
     ///
-    /// As [`Renderer::show`].
+    /// Where every event has to be written, and cannot be.
     pub fn show(&mut self, message: &Message) -> Result<()> {
-        self.renderers.iter_mut().try_for_each(|r| r.show(message))
+        self.plain.show(message);
+        if let Some(page) = &mut self.page {
+            page.show(message);
+        }
+        self.lines
+            .as_mut()
+            .map_or(Ok(()), |lines| lines.show(message))
     }
 
     /// Shows what happens before the session.
     ///
     /// # Errors
     ///
-    /// As [`Renderer::show`].
+    /// As of [`show`](Self::show).
     pub fn note(&mut self, event: Event, text: &str) -> Result<()> {
         self.show(&Message::new(0.0, event, text))
     }
@@ -70,23 +63,35 @@ impl Console {
     pub fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::SeqCst)
     }
+
+    /// A user sees what happens, and can choose a port. In a script an error ends the program.
+    pub fn is_seen(&self) -> bool {
+        self.page.is_some() || io::stdin().is_terminal()
+    }
+
+    /// What the user wants before the session.
+    pub fn command(&self) -> Option<Result<Command, String>> {
+        let clicked = self.clicked.try_recv().map(Ok);
+        clicked.or_else(|_| self.typed.try_recv()).ok()
+    }
+
+    /// Whether the page, which stays after the session, wants it to go on.
+    pub fn goes_on(&self) -> bool {
+        let page = self.page.as_ref();
+        page.is_some_and(|page| page.stay(&self.clicked, &self.interrupted))
+    }
 }
 
 /// Sends what is typed, a line each.
-pub fn send_typed(sender: SyncSender<Entry>) {
+pub fn send_typed(sender: SyncSender<Result<Command, String>>) {
     std::thread::spawn(move || {
-        let lines = io::stdin().lock().lines();
-        let lines = lines.map_while(io::Result::ok);
+        let lines = io::stdin().lock().lines().map_while(io::Result::ok);
         for line in lines.filter(|line| !line.trim().is_empty()) {
             let command = Command::parse(&line).map_err(|e| match e.hint() {
                 Some(hint) => format!("{e}; {hint}"),
                 None => e.to_string(),
             });
-            let entry = Entry {
-                command,
-                is_clicked: false,
-            };
-            if sender.send(entry).is_err() {
+            if sender.send(command).is_err() {
                 return;
             }
         }
@@ -131,15 +136,10 @@ impl Plain {
         }
         self.last_hint.clone_from(&status.hint);
     }
-}
 
-impl Renderer for Plain {
-    fn show(&mut self, message: &Message) -> Result<()> {
+    fn show(&mut self, message: &Message) {
         let mark = match &message.event {
-            Event::Status(status) => {
-                self.status(message, status);
-                return Ok(());
-            }
+            Event::Status(status) => return self.status(message, status),
             Event::PoseAccepted(_) => "✓ ",
             Event::PoseRejected { .. } => "✗ ",
             Event::NextPose { .. } => "→ ",
@@ -153,12 +153,14 @@ impl Renderer for Plain {
             let line = format!("{:7.1} s  {line}", message.t_s);
             self.screen.line(&one_line(&line));
         }
-        Ok(())
     }
 }
 
 /// What else an event has, a line each.
 fn details(event: &Event) -> Vec<String> {
+    let named = |name: &str, lines: &[String]| -> Vec<String> {
+        lines.iter().map(|line| format!("{name}: {line}")).collect()
+    };
     match event {
         Event::Ports {
             ports,
@@ -166,11 +168,10 @@ fn details(event: &Event) -> Vec<String> {
             simulate,
             ..
         } => {
-            let ports = ports.iter().map(ports::line);
-            let flash = flash.iter().map(|line| format!("To flash ours: {line}"));
             let simulate = if *simulate { "`simulate` " } else { "" };
             let last = format!("Type `port NAME`, {simulate}or `cancel`.");
-            ports.chain(flash).chain([last]).collect()
+            let ports = ports.iter().map(ports::line).collect();
+            [ports, named("To flash ours", flash), vec![last]].concat()
         }
         Event::Verdict {
             reasons,
@@ -178,14 +179,9 @@ fn details(event: &Event) -> Vec<String> {
             ..
         } => reasons.clone(),
         Event::Saved { report, next, .. } => {
-            let report = report.iter().map(|r| format!("Report: {r}"));
-            let next = next.iter().map(|n| format!("Next: {n}"));
-            report.chain(next).collect()
+            [named("Report", report.as_slice()), named("Next", next)].concat()
         }
-        Event::End { resume, .. } => {
-            let resume = resume.iter();
-            resume.map(|r| format!("Go on with: {r}")).collect()
-        }
+        Event::End { resume, .. } => named("Go on with", resume.as_slice()),
         _ => Vec::new(),
     }
 }
@@ -214,9 +210,7 @@ impl EventLines {
         let path = path.to_owned();
         Ok(EventLines { out, path })
     }
-}
 
-impl Renderer for EventLines {
     fn show(&mut self, message: &Message) -> Result<()> {
         if let Some(n) = self.out.take_dropped() {
             let text = format!("{n} events were dropped here: they were not read in time.");

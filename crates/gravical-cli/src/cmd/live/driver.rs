@@ -1,19 +1,17 @@
 //! The loop between the source of rows, the session, the disk and those who show the events.
 
-use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
-use gravical::calibrate::{CalibrateOptions, Calibrated};
-use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::calibrate::CalibrateOptions;
+use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
 use gravical::live::Session;
 use gravical::live::event::{Command, EndReason, Event, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::numfmt::count;
-use gravical::recording::{Recording, read};
 use gravical::{Error, Result};
 use gravical_report::{figure, report};
 
@@ -21,7 +19,6 @@ use super::Args;
 use super::connect::OpenSource;
 use super::console::Console;
 use super::source::Incoming;
-use super::truth::truth_event;
 use crate::cmd::log::{Existing, LogFile};
 use crate::failure;
 use crate::options::command_line;
@@ -31,7 +28,7 @@ use crate::report::write_report;
 const HAND_S: f64 = 8.0;
 
 /// A session and everything around it.
-pub struct Driver<'a> {
+struct Driver<'a> {
     args: &'a Args,
     console: &'a mut Console,
     folder: Option<&'a Path>,
@@ -41,113 +38,101 @@ pub struct Driver<'a> {
     journal: Option<LogFile>,
     /// Time of the last event, s.
     now_s: f64,
-    /// Commands that are typed, of which each waits until the simulated sensor is left alone, s.
-    typed: VecDeque<Command>,
+    /// Until then a simulated sensor is left alone, and what is typed waits, s.
     busy_until_s: f64,
 }
 
-impl<'a> Driver<'a> {
-    /// For a session in `folder`, if it has one.
-    ///
-    /// # Errors
-    ///
-    /// Those of the options, and of the journal.
-    pub fn new(
-        args: &'a Args,
-        folder: Option<&'a Path>,
-        before: Option<&Journal>,
-        console: &'a mut Console,
-        opened: OpenSource,
-    ) -> Result<Self> {
-        let recording = match folder {
-            Some(folder) => folder.join(RECORDING).display().to_string(),
-            None => opened.name.clone(),
-        };
-        let options = args.session_options(opened.kind, before)?;
-        let existing = Existing::of_session(before.is_some());
-        let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
-        Ok(Driver {
-            args,
-            console,
-            folder,
-            busy_until_s: 0.0,
-            opened,
-            session: Session::new(&recording, options),
-            journal: journal.transpose()?,
-            now_s: 0.0,
-            typed: VecDeque::new(),
-        })
+/// Runs a session to its end, in `folder` if it has one; `before` is the journal of one that goes on.
+///
+/// # Errors
+///
+/// Those of the options, of the source and of the disk.
+pub fn run(
+    args: &Args,
+    folder: Option<&Path>,
+    before: Option<&Journal>,
+    console: &mut Console,
+    opened: OpenSource,
+) -> anyhow::Result<ExitCode> {
+    let recording = match folder {
+        Some(folder) => folder.join(RECORDING).display().to_string(),
+        None => opened.name.clone(),
+    };
+    let options = args.session_options(opened.kind, before)?;
+    let existing = Existing::of_session(before.is_some());
+    let journal = folder.map(|f| LogFile::open(&f.join(JOURNAL), existing));
+    let mut driver = Driver {
+        args,
+        console,
+        folder,
+        busy_until_s: 0.0,
+        opened,
+        session: Session::new(&recording, options),
+        journal: journal.transpose()?,
+        now_s: 0.0,
+    };
+    let ended = driver.begin(before).and_then(|()| driver.guide());
+    // What cannot be written has been rescued, and would be once more.
+    if ended.as_ref().is_err_and(|error| error.code() == "io") {
+        driver.journal = None;
+    } else {
+        driver.opened.source.close(false);
     }
-
-    /// Runs the session to its end; `before` is the journal of one that goes on.
-    ///
-    /// # Errors
-    ///
-    /// Those of the source and of the disk.
-    pub fn run(mut self, before: Option<&Journal>) -> anyhow::Result<ExitCode> {
-        let ended = self.begin(before).and_then(|()| self.guide());
-        // What cannot be written has been rescued, and would be once more.
-        if ended.as_ref().is_err_and(|error| error.code() == "io") {
-            self.journal = None;
-        } else {
-            self.opened.source.close(false);
-        }
-        if let Err(error) = ended {
-            // What shows the events may have failed, too.
-            let _ = self.end(EndReason::Failed, &error.to_string());
-            Err(error.into())
-        } else if self.console.is_interrupted() {
-            self.stopped()
-        } else if self.session.is_done() {
-            self.save()
-        } else {
-            self.out_of_rows()
-        }
+    if let Err(error) = ended {
+        // What shows the events may have failed, too.
+        let _ = driver.end(EndReason::Failed, &error.to_string());
+        Err(error.into())
+    } else if driver.console.is_interrupted() {
+        driver.stopped()
+    } else if driver.session.is_done() {
+        driver.save()
+    } else {
+        driver.out_of_rows()
     }
+}
 
+impl Driver<'_> {
     /// The session begins, or goes on.
     fn begin(&mut self, before: Option<&Journal>) -> Result<()> {
-        let folder = self.folder.map(|f| f.display().to_string());
-        let begun = self
-            .session
-            .begin(self.opened.kind, &self.opened.name, folder);
+        let mut text = self.opened.name.clone();
+        if let Some(folder) = self.folder {
+            text += &format!("; the session is in {}", folder.display());
+        }
+        let event = Event::Session {
+            source: self.opened.kind,
+            name: self.opened.name.clone(),
+            folder: self.folder.map(|f| f.display().to_string()),
+            gravity: self.session.gravity(),
+        };
+        self.note(event, &text)?;
         if let Some(journal) = before {
-            self.render(&begun)?;
             let bytes = std::mem::take(&mut self.opened.before);
             let restored = self.session.restore(&bytes, journal)?;
             self.render(&restored)?;
-            let gravity = self.session.gravity();
-            if gravity != journal.gravity {
-                // The journal has to say what the calibration of the session is computed with.
-                let text = format!("Local gravity is {:.5} m/s².", gravity.value_mps2);
-                self.note(Event::Gravity(gravity), &text)?;
-            }
-        } else {
-            self.show(begun)?;
         }
         if self.opened.kind == SourceKind::Simulate {
             // It is left alone until its noise is known.
             self.busy_until_s = self.now_s + HAND_S;
         }
-        match std::mem::take(&mut self.opened.first) {
-            first if first.is_empty() => Ok(()),
-            first => self.receive(Incoming::Bytes(first)).map(drop),
-        }
+        let first = std::mem::take(&mut self.opened.first);
+        self.receive(Incoming::Bytes(first))
     }
 
     /// Reads rows and does what the user wants, until there is an end.
     fn guide(&mut self) -> Result<()> {
         let started = Instant::now();
         while !self.console.is_interrupted() && !self.session.is_done() {
-            for incoming in self.opened.source.next()? {
-                if !self.receive(incoming)? {
-                    return self.command(&Command::Finish);
-                }
+            let Some(next) = self.opened.source.next()? else {
+                let messages = self.session.settle_format()?;
+                self.show(messages)?;
+                return self.command(&Command::Finish);
+            };
+            for incoming in next {
+                self.receive(incoming)?;
             }
-            let is_typing = self.commands()?;
-            let is_idle = !is_typing && self.typed.is_empty() && self.now_s >= self.busy_until_s;
             let kind = self.opened.kind;
-            if kind == SourceKind::Simulate && is_idle && !self.session.is_done() {
+            let is_seen = self.console.page.is_some();
+            if !self.commands()? && kind == SourceKind::Simulate && !is_seen {
                 return self.command(&Command::Finish);
             }
             let speed = self.args.speed();
@@ -159,9 +144,8 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// Passes to the session what the source has; false at its end.
-    fn receive(&mut self, incoming: Incoming) -> Result<bool> {
-        let is_end = matches!(incoming, Incoming::End);
+    /// Passes to the session what the source has.
+    fn receive(&mut self, incoming: Incoming) -> Result<()> {
         let messages = match incoming {
             Incoming::Bytes(bytes) => {
                 let mut messages = self.session.resumed();
@@ -175,10 +159,8 @@ impl<'a> Driver<'a> {
             Incoming::Lost(why) => self.session.lost(why),
             Incoming::Connected(_) => Vec::new(),
             Incoming::Warning(text) => self.session.note(Event::Warning, &text),
-            Incoming::End => self.session.settle_format().unwrap_or_default(),
         };
-        self.show(messages)?;
-        Ok(!is_end)
+        self.show(messages)
     }
 
     /// Shows events; what has to be safe is safe before.
@@ -229,23 +211,17 @@ impl<'a> Driver<'a> {
 
     /// Does what the user wants; false once nobody types any more.
     fn commands(&mut self) -> Result<bool> {
-        let is_typing = loop {
-            match self.console.entries.try_recv() {
-                Ok(entry) => match entry.command {
-                    Ok(command) if entry.is_clicked => self.command(&command)?,
-                    Ok(command) => self.typed.push_back(command),
-                    Err(text) => self.warn(&text)?,
-                },
-                Err(error) => break error != TryRecvError::Disconnected,
-            }
-        };
-        while self.now_s >= self.busy_until_s
-            && !self.session.is_done()
-            && let Some(command) = self.typed.pop_front()
-        {
+        while let Ok(command) = self.console.clicked.try_recv() {
             self.command(&command)?;
         }
-        Ok(is_typing)
+        while self.now_s >= self.busy_until_s && !self.session.is_done() {
+            match self.console.typed.try_recv() {
+                Ok(Ok(command)) => self.command(&command)?,
+                Ok(Err(text)) => self.warn(&text)?,
+                Err(error) => return Ok(error != TryRecvError::Disconnected),
+            }
+        }
+        Ok(true)
     }
 
     fn command(&mut self, command: &Command) -> Result<()> {
@@ -285,22 +261,15 @@ impl<'a> Driver<'a> {
     }
 
     fn out_of_rows(&mut self) -> anyhow::Result<ExitCode> {
-        let poses = self.session.poses().count();
-        if self.opened.kind == SourceKind::Replay && poses == 0 {
-            // What is no recording is refused as by every command.
-            read(Path::new(&self.opened.name), &self.args.read_options())?;
-        }
-        let poses = count(poses, "pose");
-        self.end(
-            EndReason::SourceEnded,
-            &format!("The rows ended after {poses}"),
-        )?;
-        let hint = match self.resume_command() {
+        let poses = count(self.session.poses().count(), "pose");
+        let text = format!("The rows ended after {poses}");
+        self.end(EndReason::SourceEnded, &text)?;
+        let what = format!("the session ended after {poses}, too few for a calibration");
+        let error = Error::input("too-few-poses", what).with_hint(match self.resume_command() {
             Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
-        };
-        let what = format!("the session ended after {poses}, too few for a calibration");
-        Err(Error::input("too-few-poses", what).with_hint(hint).into())
+        });
+        Err(error.into())
     }
 
     /// Saves the calibration: that of what is on the disk, where the session has a folder.
@@ -326,18 +295,29 @@ impl<'a> Driver<'a> {
         };
         if let Some(output) = output {
             file.write(&output, false)?;
-            let report = self.report(&file, recorded.as_ref(), &output)?;
+            let mut written = None;
+            if let (Some(folder), Some((recordings, done))) = (self.folder, &recorded) {
+                let session = Some((&recordings[..], &done.segmentation));
+                let figures = figure::calibration::figures(&file, session);
+                let document = report::calibration(&file, Some(&output), &figures);
+                let name = Path::new(output.file_name().unwrap_or_default());
+                let path = folder.join(name.with_extension("html"));
+                match write_report(&path, false, &document) {
+                    Ok(()) => written = Some(path.display().to_string()),
+                    // The calibration is saved all the same.
+                    Err(error) => self.warn(&format!("the report was not written: {error}"))?,
+                }
+            }
             let saved = Event::Saved {
                 file: output.display().to_string(),
                 folder: self.folder.map(|f| f.display().to_string()),
-                report: report.map(|path| path.display().to_string()),
+                report: written,
                 next: self.next_steps(grade, &path_word(&output)),
             };
             let text = format!("Saved to {}.", output.display());
             self.note(saved, &text)?;
         }
-        if let Some(truth) = self.opened.source.truth() {
-            let (event, text) = truth_event(&truth, &file);
+        if let Some((event, text)) = self.opened.source.truth(&file) {
             self.note(event, &text)?;
         }
         let poses = count(self.session.poses().count(), "pose");
@@ -362,30 +342,6 @@ impl<'a> Driver<'a> {
         ));
         steps.push(format!("gravical export {calibration} --to arduino"));
         steps
-    }
-
-    /// The calibration report, into the folder. Where it cannot be written, the calibration is saved all
-    /// the same.
-    fn report(
-        &mut self,
-        file: &CalibrationFile,
-        recorded: Option<&(Vec<Recording>, Calibrated)>,
-        output: &Path,
-    ) -> Result<Option<PathBuf>> {
-        let Some(folder) = self.folder else {
-            return Ok(None);
-        };
-        let session = recorded.map(|(recordings, done)| (&recordings[..], &done.segmentation));
-        let figures = figure::calibration::figures(file, session);
-        let document = report::calibration(file, Some(output), &figures);
-        let name = Path::new(output.file_name().unwrap_or_default()).with_extension("html");
-        let path = folder.join(name);
-        if let Err(error) = write_report(&path, false, &document) {
-            let why = format!("the report was not written: {error}");
-            self.warn(&why)?;
-            return Ok(None);
-        }
-        Ok(Some(path))
     }
 
     fn end(&mut self, reason: EndReason, text: &str) -> Result<()> {

@@ -4,21 +4,22 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use gravical::calibration_file::GravitySource;
+use gravical::calibration_file::CalibrationFile;
+use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Loss};
+use gravical::live::event::{Command, Event, Loss};
 use gravical::live::folder::RECORDING;
+use gravical::numfmt::milli_g;
 use gravical::output::make_folder;
 use gravical::poses::face::Face;
-use gravical::recording::ReadOptions;
 use gravical::recording::bytes::Input;
-use gravical::recording::source::open;
 use gravical::simulate::{
-    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions, Truth,
+    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions,
 };
 use gravical::{Error, Result};
+use gravical_core::matrix3::{add, mul_vec, norm};
 
-use crate::cmd::log::{self, Event, Existing, LogFile};
+use crate::cmd::log::{self, Existing, LogFile};
 
 /// Bytes of a recording that are read at once.
 const AT_ONCE: usize = 1 << 12;
@@ -30,6 +31,8 @@ const DECIMALS: usize = 4;
 const STEP: Duration = Duration::from_millis(20);
 /// Longest time that a simulated sensor goes on in one step, before its speed.
 const MAX_STEP: Duration = Duration::from_millis(40);
+/// Directions over which its true error is averaged.
+const DIRECTIONS: usize = 400;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
@@ -43,18 +46,16 @@ pub enum Incoming {
     Lost(Loss),
     /// Something to tell.
     Warning(String),
-    /// There are no more rows.
-    End,
 }
 
 /// A source of rows.
 pub trait Source {
-    /// What it has next, in order; waits shortly.
+    /// What it has next, in order; waits shortly. None: there are no more rows.
     ///
     /// # Errors
     ///
     /// Those that end the session.
-    fn next(&mut self) -> Result<Vec<Incoming>>;
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>>;
     /// Makes the rows so far safe on the disk.
     ///
     /// # Errors
@@ -73,42 +74,24 @@ pub trait Source {
     }
     /// The session has ended: writes what waits. One that `has_failed` before its first row leaves no file.
     fn close(&mut self, _has_failed: bool) {}
-    /// The true parameters of a simulated sensor.
-    fn truth(&self) -> Option<Truth> {
+    /// The true error of a simulated sensor with the result, and its sentence; for a recording in m/s².
+    fn truth(&self, _file: &CalibrationFile) -> Option<(Event, String)> {
         None
     }
 }
 
-/// A recording.
+/// A recording; packed, and in any encoding.
 pub struct Replay {
-    input: Input,
-    path: PathBuf,
-}
-
-impl Replay {
-    /// Opens it; packed and in any encoding.
-    ///
-    /// # Errors
-    ///
-    /// Those of the file.
-    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self> {
-        Ok(Replay {
-            input: open(path, options)?,
-            path: path.to_owned(),
-        })
-    }
+    pub input: Input,
+    pub path: PathBuf,
 }
 
 impl Source for Replay {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         let mut bytes = vec![0; AT_ONCE];
         let read = self.input.reader.read(&mut bytes);
         bytes.truncate(read.map_err(|e| Error::io(&self.path, e))?);
-        Ok(vec![if bytes.is_empty() {
-            Incoming::End
-        } else {
-            Incoming::Bytes(bytes)
-        }])
+        Ok((!bytes.is_empty()).then(|| vec![Incoming::Bytes(bytes)]))
     }
 }
 
@@ -116,7 +99,6 @@ impl Source for Replay {
 pub struct Simulated {
     sensor: InteractiveSensor,
     file: LogFile,
-    has_header: bool,
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
@@ -134,11 +116,8 @@ impl Simulated {
     }
 
     /// Gravity where it is.
-    pub fn gravity() -> Gravity {
-        Gravity {
-            value_mps2: Self::options(0).gravity_mps2,
-            source: GravitySource::Given,
-        }
+    pub fn gravity() -> Result<Gravity> {
+        Gravity::given(Self::options(0).gravity_mps2)
     }
 
     fn options(seed: u64) -> SimulateOptions {
@@ -161,7 +140,6 @@ impl Simulated {
             sensor: InteractiveSensor::new(&Self::options(seed))?,
             file,
             offset_s: last_row_s(&before).map_or(0.0, |t_s| t_s + RESUMED_AFTER_S),
-            has_header: resumes,
             rows: 0,
             due_s: 0.0,
             last: Instant::now(),
@@ -177,7 +155,7 @@ fn last_row_s(text: &str) -> Option<f64> {
 }
 
 impl Source for Simulated {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         // Where the session does not keep up, the sensor waits for it: a hand could do nothing during the
         // rows that would have been due.
         let passed = self.last.elapsed().min(MAX_STEP);
@@ -189,11 +167,11 @@ impl Source for Simulated {
             self.rows as f64 / RATE_HZ + 0.1
         };
         let mut text = String::new();
-        if !std::mem::replace(&mut self.has_header, true) {
-            text.push_str("# simulated, not measured\n");
-            text.push_str(Reading::HEADER);
-        }
         while (self.rows as f64) < self.due_s * RATE_HZ {
+            if self.rows == 0 && self.offset_s == 0.0 {
+                text.push_str("# simulated, not measured\n");
+                text.push_str(Reading::HEADER);
+            }
             let t_s = self.rows as f64 / RATE_HZ;
             let stamp_ms = (1e3 * (self.offset_s + t_s)).round() as u64;
             text += &self.sensor.at(t_s).row(stamp_ms, DECIMALS);
@@ -201,11 +179,11 @@ impl Source for Simulated {
         }
         if text.is_empty() {
             std::thread::sleep(STEP);
-            return Ok(Vec::new());
+            return Ok(Some(Vec::new()));
         }
         let bytes = text.into_bytes();
         self.file.write(&bytes)?;
-        Ok(vec![Incoming::Bytes(bytes)])
+        Ok(Some(vec![Incoming::Bytes(bytes)]))
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -217,9 +195,7 @@ impl Source for Simulated {
             return Ok(false);
         };
         let mut faces = Face::all().into_iter();
-        let face = put
-            .as_ref()
-            .and_then(|name| faces.find(|f| f.name() == *name));
+        let face = faces.find(|face| Some(face.name()) == *put);
         if *shake {
             self.sensor.push(&LineOptions {
                 distance_m: 0.05,
@@ -235,8 +211,31 @@ impl Source for Simulated {
         Ok(true)
     }
 
-    fn truth(&self) -> Option<Truth> {
-        Some(self.sensor.truth())
+    fn truth(&self, file: &CalibrationFile) -> Option<(Event, String)> {
+        let truth = self.sensor.truth();
+        let sensor = &truth.accelerometer;
+        let calibration = file.accelerometer_calibration();
+        let warm_c = file.temperature_c.map_or(0.0, |t| t.mean - 25.0);
+        let bias: [f64; 3] =
+            std::array::from_fn(|i| sensor.bias_mps2[i] + warm_c * sensor.bias_drift_mps2_per_c[i]);
+        let mut squares = [0.0_f64; 2];
+        for up in sphere(DIRECTIONS) {
+            let force = (up * truth.gravity_mps2).into();
+            let raw = add(&mul_vec(&sensor.matrix, &force), &bias);
+            for (sum, a) in squares.iter_mut().zip([raw, calibration.apply(raw)]) {
+                *sum += (norm(&a) - truth.gravity_mps2).powi(2);
+            }
+        }
+        let [before_mg, norm_error_mg] =
+            squares.map(|sum| milli_g((sum / DIRECTIONS as f64).sqrt()));
+        let text = format!(
+            "The truth: error of ‖a‖ {norm_error_mg:.2} mg rms with this calibration, {before_mg:.1} mg without."
+        );
+        let event = Event::Truth {
+            norm_error_mg,
+            before_mg,
+        };
+        Some((event, text))
     }
 }
 
@@ -254,10 +253,9 @@ impl PortSource {
     /// Those of the port and of the file.
     pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
         let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
-        let created = !folder.exists();
         make_folder(folder)?;
         let opened = log::Session::open(&args);
-        if created && opened.is_err() {
+        if opened.is_err() {
             // Without a board no empty folder remains; one with a file in it does.
             let _ = std::fs::remove_dir(folder);
         }
@@ -277,18 +275,16 @@ impl PortSource {
 }
 
 impl Source for PortSource {
-    fn next(&mut self) -> Result<Vec<Incoming>> {
+    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
         let bytes = self.recording.step()?;
         let bytes = Some(bytes).filter(|b| !b.is_empty()).map(Incoming::Bytes);
         let events = self.recording.take_events().into_iter();
-        let next: Vec<Incoming> = bytes
-            .into_iter()
-            .chain(events.filter_map(incoming))
-            .collect();
+        let mut next = Vec::from_iter(bytes);
+        next.extend(events.filter_map(incoming));
         if next.iter().any(|i| matches!(i, Incoming::Lost(_))) {
             self.make_safe()?;
         }
-        Ok(next)
+        Ok(Some(next))
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -307,13 +303,13 @@ impl Source for PortSource {
 }
 
 /// What the session has to know of the recording.
-fn incoming(event: Event) -> Option<Incoming> {
+fn incoming(event: log::Event) -> Option<Incoming> {
     Some(match event {
-        Event::Opened { port, .. } => Incoming::Connected(port),
-        Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
-        Event::Silent { .. } => Incoming::Lost(Loss::Silent),
-        Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
-        Event::Warning { text } => Incoming::Warning(text),
+        log::Event::Opened { port, .. } => Incoming::Connected(port),
+        log::Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
+        log::Event::Silent { .. } => Incoming::Lost(Loss::Silent),
+        log::Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
+        log::Event::Warning { text } => Incoming::Warning(text),
         _ => return None,
     })
 }

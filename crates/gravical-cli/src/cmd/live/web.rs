@@ -1,29 +1,35 @@
 //! The page: served to the browser of this computer, and to nobody else.
 
-mod hub;
 mod open;
-mod routes;
 
+use std::convert::Infallible;
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
-use std::sync::mpsc::SyncSender;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::extract::Request;
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderValue, ORIGIN,
+    REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderMap, HeaderName, Method, StatusCode};
+use axum::response::sse::{self, KeepAlive, Sse};
+use axum::response::{IntoResponse as _, Response};
+use futures_util::stream::{Stream, unfold};
 use gravical::live::event::{Command, EndReason};
-use gravical::live::{Event, Message};
+use gravical::live::{Event, Message, sentence};
 use gravical::{Error, Result};
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
 use tempfile::NamedTempFile;
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 
-use super::console::{Console, Entry, Renderer};
 use crate::text::say;
-
-use hub::Hub;
-use routes::{Served, routes};
 
 /// Connections at a time: the session needs files, too.
 const CONNECTIONS: usize = 128;
@@ -33,24 +39,86 @@ const REQUEST_TIME: Duration = Duration::from_secs(2);
 const LOADED_AGAIN: Duration = Duration::from_secs(3);
 /// The last event reaches the tabs within this time, or not at all.
 const LAST_WORD: Duration = Duration::from_millis(500);
+/// A tab that was disconnected connects again after this time.
+const RETRY: Duration = Duration::from_millis(500);
 /// Step of waiting.
 const STEP: Duration = Duration::from_millis(50);
+/// Longest command, bytes.
+const COMMAND_BYTES: usize = 1 << 12;
+
+/// Of everything but the report, which has its own in its text.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
+    connect-src 'self'; img-src 'self' data:; frame-src 'self'; base-uri 'none'; \
+    form-action 'none'; frame-ancestors 'none'";
+/// The page shows the report in a frame.
+const REPORT_POLICY: &str = "frame-ancestors 'self'";
+
+const CSS: &str = "text/css; charset=utf-8";
+const HTML: &str = "text/html; charset=utf-8";
+const JS: &str = "text/javascript; charset=utf-8";
+const JSON: &str = "application/json";
+const TEXT: &str = "text/plain; charset=utf-8";
+
+/// The page; its token is put in when it is sent.
+const PAGE: &str = include_str!("page/page.html");
+
+/// The files that it is made of.
+const FILES: [(&str, &str, &str); 2] = [
+    ("page.css", CSS, include_str!("page/page.css")),
+    ("page.js", JS, SCRIPT),
+];
+const SCRIPT: &str = concat!(
+    "\"use strict\";\n",
+    include_str!("page/board.js"),
+    include_str!("page/session.js"),
+    include_str!("page/markup.js"),
+    include_str!("page/sound.js"),
+    include_str!("page/page.js"),
+);
+
+/// Everything that was said, for each tab to read at its own pace.
+#[derive(Default)]
+struct Said {
+    /// All events but the status.
+    past: Vec<String>,
+    /// The latest status.
+    status: Option<String>,
+    /// The file of the calibration report.
+    report: Option<String>,
+    /// The last event was said.
+    has_ended: bool,
+    /// A tab has listened.
+    had_tab: bool,
+    /// Nothing more will be said.
+    is_closed: bool,
+}
+
+/// What the session and the requests have in common.
+struct Hub {
+    said: watch::Sender<Said>,
+    clicked: SyncSender<Command>,
+    token: String,
+    /// Names of this server in a request: address and port.
+    hosts: [String; 2],
+}
 
 /// The page of a session.
 pub struct Page {
     hub: Arc<Hub>,
-    url: String,
-    /// The command of the tunnel, over ssh.
-    tunnel: Option<String>,
+    /// To be opened in the browser with the first event.
+    url: Option<String>,
+    /// The file that leads the browser to it, kept as long as the page.
+    redirect: Option<NamedTempFile>,
 }
 
 impl Page {
-    /// Serves it, and prints its address. Without `port` a free one is taken.
+    /// Serves it, and prints its address. Without `port` a free one is taken. The first event opens it in
+    /// the browser of this computer, not over ssh, if it `opens`.
     ///
     /// # Errors
     ///
     /// `http-port` (usage) if the port is not free; those of the system.
-    pub fn serve(port: Option<u16>, commands: SyncSender<Entry>) -> Result<Self> {
+    pub fn serve(port: Option<u16>, opens: bool, clicked: SyncSender<Command>) -> Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port.unwrap_or(0)));
         let bound = listener.and_then(|listener| {
             listener.set_nonblocking(true)?;
@@ -63,15 +131,23 @@ impl Page {
             let hint = "--http-port with another number, or --plain for the terminal";
             Error::usage("http-port", what).with_hint(hint)
         })?;
-        let token = token()?;
+        // 128 random bits.
+        let mut bits = [0; 16];
+        getrandom::fill(&mut bits).map_err(|e| system(std::io::Error::other(e)))?;
+        let token: String = bits.iter().map(|b| format!("{b:02x}")).collect();
         let url = format!("http://127.0.0.1:{port}/?token={token}");
-        let hub = Arc::new(Hub::default());
-        let app = routes(Served::new(Arc::clone(&hub), commands, token, port));
+        let hub = Arc::new(Hub {
+            said: watch::Sender::default(),
+            clicked,
+            token,
+            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
+        });
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(system)?;
-        std::thread::spawn(move || runtime.block_on(answer(listener, app)));
+        let served = serve(listener, Arc::clone(&hub));
+        std::thread::spawn(move || runtime.block_on(served));
         say(&url);
         let tunnel = open::tunnel(port);
         if let Some(line) = &tunnel {
@@ -79,28 +155,48 @@ impl Page {
                 "Over ssh: run `{line}` on your own computer, and open this address there."
             ));
         }
-        Ok(Page { hub, url, tunnel })
-    }
-
-    /// What shows events on it. The first one opens it in the browser of this computer, not over ssh,
-    /// if it `opens`.
-    pub fn renderer(&self, opens: bool) -> Box<dyn Renderer> {
-        Box::new(PageEvents {
-            hub: Arc::clone(&self.hub),
-            url: Some(self.url.clone()).filter(|_| opens && self.tunnel.is_none()),
+        Ok(Page {
+            hub,
+            url: Some(url).filter(|_| opens && tunnel.is_none()),
             redirect: None,
         })
     }
 
+    /// Shows an event in all tabs.
+    pub fn show(&mut self, message: &Message) {
+        if let Some(url) = self.url.take() {
+            self.redirect = open::open(&url);
+        }
+        self.say(message);
+    }
+
+    fn say(&self, message: &Message) {
+        let text = message.to_json();
+        self.hub.said.send_modify(|said| {
+            match &message.event {
+                Event::Session { .. } => said.status = None,
+                Event::Saved { report, .. } => said.report.clone_from(report),
+                Event::End { .. } => said.has_ended = true,
+                _ => {}
+            }
+            if message.event.is_status() {
+                said.status = Some(text);
+            } else {
+                said.past.push(text);
+            }
+        });
+    }
+
     /// Says on the page why there will be no more events, and waits until it is there.
     pub fn fail(&self, why: &str) {
-        if !self.hub.0.borrow().has_ended {
+        let has_ended = self.hub.said.borrow().has_ended;
+        if !has_ended {
             let event = Event::End {
                 reason: EndReason::Failed,
                 poses: 0,
                 resume: None,
             };
-            self.hub.say(&Message::new(0.0, event, why));
+            self.say(&Message::new(0.0, event, why));
         }
         self.last_word();
     }
@@ -108,26 +204,32 @@ impl Page {
     /// Waits until the tabs have the last event, and disconnects them.
     fn last_word(&self) {
         let began = Instant::now();
-        self.hub.close();
-        while self.hub.tabs() > 0 && began.elapsed() < LAST_WORD {
+        self.hub.said.send_modify(|said| said.is_closed = true);
+        while self.tabs() > 0 && began.elapsed() < LAST_WORD {
             std::thread::sleep(STEP);
         }
         // From the stream to the browser.
         std::thread::sleep(STEP);
     }
 
+    /// Tabs that listen.
+    fn tabs(&self) -> usize {
+        self.hub.said.receiver_count()
+    }
+
     /// Waits until the last tab is closed, or the user ends it; true if the session is to go on.
-    pub fn stay(&self, console: &Console) -> bool {
-        if self.hub.0.borrow().had_tab && !console.is_interrupted() {
+    pub fn stay(&self, clicked: &Receiver<Command>, interrupted: &AtomicBool) -> bool {
+        let is_on = || !interrupted.load(Ordering::SeqCst);
+        let had_tab = self.hub.said.borrow().had_tab;
+        if had_tab && is_on() {
             say("The page with the report stays until its tab is closed, or Ctrl-C.");
             let mut read = Instant::now();
-            while read.elapsed() < LOADED_AGAIN && !console.is_interrupted() {
-                if self.hub.tabs() > 0 {
+            while read.elapsed() < LOADED_AGAIN && is_on() {
+                if self.tabs() > 0 {
                     read = Instant::now();
                 }
-                let entry = console.entries.recv_timeout(STEP);
-                if entry.is_ok_and(|entry| entry.command == Ok(Command::Resume)) {
-                    self.hub.0.send_modify(|said| said.has_ended = false);
+                if clicked.recv_timeout(STEP) == Ok(Command::Resume) {
+                    self.hub.said.send_modify(|said| said.has_ended = false);
                     return true;
                 }
             }
@@ -137,39 +239,13 @@ impl Page {
     }
 }
 
-/// Shows events on the page.
-struct PageEvents {
-    hub: Arc<Hub>,
-    /// To be opened.
-    url: Option<String>,
-    /// The file that leads the browser to it, kept as long as the page.
-    redirect: Option<NamedTempFile>,
-}
-
-impl Renderer for PageEvents {
-    fn show(&mut self, message: &Message) -> Result<()> {
-        if let Some(url) = self.url.take() {
-            self.redirect = open::open(&url);
-        }
-        self.hub.say(message);
-        Ok(())
-    }
-}
-
-/// 128 random bits.
-fn token() -> Result<String> {
-    let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes).map_err(|e| system(std::io::Error::other(e)))?;
-    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
-}
-
 fn system(error: std::io::Error) -> Error {
     Error::device("page", format!("the page cannot be served: {error}"))
         .with_hint("--plain guides in the terminal")
 }
 
 /// Answers until the program ends.
-async fn answer(listener: TcpListener, app: Router) {
+async fn serve(listener: TcpListener, hub: Arc<Hub>) {
     let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
         return;
     };
@@ -183,15 +259,150 @@ async fn answer(listener: TcpListener, app: Router) {
         };
         // An event is sent at once.
         let _ = stream.set_nodelay(true);
+        let hub = Arc::clone(&hub);
+        let answers = service_fn(move |request: hyper::Request<Incoming>| {
+            let hub = Arc::clone(&hub);
+            async move { Ok::<_, Infallible>(hub.answer(request.map(Body::new)).await) }
+        });
         let connection = http1::Builder::new()
             .timer(TokioTimer::new())
             .header_read_timeout(REQUEST_TIME)
             .keep_alive(false)
-            .serve_connection(TokioIo::new(stream), TowerToHyperService::new(app.clone()));
+            .serve_connection(TokioIo::new(stream), answers);
         tokio::spawn(async move {
             // A connection that breaks off is no fault of the session.
             let _ = connection.await;
             drop(place);
         });
     }
+}
+
+impl Hub {
+    /// Answers what is from our own page. A page of another site, under whatever name it reaches this
+    /// address, knows no token, and its browser names it in `Host` or `Origin`.
+    async fn answer(&self, request: Request) -> Response {
+        let is_post = request.method() == Method::POST;
+        let path = request.uri().path().trim_start_matches('/').to_owned();
+        let refusal = self.refusal(&request);
+        let mut response = match (refusal, path.as_str()) {
+            (Some(why), _) => text(StatusCode::FORBIDDEN, TEXT, why),
+            (None, "") => text(StatusCode::OK, HTML, PAGE.replace("{token}", &self.token)),
+            (None, "events") => Sse::new(self.join())
+                .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
+                .into_response(),
+            (None, "command") if is_post => self.command(request.into_body()).await,
+            (None, "command") => StatusCode::METHOD_NOT_ALLOWED.into_response(),
+            (None, "report") => self.report(),
+            (None, name) => match FILES.iter().find(|(file, _, _)| *file == name) {
+                Some((_, kind, content)) => text(StatusCode::OK, kind, *content),
+                None => StatusCode::NOT_FOUND.into_response(),
+            },
+        };
+        let resource_policy = HeaderName::from_static("cross-origin-resource-policy");
+        let headers = response.headers_mut();
+        for (name, value) in [
+            (CACHE_CONTROL, "no-store"),
+            (REFERRER_POLICY, "no-referrer"),
+            (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+            (resource_policy, "same-origin"),
+        ] {
+            headers.insert(name, HeaderValue::from_static(value));
+        }
+        headers
+            .entry(CONTENT_SECURITY_POLICY)
+            .or_insert(HeaderValue::from_static(POLICY));
+        response
+    }
+
+    /// Why a request is refused, if it is.
+    fn refusal(&self, request: &Request) -> Option<&'static str> {
+        let headers = request.headers();
+        let is_ours = |host: &str| self.hosts.iter().any(|h| h == host);
+        if !one(headers, &HOST).is_ok_and(|host| host.is_some_and(is_ours)) {
+            return Some("This is not the address that gravical live serves.");
+        }
+        let origin = one(headers, &ORIGIN).map(|o| o.map(|o| o.strip_prefix("http://")));
+        match origin {
+            Ok(Some(Some(host))) if is_ours(host) => {}
+            Ok(None) if request.method() == Method::GET => {}
+            _ => return Some("Requests of other pages are refused."),
+        }
+        let query = request.uri().query().unwrap_or_default();
+        let given = query.split('&').find_map(|q| q.strip_prefix("token="));
+        match given {
+            Some(given) if same(given.as_bytes(), self.token.as_bytes()) => None,
+            _ => Some(
+                "The token is missing or not of this session: use the address that gravical live printed.",
+            ),
+        }
+    }
+
+    /// The events for a new tab, from the beginning, a line each: all that are new at once, and the status.
+    fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
+        let tab = (self.said.subscribe(), 0, false);
+        self.said.send_modify(|said| said.had_tab = true);
+        unfold(tab, |(mut said, read, is_closed)| async move {
+            if is_closed {
+                return None;
+            }
+            said.changed().await.ok()?;
+            let now = said.borrow_and_update();
+            let mut lines: Vec<&str> = now.past[read..].iter().map(String::as_str).collect();
+            lines.extend(now.status.as_deref());
+            let event = sse::Event::default().retry(RETRY).data(lines.join("\n"));
+            let (read, is_closed) = (now.past.len(), now.is_closed);
+            drop(now);
+            Some((Ok(event), (said, read, is_closed)))
+        })
+    }
+
+    async fn command(&self, body: Body) -> Response {
+        let refused = |status, why: &str| {
+            let body = serde_json::json!({ "error": sentence(why) }).to_string();
+            text(status, JSON, body)
+        };
+        let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
+            return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
+        };
+        match serde_json::from_slice(&bytes).map(|command| self.clicked.try_send(command)) {
+            Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
+            Ok(Err(_)) => {
+                let why = "the session is busy, or has ended";
+                refused(StatusCode::SERVICE_UNAVAILABLE, why)
+            }
+            Err(error) => {
+                let why = format!("this is no command: {error}");
+                refused(StatusCode::BAD_REQUEST, &why)
+            }
+        }
+    }
+
+    fn report(&self) -> Response {
+        let report = self.said.borrow().report.clone();
+        let Some(html) = report.and_then(|path| std::fs::read_to_string(path).ok()) else {
+            let why = "The report is written when the calibration is saved.";
+            return text(StatusCode::NOT_FOUND, TEXT, why);
+        };
+        let policy = [(CONTENT_SECURITY_POLICY, REPORT_POLICY)];
+        (policy, text(StatusCode::OK, HTML, html)).into_response()
+    }
+}
+
+/// The only value of a header; an error if there are several, or it is no text.
+fn one<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>, ()> {
+    let mut all = headers.get_all(name).iter();
+    let first = all.next();
+    if all.next().is_some() {
+        return Err(());
+    }
+    first.map(|v| v.to_str().map_err(|_| ())).transpose()
+}
+
+/// Equal, in a time that does not depend on where they differ.
+fn same(a: &[u8], b: &[u8]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
+}
+
+fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Response {
+    (status, [(CONTENT_TYPE, kind)], text.into()).into_response()
 }

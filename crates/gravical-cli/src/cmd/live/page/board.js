@@ -1,6 +1,5 @@
 // How the board lies, and how it is drawn. Rotations are quaternions [w, x, y, z] from the axes of the sensor
 // to level ones with z up.
-"use strict";
 
 const dot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -49,17 +48,16 @@ function draw(place, q) {
   drawAttitude(place, q);
 }
 
-// Turns a drawing. Of the axes and angles that say the same, the one nearest to the last is set, so that the
-// style sheet turns the board the short way. Down the page, y is negative. Less than 0.3° is noise.
+// A rotation in the axes of the page, where y points down, as a matrix: between two the browser turns the short way.
+function matrix([w, x, y, z]) {
+  const columns = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(axis => [...rotated([w, -x, y, -z], axis), 0]);
+  return `matrix3d(${columns.join()},0,0,0,1)`;
+}
+
+// Turns a drawing. Less than 0.3° is noise.
 function drawAttitude(place, q) {
   if (place.drawn && Math.abs(dot(q, place.drawn)) > 1 - 3e-6) return;
   place.drawn = q;
-  const [w, x, y, z] = q;
-  let axis = [-x, y, -z], angle = 2 * Math.atan2(Math.hypot(x, y, z), w);
-  const last = place.turned ?? { axis, angle };
-  if (dot(axis, last.axis) < 0) [axis, angle] = [axis.map(v => -v), -angle];
-  angle += 2 * Math.PI * Math.round((last.angle - angle) / (2 * Math.PI));
-  place.turned = { axis, angle };
-  place.style.setProperty("--axis", axis.join());
-  place.style.setProperty("--angle", `${angle}rad`);
+  place.style.setProperty("--attitude", matrix(q));
+  place.style.setProperty("--level", matrix(inverse(q)));
 }

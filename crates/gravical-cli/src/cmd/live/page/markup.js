@@ -1,5 +1,4 @@
 // Parts of the page that are built as a whole when an event changes them.
-"use strict";
 
 class Markup extends String {}
 
@@ -79,11 +78,6 @@ function errorsMarkup(fits) {
     ${curve("undetected_mg", "▲")} ${curve("worst_mg", "●")}`;
 }
 
-const truthMarkup = ({ before_mg, norm_error_mg }) => html`<section class="truth">
-  <h2>The truth</h2>
-  <p>Error of ‖a‖ of this virtual sensor, rms over all directions: <b>${inMg(before_mg)}</b> before,
-    <b>${inMg(norm_error_mg)}</b> with this calibration.</p></section>`;
-
 // The mark of each grade.
 const GRADES = { "good": "done", "fair": "near", "poor": "cross", "not-verifiable": "question" };
 
@@ -119,5 +113,5 @@ const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
   ${saved && savedMarkup(saved, verdict?.grade)}
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
-  ${truth && truthMarkup(truth)}
+  ${truth && html`<p class="truth">${truth.text}</p>`}
   ${saved?.report && reportMarkup(report, verdict?.reasons ?? [])}`;

@@ -1,5 +1,4 @@
 // The page: events in, what they change on it, keys and buttons back as commands.
-"use strict";
 
 const token = encodeURIComponent(new URLSearchParams(location.search).get("token") ?? "");
 const address = name => `${name}?token=${token}`;
@@ -44,7 +43,8 @@ function update() {
   updateBoard();
   updateTiles();
   updateButtons(now);
-  show("#grade", Boolean(GRADES[verdict?.grade]) && !is_over);
+  updateRecord();
+  show("#grade", Boolean(verdict) && !is_over);
   $("#grade").dataset.mark = GRADES[verdict?.grade] ?? "";
   write($("#grade span"), verdict?.text ?? "");
 }
@@ -76,8 +76,6 @@ function updateBoard() {
   // it was.
   const read = lying(s?.up ?? [0, 0, 1]);
   const heading = (up && headingTo(lying(up), read)) ?? headingTo(attitude, read) ?? 0;
-  const is_there = performance.now() > turned_until || s && turned && angleDeg(s.up, upOf(turned)) < 4;
-  if (!held && !turning && is_there) turned = null;
   attitude = turned ?? turnedLevel(heading, read);
   drawAttitude($("#board"), attitude);
   const is_accepted = performance.now() < accepted_until;
@@ -102,10 +100,13 @@ function updateBoard() {
 
 // ---- The hand of a simulated session turns the drawing, and lays the board down when it lets go ----
 
-// The attitude that is drawn until the board is there.
-let turned = null, turned_until = 0;
-// The last event of the mouse that drags it; the timer that ends a turn by keys.
-let held = null, turning = 0;
+// The attitude that is drawn until the board is there; the last event of the mouse that drags it.
+let turned = null, held = null, timer = 0;
+
+function later(milliseconds, what) {
+  clearTimeout(timer);
+  timer = setTimeout(what, milliseconds);
+}
 
 // By these angles to the right and towards the camera.
 function turnBoard(right, near) {
@@ -115,21 +116,20 @@ function turnBoard(right, near) {
 
 function letGo() {
   held = null;
-  turning = 0;
   if (!turned) return;
-  turned_until = performance.now() + 2500;
   send({ command: "hand", up: upOf(turned) });
+  later(2500, () => { turned = null; });
 }
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 function turnByKey(key) {
   turnBoard(...ARROWS[key].map(v => v * Math.PI / 15));
-  clearTimeout(turning);
-  turning = setTimeout(letGo, 450);
+  later(450, letGo);
 }
 
 $("#board").addEventListener("pointerdown", e => {
   if (!is_in_hand) return;
+  clearTimeout(timer);
   held = e;
   $("#board").setPointerCapture(e.pointerId);
   e.preventDefault();
@@ -167,7 +167,6 @@ function updateButtons(now) {
   $("#as-drawn").disabled = !wanted(state).up;
 }
 
-// What the status does not change.
 function updateRecord() {
   render($("#history ol"), html`${[...state.log].reverse().map(logMarkup)}`);
   const { errors } = state;
@@ -209,11 +208,6 @@ function complain(text) {
   update();
 }
 
-function choose(is_choosing) {
-  choosing = is_choosing;
-  update();
-}
-
 // Asks once whether a command is meant.
 function ask(name, title, text) {
   write($("#sure h2"), `${title} now?`);
@@ -226,15 +220,9 @@ function ask(name, title, text) {
 
 // What buttons do that is more than a command.
 const ACTIONS = {
-  mute() {
-    sound.toggle();
-    update();
-  },
-  later() {
-    gravity_later = true;
-    update();
-  },
-  redo() { choose(!choosing); },
+  mute() { sound.toggle(); },
+  later() { gravity_later = true; },
+  redo() { choosing = !choosing; },
   "as-drawn"() { send({ command: "hand", up: wanted(state).up }); },
   finish() {
     const { verdict, poses } = state;
@@ -251,28 +239,20 @@ const ACTIONS = {
 
 function press(button) {
   const { command, face, port } = button.dataset;
-  if (button.closest("#hands, #tiles")) {
-    clearTimeout(turning);
-    turning = 0;
-    turned = null;
-  }
+  if (button.closest("#hands, #tiles")) later(0, () => { turned = null; });
   if (command) send(JSON.parse(command));
   else if (face) send(choosing ? { command: "redo", face } : { command: "hand", put: face });
   else if (port) send({ command: "port", name: port });
   else if (button.closest(".command")) copy(button);
   else ACTIONS[button.id]?.();
-  if (face) choose(false);
+  if (face) choosing = false;
+  updateSoon();
 }
 
-async function copy(button) {
-  const code = button.previousElementSibling;
-  try {
-    await navigator.clipboard.writeText(code.textContent);
-    button.textContent = "Copied";
-  } catch {
-    // Without the right to copy, the line is marked, so that one key does it.
-    getSelection().selectAllChildren(code);
-  }
+// Without the right to copy, the line is marked, so that one key does it.
+function copy(button) {
+  getSelection().selectAllChildren(button.previousElementSibling);
+  if (document.execCommand("copy")) button.textContent = "Copied";
 }
 
 document.addEventListener("click", e => {
@@ -292,8 +272,10 @@ document.addEventListener("keydown", e => {
   if ((e.key === " " || e.key === "Enter") && at("button, a, summary")) return;
   const key = e.key === " " ? "Space" : e.key.length === 1 ? e.key.toUpperCase() : e.key;
   const button = [...document.querySelectorAll(`[aria-keyshortcuts="${CSS.escape(key)}"]`)].find(b => b.checkVisibility());
-  if (key === "Escape" && choosing) choose(false);
-  else if (button) {
+  if (key === "Escape") {
+    choosing = false;
+    updateSoon();
+  } else if (button) {
     if (!e.repeat && !button.disabled) press(button);
   } else if (is_in_hand && ARROWS[key]) turnByKey(key);
   else return;
@@ -310,24 +292,17 @@ $("#gravity").addEventListener("submit", e => {
 
 // ---- Events ----
 
-let live_from = 0, is_due = false, is_recorded = false;
+let live_from = 0, due = 0;
 
 // Events that come at once are shown at once.
 function updateSoon() {
-  if (is_due) return;
-  is_due = true;
-  requestAnimationFrame(() => {
-    is_due = false;
-    update();
-    if (!is_recorded) updateRecord();
-    is_recorded = true;
-  });
+  cancelAnimationFrame(due);
+  due = requestAnimationFrame(update);
 }
 
 function take(event) {
   state = after(state, event);
   if (event.type === "session") choosing = false;
-  if (event.type !== "status") is_recorded = false;
   if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
   // What is replayed at the start has been seen and heard before.
   if (performance.now() > live_from) {
@@ -358,7 +333,7 @@ function listen() {
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });
-  stream.addEventListener("message", e => take(JSON.parse(e.data)));
+  stream.addEventListener("message", e => e.data.split("\n").filter(Boolean).forEach(line => take(JSON.parse(line))));
 }
 
 render($("#tiles"), html`${FACES.map(tileMarkup)}`);

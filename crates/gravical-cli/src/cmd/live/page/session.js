@@ -1,6 +1,5 @@
 // What the events say, as one state, and in words. Nothing here draws, sends or knows the time of day; a page
 // that is loaded again gets the same events and is in the same state.
-"use strict";
 
 // The latest event of each type, and what becomes of them.
 const fresh = () => ({

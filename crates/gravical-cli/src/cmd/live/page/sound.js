@@ -1,5 +1,4 @@
 // Short tones at what happens, which can be muted.
-"use strict";
 
 // Notes one after the other: [hertz, seconds].
 const SOUNDS = {

@@ -1,7 +1,6 @@
 //! How the user gets to the page: the browser, or a tunnel.
 
 use std::env;
-use std::ffi::OsStr;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -30,24 +29,16 @@ fn redirect(folder: &Path, url: &str) -> io::Result<NamedTempFile> {
 /// On Linux and macOS every user of the computer sees the arguments of all programs, so that the
 /// token must not be one: the browser gets a file that only this user can read, and that leads to
 /// the page. It is in the home directory, because browsers in a sandbox see no other place; where
-/// it cannot be written, the address remains to be copied. On Windows other users do not see the
-/// arguments.
+/// it cannot be written, the address remains to be copied.
 pub fn open(url: &str) -> Option<NamedTempFile> {
     if !io::stderr().is_terminal() {
         return None;
     }
     let (program, arguments) = opener()?;
-    let redirect = if cfg!(windows) {
-        None
-    } else {
-        Some(redirect(&env::home_dir()?, url).ok()?)
-    };
-    let target = redirect
-        .as_ref()
-        .map_or(OsStr::new(url), |redirect| redirect.path().as_os_str());
+    let redirect = redirect(&env::home_dir()?, url).ok()?;
     let spawned = Command::new(program)
         .args(arguments)
-        .arg(target)
+        .arg(redirect.path())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -55,7 +46,7 @@ pub fn open(url: &str) -> Option<NamedTempFile> {
     if let Ok(mut child) = spawned {
         std::thread::spawn(move || child.wait());
     }
-    redirect
+    Some(redirect)
 }
 
 /// The program that opens addresses, and its first arguments.
