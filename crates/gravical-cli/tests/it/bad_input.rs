@@ -69,7 +69,7 @@ calibrate x_axis_pos.csv y_axis_pos.csv --sections list.csv | 2 several-files
 calibrate x_axis_pos.csv y_axis_pos.csv --gyro g.csv | 2 gyro-inputs
 calibrate x_axis_pos.csv | 3 underdetermined | axes covered: x
 calibrate x_axis_pos.csv x_axis_neg.csv | 3 underdetermined | 2 poses
-calibrate x_axis_pos.csv x_axis_neg.csv y_axis_pos.csv y_axis_neg.csv | 3 underdetermined | z up and z down
+calibrate x_axis_pos.csv x_axis_neg.csv y_axis_pos.csv y_axis_neg.csv | 3 underdetermined | axes covered: x, y
 calibrate five --method ferraris | 3 missing-face | missing: -y
 calibrate twice --method ferraris | 3 missing-face | missing: -y
 calibrate six --free-pose nothing | 2 no-such-pose | nothing";
