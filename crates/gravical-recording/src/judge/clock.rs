@@ -339,7 +339,8 @@ impl Clock {
         self.gaps.iter_mut().for_each(|gap| gap.1 *= unit_s);
         self.jitter_s = self.jitter_s.map(|jitter| jitter * unit_s);
         self.rate_hz /= unit_s;
-        self.mean_rate_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
+        let mean_hz = self.mean_rate_hz.map(|mean| mean / unit_s);
+        self.mean_rate_hz = mean_hz.filter(|hz| hz.is_finite());
     }
 }
 
