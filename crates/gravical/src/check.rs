@@ -22,7 +22,9 @@ use crate::calibration_file::{
 };
 use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
+use crate::later::{
+    ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor, singular,
+};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
@@ -209,9 +211,10 @@ pub fn check(
     let static_intervals: Vec<StillCheck> =
         result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
-    if let Some(here) = options.gravity {
-        findings.extend(gravity_differs(calibration, &here));
-    }
+    findings.extend(gravity_differs(
+        calibration.gravity_mps2,
+        gravity.value_mps2,
+    ));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
     let judgement = if result.test.p_value < SIGNIFICANCE {
@@ -386,7 +389,7 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
 
 /// True for a static interval that the calibration was fitted to.
 fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Pose) -> bool {
-    let [first, last] = interval.lines.unwrap_or_default();
+    let [first, last] = interval.lines;
     inputs_of(calibration, recording).any(|input| {
         let poses = calibration.accelerometer.poses.iter();
         let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
@@ -428,7 +431,7 @@ fn describe(
     StillCheck {
         file: recording.name.clone(),
         label: is_named.then(|| interval.label.clone()),
-        lines: interval.lines.unwrap_or_default(),
+        lines: interval.lines,
         start_s: recording.time_at(interval.rows.start),
         rows: interval.count as u64,
         calibrated,
@@ -465,7 +468,7 @@ fn circumstances(
         }
     }
     for interval in intervals.iter().filter(|r| r.clipped > 0) {
-        let (count, [first, last]) = (interval.clipped, interval.lines.unwrap_or_default());
+        let (count, [first, last]) = (interval.clipped, interval.lines);
         let clipped = finding!(
             ClippedPose,
             "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
@@ -473,18 +476,6 @@ fn circumstances(
         findings.push(clipped.in_file(&recordings[interval.recording].name));
     }
     findings.extend(temperature(calibration, intervals));
-}
-
-fn gravity_differs(calibration: &CalibrationFile, here: &Gravity) -> Option<Finding> {
-    let (there, here) = (calibration.gravity_mps2, here.value_mps2);
-    let off = (here / there - 1.0).abs();
-    (off > SAME_GRAVITY).then(|| {
-        finding!(
-            GravityDiffers,
-            "the calibration was computed with g = {there:.5} m/s², here g = {here:.5}: if it was made here, that alone makes every ‖a‖ wrong by {:.2} %",
-            100.0 * off
-        )
-    })
 }
 
 fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Finding> {

@@ -70,7 +70,7 @@ pub struct Pose {
     /// Its rows.
     pub rows: Range<usize>,
     /// First and last line of the file that they stand in.
-    pub lines: Option<[u64; 2]>,
+    pub lines: [u64; 2],
     /// Found, with a robust mean; not given by a section or label, with that of all its rows.
     pub is_found: bool,
     /// Mean reading in the unit of the file, less the zero offset.
@@ -174,7 +174,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     let named = cut_recordings(recordings, options, &mut findings)?;
     let (turns, intervals): (Vec<_>, Vec<_>) = named.into_iter().partition(Interval::is_turn);
     if intervals.is_empty() {
-        let error = found::never_still(recordings);
+        let error = found::never_still(&recordings[0]);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
@@ -365,8 +365,7 @@ fn pose(
         label: interval.label,
         source: recording.name.clone(),
         recording: interval.recording,
-        lines: (!rows.is_empty())
-            .then(|| [recording.line(rows.start), recording.line(rows.end - 1)]),
+        lines: [recording.line(rows.start), recording.line(rows.end - 1)],
         is_found: interval.is_found,
         mean: mean.mean,
         standard_error: mean.standard_error,

@@ -17,6 +17,9 @@ use crate::recording::{Finding, FindingKind, Recording};
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
 /// 0.0016 rad/s, and this is their geometric mean.
 pub(super) const MAX_NOISE_RAD_S: f64 = 0.012;
+/// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
+/// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
+const TURNING_RAD_S: f64 = 0.052;
 /// The range of counts may be so many times the least one, by which it is guessed.
 const MAX_RANGE_RATIO: f64 = 4.0;
 /// Readings of a block where no rate is known: 0.1 s at 100 Hz, 0.5 s at 20 Hz.
@@ -35,8 +38,8 @@ pub(super) struct Samples {
     pub period_s: f64,
     pieces: Vec<Range<usize>>,
     resolution: [f64; 6],
-    /// How many times as large the rates may be: where the range of their counts is guessed.
-    pub rate_factor: f64,
+    /// A rest whose mean rate is off the bias by more is a turn.
+    pub turning_rad_s: f64,
 }
 
 impl Samples {
@@ -71,7 +74,7 @@ impl Samples {
             period_s,
             pieces: Vec::new(),
             resolution: [0.0; 6],
-            rate_factor: 1.0,
+            turning_rad_s: TURNING_RAD_S,
             rows,
         };
         if let Some(gyro) = &recording.gyro {
@@ -85,7 +88,7 @@ impl Samples {
         if !samples.rate.is_empty() {
             let (per_rad_s, is_guessed) = samples.rate_scale(recording);
             if is_guessed {
-                samples.rate_factor = MAX_RANGE_RATIO;
+                samples.turning_rad_s /= MAX_RANGE_RATIO;
             }
             let rates = samples.rate.iter_mut().flatten();
             rates.for_each(|v| *v /= per_rad_s);
