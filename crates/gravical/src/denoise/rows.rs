@@ -26,9 +26,8 @@ const MAX_UNEVEN: f64 = 0.01;
 pub(super) struct Treatment {
     /// Outliers that were replaced.
     pub replaced: usize,
-    /// Samples that were left unchanged because there are too few, and their stretches.
+    /// Samples that were left unchanged because there are too few.
     pub too_short: usize,
-    pub short_stretches: usize,
 }
 
 fn uneven(recording: &Recording, grid: &Grid) -> Error {
@@ -48,8 +47,6 @@ fn uneven(recording: &Recording, grid: &Grid) -> Error {
 pub(super) struct Grid {
     /// Rows at which filters start.
     pub starts: Vec<usize>,
-    /// Those of them that a time stamp makes, not a break: gaps, steps back and uneven steps.
-    pub restarts: usize,
     /// Point of each row, ascending within a part; rows with equal time stamps share one.
     points: Vec<usize>,
     /// Steps between time stamps, and those that should be a whole number of usual ones and are not.
@@ -71,7 +68,6 @@ impl Grid {
         let whole_share = whole_share(stamps, step_s);
         let mut grid = Grid {
             starts: Vec::new(),
-            restarts: 0,
             points: Vec::with_capacity(recording.rows()),
             steps: 0,
             uneven: 0,
@@ -90,7 +86,6 @@ impl Grid {
                 grid.steps += 1;
                 grid.uneven += usize::from(!is_even && (0.0..=most).contains(&steps));
                 is_start = !is_even || steps.round() > most;
-                grid.restarts += usize::from(is_start);
                 point = at.saturating_add(steps.round() as usize).max(before);
             }
             if is_start {
@@ -142,7 +137,6 @@ impl Grid {
         };
         if rows.len().min(samples.len()) < filter.shortest {
             treatment.too_short += rows.len();
-            treatment.short_stretches += 1;
             return;
         }
         treatment.replaced += filter.apply(&mut samples);
