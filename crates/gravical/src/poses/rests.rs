@@ -100,14 +100,6 @@ pub(crate) fn with_slow_ends(
     before.end - hidden(before)..after.start + hidden(after)
 }
 
-/// The shortest static interval in words: blocks have five rows or more.
-fn min_rest(recording: &Recording) -> String {
-    match recording.timing.rate_hz() {
-        Some(rate_hz) => format!("{:.1} s", MIN_REST_S.max(20.0 / rate_hz)),
-        None => "40 readings".to_owned(),
-    }
-}
-
 /// Why a recording has no static interval.
 pub(crate) fn why_never_static(recording: &Recording) -> String {
     if recording.accel_scale.nominal().is_none() {
@@ -123,10 +115,14 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
             "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
             rate.to_degrees()
         ),
-        _ => format!(
-            "what is quiet is shorter than {}, or turns",
-            min_rest(recording)
-        ),
+        // Blocks have five rows or more.
+        _ => match recording.timing.rate_hz() {
+            Some(rate_hz) => {
+                let min_s = MIN_REST_S.max(20.0 / rate_hz);
+                format!("what is quiet is shorter than {min_s:.1} s, or turns")
+            }
+            None => "what is quiet is shorter than 40 readings, or turns".to_owned(),
+        },
     }
 }
 

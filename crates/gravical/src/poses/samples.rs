@@ -118,20 +118,16 @@ impl Samples {
     /// that; else the first unit in which it may. True if that is the range of counts.
     fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
-        // A header that is wrong about the accelerometer says nothing about the gyroscope.
-        let header_is_wrong = recording.contradicts_header;
-        let known = recording.gyro_scale.filter(|s| match s.origin {
-            Origin::Given | Origin::Data => true,
-            Origin::Header => !header_is_wrong,
-            Origin::Assumed => false,
-        });
-        let known = known.and_then(|s| s.nominal());
-        let is_given = recording
-            .gyro_scale
-            .is_some_and(|s| s.origin == Origin::Given);
-        if let Some(given) = known.filter(|_| is_given) {
-            return (given, false);
-        }
+        let stated = recording.gyro_scale;
+        let known = match stated.and_then(|s| Some((s.origin, s.nominal()?))) {
+            Some((Origin::Given, nominal)) => return (nominal, false),
+            Some((Origin::Data, nominal)) => Some(nominal),
+            // A header that is wrong about the accelerometer says nothing about the gyroscope.
+            Some((Origin::Header, nominal)) => {
+                Some(nominal).filter(|_| !recording.contradicts_header)
+            }
+            Some((Origin::Assumed, _)) | None => None,
+        };
         // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
         // file are interpolated, and no whole numbers.
         let counts = [131.0 * degrees, MDPS_PER_DEG_S * degrees];
