@@ -205,8 +205,27 @@ pub fn check(
     let result =
         later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(|| singular(name))?;
     let describe = |(i, length): (usize, &Length)| {
-        let recording = &recordings[intervals[i].recording];
-        describe(recording, &intervals[i], length, &options.axes, counts[i])
+        let interval = &intervals[i];
+        let recording = &recordings[interval.recording];
+        let is_named = recording.labels.is_some() && !interval.is_found;
+        let calibrated = options.axes.to_case(length.force.into());
+        let (nearest, face_angle_deg) = Face::nearest(calibrated);
+        StillCheck {
+            file: recording.name.clone(),
+            label: is_named.then(|| interval.label.clone()),
+            lines: interval.lines,
+            start_s: recording.time_at(interval.rows.start),
+            rows: interval.count as u64,
+            calibrated,
+            nearest: nearest.name(),
+            face_angle_deg,
+            error_mps2: length.error_mps2,
+            sigma_mps2: length.sd_mps2,
+            z: length.error_mps2 / length.sd_mps2,
+            temperature_c: interval.temperature_c,
+            clipped: interval.clipped as u64,
+            counts: counts[i],
+        }
     };
     let static_intervals: Vec<StillCheck> =
         result.lengths.iter().enumerate().map(describe).collect();
@@ -416,34 +435,6 @@ fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
     let each = new.iter().zip(intervals);
     let whole: Vec<bool> = each.map(|(new, p)| *new && p.clipped == 0).collect();
     if whole.contains(&true) { whole } else { new }
-}
-
-fn describe(
-    recording: &Recording,
-    interval: &Pose,
-    length: &Length,
-    axes: &AxisMap,
-    counts: bool,
-) -> StillCheck {
-    let is_named = recording.labels.is_some() && !interval.is_found;
-    let calibrated = axes.to_case(length.force.into());
-    let (nearest, face_angle_deg) = Face::nearest(calibrated);
-    StillCheck {
-        file: recording.name.clone(),
-        label: is_named.then(|| interval.label.clone()),
-        lines: interval.lines,
-        start_s: recording.time_at(interval.rows.start),
-        rows: interval.count as u64,
-        calibrated,
-        nearest: nearest.name(),
-        face_angle_deg,
-        error_mps2: length.error_mps2,
-        sigma_mps2: length.sd_mps2,
-        z: length.error_mps2 / length.sd_mps2,
-        temperature_c: interval.temperature_c,
-        clipped: interval.clipped as u64,
-        counts,
-    }
 }
 
 /// Quality, inputs, clipping, temperature.
