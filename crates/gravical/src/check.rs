@@ -175,7 +175,8 @@ pub fn check(
     recordings: &[Recording],
     options: &CheckOptions,
 ) -> Result<CheckReport> {
-    let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
+    let read = recordings.iter().flat_map(|r| &r.findings);
+    let mut findings: Vec<Finding> = read.cloned().collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|error| after_losses(error, recordings))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
@@ -333,15 +334,6 @@ fn untested(none: &[String], one_way: &[String]) -> String {
         return "every axis was tested in both directions".to_owned();
     }
     parts.join("; ")
-}
-
-/// The findings of a recording, with its name.
-fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
-    let findings = recording.findings.iter().cloned();
-    findings.map(|finding| match finding.file {
-        Some(_) => finding,
-        None => finding.in_file(&recording.name),
-    })
 }
 
 /// Keeps the longest [`MAX_INTERVALS`] in their order.

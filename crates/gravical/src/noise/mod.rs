@@ -239,14 +239,22 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     // Without a fit the distribution of the points has to be that of some noise.
     let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
     let freedom = points.degrees_of_freedom(&model);
-    let points = variances.iter().zip(freedom);
+    let point = |(v, edf): (&AllanVariance, f64)| {
+        let sigma = v.variance.sqrt();
+        let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
+        Some(AllanPoint {
+            tau_s: v.m as f64 * period_s,
+            sigma,
+            low: sigma * low,
+            high: sigma * high,
+            edf,
+        })
+    };
     let is_gyroscope = name.starts_with('g');
     let mut channel = ChannelNoise {
         channel: name.to_owned(),
         unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
-        adev: points
-            .filter_map(|(v, edf)| allan_point(v, edf, period_s))
-            .collect(),
+        adev: variances.iter().zip(freedom).filter_map(point).collect(),
         ..ChannelNoise::default()
     };
     let Some(fit) = fit else {
@@ -297,18 +305,6 @@ fn largest_model(fit: &NoiseFit) -> NoiseModel {
         }
     });
     NoiseModel { squares }
-}
-
-fn allan_point(v: &AllanVariance, edf: f64, period_s: f64) -> Option<AllanPoint> {
-    let sigma = v.variance.sqrt();
-    let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
-    Some(AllanPoint {
-        tau_s: v.m as f64 * period_s,
-        sigma,
-        low: sigma * low,
-        high: sigma * high,
-        edf,
-    })
 }
 
 fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64) {
