@@ -224,9 +224,9 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     let variances = allan_variances(segments, &octaves);
     let points = NoisePoints::new(&variances, &lengths, period_s);
     let mut fit = fit_noise(&points);
-    let slope = fit.is_some().then(|| slope(segments, longest)).flatten();
-    let drift_per_s = slope.and_then(|slope| {
-        let variances = allan_variances(&detrended(segments, slope), &octaves);
+    let line = fit.as_ref().and_then(|_| without_slope(segments, longest));
+    let drift_per_s = line.and_then(|(slope, rest)| {
+        let variances = allan_variances(&rest, &octaves);
         let without = fit_noise(&NoisePoints::new(&variances, &lengths, period_s))?;
         let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
         let per_s = slope / period_s;
@@ -276,24 +276,22 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     channel
 }
 
-/// Slope of the line fitted to the first segment of this length, per sample; `None` with fewer than
-/// three samples.
-fn slope(segments: &[Vec<f64>], length: usize) -> Option<f64> {
-    let segment = segments.iter().find(|s| s.len() == length && length > 2)?;
-    let middle = 0.5 * (length as f64 - 1.0);
-    let offsets = || (0..length).map(|k| k as f64 - middle);
+/// Slope per sample of the line fitted to the first segment of the length `longest`, and all segments without
+/// it; `None` with fewer than three samples.
+fn without_slope(segments: &[Vec<f64>], longest: usize) -> Option<(f64, Vec<Vec<f64>>)> {
+    let segment = segments
+        .iter()
+        .find(|s| s.len() == longest && longest > 2)?;
+    let middle = 0.5 * (longest as f64 - 1.0);
+    let offsets = || (0..longest).map(|k| k as f64 - middle);
     let reference = segment[0];
     let products = offsets().zip(segment).map(|(k, v)| k * (v - reference));
-    Some(products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>())
-}
-
-/// The segments without a slope per sample.
-fn detrended(segments: &[Vec<f64>], slope: f64) -> Vec<Vec<f64>> {
+    let slope = products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>();
     let without = |segment: &Vec<f64>| -> Vec<f64> {
         let samples = segment.iter().enumerate();
         samples.map(|(k, value)| value - slope * k as f64).collect()
     };
-    segments.iter().map(without).collect()
+    Some((slope, segments.iter().map(without).collect()))
 }
 
 /// The model with each term at its upper limit.

@@ -226,14 +226,6 @@ fn rows_as_poses(
     (0..rows).map(interval).collect()
 }
 
-/// The readings of all rows that have one.
-fn readings(recording: &Recording) -> Vec<[f64; 3]> {
-    (0..recording.rows())
-        .map(|row| recording.accel_at(row))
-        .filter(|reading| reading.iter().all(|v| v.is_finite()))
-        .collect()
-}
-
 /// How many directions far apart some readings point in, `most` at most.
 fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
     let mut directions: Vec<[f64; 3]> = Vec::new();
@@ -253,7 +245,8 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     const JUMP_DEG: f64 = 10.0;
     /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
     const ON_SPHERE: f64 = 0.05;
-    let rows = readings(recording);
+    let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
+    let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
     if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
