@@ -403,8 +403,8 @@ fn of_rests(recording: &Recording, ranges: &[Range<usize>], period_s: f64) -> Op
     }
     let finding = finding!(
         NoiseFromRests,
-        "the sensor moved: used are the longest static intervals ({}), {} of {}",
-        ranges.len(),
+        "the sensor moved: the result rests on {}, {} of {}",
+        numfmt::count(ranges.len(), "static interval"),
         duration_text(rest as f64 * period_s),
         duration_text(rows as f64 * period_s)
     );
