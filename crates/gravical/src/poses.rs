@@ -156,7 +156,7 @@ pub(crate) struct Measured {
 ///
 /// # Errors
 ///
-/// `no-recordings`, `sections-range` (a section beyond the end), `several-files`
+/// `no-recordings`, `sections-range` (a section beyond the end or without rows), `several-files`
 /// (sections for more than one file), `units-differ`, `unit-unknown`,
 /// `never-static`, each with the next thing to do.
 pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {

@@ -13,13 +13,11 @@ use super::{Interval, Pose};
 /// Poses and turns of a section list.
 pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
     let rows = recording.rows();
-    if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
+    let is_wrong = |s: &&Section| s.rows.is_empty() || s.rows.end > rows;
+    if let Some(Section { label, rows: wrong }) = sections.iter().find(is_wrong) {
         return Err(Error::input(
             "sections-range",
-            format!(
-                "section \"{}\" ends at row {}, the recording has {rows} rows",
-                beyond.label, beyond.rows.end
-            ),
+            format!("section \"{label}\" has the rows {wrong:?}, the recording has {rows} rows"),
         )
         .at(recording.name.as_ref(), None)
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
