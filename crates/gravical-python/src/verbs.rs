@@ -9,11 +9,11 @@ use gravical::calibrate::{self, CalibrateOptions};
 use gravical::calibration_file::{CalibrationFile, InputFile};
 use gravical::check::CheckOptions;
 use gravical::denoise::DenoiseOptions;
-use gravical::inspect::InspectOptions;
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionOptions};
 use gravical::noise::noise_of;
 use gravical::output::write_atomic;
+use gravical::poses::SegmentOptions;
 use gravical::recording::{Meter, read, read_samples, source};
 use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
@@ -85,7 +85,7 @@ pub fn run(
 }
 
 fn inspect(mut call: Call) -> Result<Outcome> {
-    let options: InspectOptions = call.keywords.last()?;
+    let options: SegmentOptions = call.keywords.last()?;
     let rows = call.reading.one(read)?;
     let found = gravical::inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));

@@ -22,7 +22,9 @@ use crate::calibration_file::{
 };
 use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::later::{ASSUMED_ERROR_MPS2, SAME_GRAVITY, chi_square, probability, sensor, singular};
+use crate::later::{
+    ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor, singular,
+};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
@@ -173,7 +175,8 @@ pub fn check(
     recordings: &[Recording],
     options: &CheckOptions,
 ) -> Result<CheckReport> {
-    let mut findings: Vec<Finding> = recordings.iter().flat_map(findings_of).collect();
+    let read = recordings.iter().flat_map(|r| &r.findings);
+    let mut findings: Vec<Finding> = read.cloned().collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|error| after_losses(error, recordings))?;
     intervals::at_reference(calibration, &mut intervals, &mut findings);
@@ -203,15 +206,35 @@ pub fn check(
     let result =
         later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(|| singular(name))?;
     let describe = |(i, length): (usize, &Length)| {
-        let recording = &recordings[intervals[i].recording];
-        describe(recording, &intervals[i], length, &options.axes, counts[i])
+        let interval = &intervals[i];
+        let recording = &recordings[interval.recording];
+        let is_named = recording.labels.is_some() && !interval.is_found;
+        let calibrated = options.axes.to_case(length.force.into());
+        let (nearest, face_angle_deg) = Face::nearest(calibrated);
+        StillCheck {
+            file: recording.name.clone(),
+            label: is_named.then(|| interval.label.clone()),
+            lines: interval.lines,
+            start_s: recording.time_at(interval.rows.start),
+            rows: interval.count as u64,
+            calibrated,
+            nearest: nearest.name(),
+            face_angle_deg,
+            error_mps2: length.error_mps2,
+            sigma_mps2: length.sd_mps2,
+            z: length.error_mps2 / length.sd_mps2,
+            temperature_c: interval.temperature_c,
+            clipped: interval.clipped as u64,
+            counts: counts[i],
+        }
     };
     let static_intervals: Vec<StillCheck> =
         result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
-    if let Some(here) = options.gravity {
-        findings.extend(gravity_differs(calibration, &here));
-    }
+    findings.extend(gravity_differs(
+        calibration.gravity_mps2,
+        gravity.value_mps2,
+    ));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
     let judgement = if result.test.p_value < SIGNIFICANCE {
@@ -313,15 +336,6 @@ fn untested(none: &[String], one_way: &[String]) -> String {
     parts.join("; ")
 }
 
-/// The findings of a recording, with its name.
-fn findings_of(recording: &Recording) -> impl Iterator<Item = Finding> {
-    let findings = recording.findings.iter().cloned();
-    findings.map(|finding| match finding.file {
-        Some(_) => finding,
-        None => finding.in_file(&recording.name),
-    })
-}
-
 /// Keeps the longest [`MAX_INTERVALS`] in their order.
 fn keep_longest(intervals: &mut Vec<Pose>) {
     if intervals.len() <= MAX_INTERVALS {
@@ -386,7 +400,7 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
 
 /// True for a static interval that the calibration was fitted to.
 fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Pose) -> bool {
-    let [first, last] = interval.lines.unwrap_or_default();
+    let [first, last] = interval.lines;
     inputs_of(calibration, recording).any(|input| {
         let poses = calibration.accelerometer.poses.iter();
         let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
@@ -415,34 +429,6 @@ fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
     if whole.contains(&true) { whole } else { new }
 }
 
-fn describe(
-    recording: &Recording,
-    interval: &Pose,
-    length: &Length,
-    axes: &AxisMap,
-    counts: bool,
-) -> StillCheck {
-    let is_named = recording.labels.is_some() && !interval.is_found;
-    let calibrated = axes.to_case(length.force.into());
-    let (nearest, face_angle_deg) = Face::nearest(calibrated);
-    StillCheck {
-        file: recording.name.clone(),
-        label: is_named.then(|| interval.label.clone()),
-        lines: interval.lines.unwrap_or_default(),
-        start_s: recording.time_at(interval.rows.start),
-        rows: interval.count as u64,
-        calibrated,
-        nearest: nearest.name(),
-        face_angle_deg,
-        error_mps2: length.error_mps2,
-        sigma_mps2: length.sd_mps2,
-        z: length.error_mps2 / length.sd_mps2,
-        temperature_c: interval.temperature_c,
-        clipped: interval.clipped as u64,
-        counts,
-    }
-}
-
 /// Quality, inputs, clipping, temperature.
 fn circumstances(
     calibration: &CalibrationFile,
@@ -465,7 +451,7 @@ fn circumstances(
         }
     }
     for interval in intervals.iter().filter(|r| r.clipped > 0) {
-        let (count, [first, last]) = (interval.clipped, interval.lines.unwrap_or_default());
+        let (count, [first, last]) = (interval.clipped, interval.lines);
         let clipped = finding!(
             ClippedPose,
             "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
@@ -473,18 +459,6 @@ fn circumstances(
         findings.push(clipped.in_file(&recordings[interval.recording].name));
     }
     findings.extend(temperature(calibration, intervals));
-}
-
-fn gravity_differs(calibration: &CalibrationFile, here: &Gravity) -> Option<Finding> {
-    let (there, here) = (calibration.gravity_mps2, here.value_mps2);
-    let off = (here / there - 1.0).abs();
-    (off > SAME_GRAVITY).then(|| {
-        finding!(
-            GravityDiffers,
-            "the calibration was computed with g = {there:.5} m/s², here g = {here:.5}: if it was made here, that alone makes every ‖a‖ wrong by {:.2} %",
-            100.0 * off
-        )
-    })
 }
 
 fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Finding> {

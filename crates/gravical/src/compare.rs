@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
 use crate::finding::finding;
-use crate::later::{PART_SIGNIFICANCE, SAME_GRAVITY, chi_square, probability, sensor, singular};
+use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
 use crate::recording::{AccelUnit, Finding};
 use crate::{Error, Result};
@@ -357,15 +357,7 @@ fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
 
 /// Gravity and quality.
 fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
-    let (of_a, of_b) = (a.gravity_mps2, b.gravity_mps2);
-    let ratio = of_b / of_a - 1.0;
-    if ratio.abs() > SAME_GRAVITY {
-        findings.push(finding!(
-            GravityDiffers,
-            "the scales rest on {of_a:.5} m/s² and {of_b:.5} m/s²: if both sessions were in one place, {:+.3} % of scale comes from that alone; calibrate both with the same gravity",
-            -100.0 * ratio
-        ));
-    }
+    findings.extend(gravity_differs(a.gravity_mps2, b.gravity_mps2));
     for (file, name) in [a, b].into_iter().zip(names) {
         findings.extend(file.poor_finding().map(|f| f.in_file(name)));
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
 use crate::poses::face::{AxisMap, Face};
@@ -84,18 +84,7 @@ pub struct StillSpan {
     pub face_angle_deg: f64,
 }
 
-/// Options of [`inspect`].
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(default)]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct InspectOptions {
-    /// Axes of the sensor that point along x, y and z of the case.
-    #[serde(deserialize_with = "crate::option_text::one")]
-    #[cfg_attr(feature = "clap", command(flatten))]
-    pub axes: AxisMap,
-}
-
-/// Inspects a recording.
+/// Inspects a recording; `axes` are those of its case.
 #[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();

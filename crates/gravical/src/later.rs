@@ -6,11 +6,12 @@ use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
 use crate::calibration_file::CalibrationFile;
+use crate::finding::{Finding, finding};
 use crate::numfmt::count;
 use crate::{Error, Result};
 
 /// Gravity that differs by less than this fraction is the same.
-pub(crate) const SAME_GRAVITY: f64 = 1e-5;
+const SAME_GRAVITY: f64 = 1e-5;
 
 /// A calibration without a covariance is taken to be off by this, in any direction, m/s² (10 mg):
 /// six faces placed within 1° leave 8 mg, a sensor without any calibration shows 35 mg.
@@ -18,6 +19,18 @@ pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
 
 /// Level of each of the two tests of `compare`, so that both together keep 1 % (Bonferroni).
 pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
+
+/// Says that two values of gravity, m/s², are not the same.
+pub(crate) fn gravity_differs(first: f64, second: f64) -> Option<Finding> {
+    let off = (second / first - 1.0).abs();
+    (off > SAME_GRAVITY).then(|| {
+        finding!(
+            GravityDiffers,
+            "two values of gravity, {first:.5} and {second:.5} m/s²: if both are of one place, {:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
+            100.0 * off
+        )
+    })
+}
 
 /// χ² of a difference by its covariance.
 pub(crate) fn chi_square(test: &Test) -> String {

@@ -70,7 +70,7 @@ pub struct Pose {
     /// Its rows.
     pub rows: Range<usize>,
     /// First and last line of the file that they stand in.
-    pub lines: Option<[u64; 2]>,
+    pub lines: [u64; 2],
     /// Found, with a robust mean; not given by a section or label, with that of all its rows.
     pub is_found: bool,
     /// Mean reading in the unit of the file, less the zero offset.
@@ -106,13 +106,31 @@ pub struct Segmentation {
     pub findings: Vec<Finding>,
 }
 
-/// A pose before its mean is taken.
+/// A pose before its mean is taken, or a turn.
 pub(crate) struct Interval {
     pub label: String,
     pub recording: usize,
     pub rows: Range<usize>,
     pub is_found: bool,
     pub claim: Option<Claim>,
+}
+
+impl Interval {
+    /// It is named as a full turn, not as a pose.
+    pub fn is_turn(&self) -> bool {
+        matches!(self.claim, Some(Claim::Turn(_)))
+    }
+
+    fn into_turn(self) -> Option<Turn> {
+        let Some(Claim::Turn(axis)) = self.claim else {
+            return None;
+        };
+        Some(Turn {
+            axis,
+            recording: self.recording,
+            rows: self.rows,
+        })
+    }
 }
 
 /// A full turn about an axis of the case.
@@ -138,7 +156,7 @@ pub(crate) struct Measured {
 ///
 /// # Errors
 ///
-/// `no-recordings`, `sections-range` (a section beyond the end), `several-files`
+/// `no-recordings`, `sections-range` (a section beyond the end or without rows), `several-files`
 /// (sections for more than one file), `units-differ`, `unit-unknown`,
 /// `never-static`, each with the next thing to do.
 pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
@@ -153,9 +171,10 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             .try_for_each(|r| r.refuse_averaged(hint))?;
     }
     let mut findings = Vec::new();
-    let intervals = cut_recordings(recordings, options, &mut findings)?;
+    let named = cut_recordings(recordings, options, &mut findings)?;
+    let (turns, intervals): (Vec<_>, Vec<_>) = named.into_iter().partition(Interval::is_turn);
     if intervals.is_empty() {
-        let error = found::never_still(recordings);
+        let error = found::never_still(&recordings[0]);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
@@ -166,14 +185,14 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
-        turns: named::turns(recordings, options.sections.as_deref()),
+        turns: turns.into_iter().filter_map(Interval::into_turn).collect(),
         noise,
         gyro_scale,
         findings,
     })
 }
 
-/// The poses of a session: named by sections or labels, or found.
+/// The poses of a session: named by sections or labels, which may name turns as well, or found.
 pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,
@@ -191,10 +210,11 @@ pub(crate) fn cut_recordings(
     }
     let mut intervals = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
-        intervals.extend(match named::by_labels(index, recording, findings) {
-            Some(poses) => poses,
-            None => found::in_recording(index, recordings, findings)?,
-        });
+        let named = named::by_labels(index, recording, findings);
+        if named.iter().all(Interval::is_turn) {
+            intervals.extend(found::in_recording(index, recordings, findings)?);
+        }
+        intervals.extend(named);
     }
     Ok(intervals)
 }
@@ -345,8 +365,7 @@ fn pose(
         label: interval.label,
         source: recording.name.clone(),
         recording: interval.recording,
-        lines: (!rows.is_empty())
-            .then(|| [recording.line(rows.start), recording.line(rows.end - 1)]),
+        lines: [recording.line(rows.start), recording.line(rows.end - 1)],
         is_found: interval.is_found,
         mean: mean.mean,
         standard_error: mean.standard_error,

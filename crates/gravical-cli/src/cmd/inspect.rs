@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::InputFile;
-use gravical::inspect::{InspectOptions, inspect};
+use gravical::inspect::inspect;
+use gravical::poses::SegmentOptions;
 use gravical::recording::{ReadOptions, read, read_joined};
 use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::document::flag;
@@ -34,7 +35,7 @@ pub struct Args {
     #[command(flatten)]
     recording: ReadOptions,
     #[command(flatten)]
-    options: InspectOptions,
+    options: SegmentOptions,
 }
 
 /// Runs the command. A file that cannot be read does not stop the others.

@@ -136,7 +136,6 @@ kinds! {
     PoorCalibration "poor-calibration" Warning "the verdict of a calibration that is used or compared is poor";
     AlreadyCalibrated "already-calibrated" Warning "the columns have the names of calibrated columns, or the board says that it calibrates";
     SameFileTwice "same-file-twice" Warning "two inputs are identical";
-    Parted "parted" Warning "time steps that are longer than ten usual ones or no whole number of them, or decreasing time stamps";
     NotFiltered "not-filtered" Warning "segments between gaps or breaks are shorter than the filter needs";
     ShortForCutoff "short-for-cutoff" Warning "one period of the cutoff frequency is longer than the recording";
     NeverStatic "never-static" Note "no static interval was found";
@@ -151,12 +150,10 @@ kinds! {
     TruthGaps "truth-gaps" Note "rows of the reference without a position";
     TruthOffset "truth-offset" Warning "the speeds are too dissimilar to determine the time offset";
     NoiseFromRests "noise-from-rests" Warning "`noise`: the sensor moved in a part of the recording";
-    NoiseSamplesFilled "noise-samples-filled" Warning "`noise`: more than 5 % of the samples are missing, up to eight in a row";
     NoiseBelowResolution "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel";
     NoiseMisfit "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance";
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
     NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C";
-    NoiseChannelEmpty "noise-channel-empty" Warning "`noise`: a channel has hardly two samples in a row";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
     GravityDiffers "gravity-differs" Warning "two values of gravity";
     FramesMirrored "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other";

@@ -117,7 +117,7 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             kind,
             source: placement.source.clone(),
             rows: placement.count as u64,
-            lines: placement.lines,
+            lines: Some(placement.lines),
             raw: placement.mean.map(|m| m + offset),
             expected,
             calibrated,

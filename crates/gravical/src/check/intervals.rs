@@ -82,12 +82,10 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
         return Vec::new();
     }
     let given = cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
-    let intervals = given.unwrap_or_default();
-    let of_this = |interval| Interval {
-        recording: index,
-        ..interval
-    };
-    intervals.into_iter().map(of_this).collect()
+    let mut intervals = given.unwrap_or_default();
+    intervals.retain(|interval| !interval.is_turn());
+    intervals.iter_mut().for_each(|i| i.recording = index);
+    intervals
 }
 
 /// Raises standard errors of means to what averages of the samples, `held`, say of them.

@@ -50,7 +50,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::InputFile;
 use crate::finding::{Finding, finding};
-use crate::numfmt::count;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
 use crate::recording::{ReadOptions, Recording};
@@ -257,14 +256,6 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
             sigma: sigmas(recording, &inner_rows(&rests, reach)),
         });
     }
-    if grid.restarts > 0 {
-        let times = count(grid.restarts, "time");
-        let finding = finding!(
-            Parted,
-            "the filters restart {times}, where a time step is negative, longer than ten usual ones or no whole number of them"
-        );
-        findings.push(finding.counting(grid.restarts as u64));
-    }
     if rests.is_empty() {
         findings.push(finding!(
             NeverStatic,
@@ -314,10 +305,9 @@ fn filter_findings(filter: &Filter, treatment: Treatment, duration_s: Option<f64
     if treatment.too_short > 0 {
         let finding = finding!(
             NotFiltered,
-            "{spec}: {} parts of channels are shorter than the {} samples it needs; their {} samples are left unchanged",
-            treatment.short_stretches,
-            filter.shortest,
-            treatment.too_short
+            "{spec}: {} samples in parts of channels that are shorter than the {} it needs are left unchanged",
+            treatment.too_short,
+            filter.shortest
         );
         findings.push(finding.counting(treatment.too_short as u64));
     }

@@ -26,13 +26,12 @@ const MAX_UNEVEN: f64 = 0.01;
 pub(super) struct Treatment {
     /// Outliers that were replaced.
     pub replaced: usize,
-    /// Samples that were left unchanged because there are too few, and their stretches.
+    /// Samples that were left unchanged because there are too few.
     pub too_short: usize,
-    pub short_stretches: usize,
 }
 
-fn uneven(recording: &Recording, grid: &Grid) -> Error {
-    let percent = 100.0 * grid.uneven as f64 / grid.steps as f64;
+fn uneven(recording: &Recording, share: f64) -> Error {
+    let percent = 100.0 * share;
     let rate_hz = recording.timing.rate_hz().unwrap_or(f64::NAN);
     let what = format!(
         "{percent:.1} % of the steps between time stamps are no whole number of periods at {rate_hz:.6} Hz; filters need evenly spaced samples"
@@ -48,13 +47,8 @@ fn uneven(recording: &Recording, grid: &Grid) -> Error {
 pub(super) struct Grid {
     /// Rows at which filters start.
     pub starts: Vec<usize>,
-    /// Those of them that a time stamp makes, not a break: gaps, steps back and uneven steps.
-    pub restarts: usize,
     /// Point of each row, ascending within a part; rows with equal time stamps share one.
     points: Vec<usize>,
-    /// Steps between time stamps, and those that should be a whole number of usual ones and are not.
-    steps: usize,
-    uneven: usize,
 }
 
 impl Grid {
@@ -71,11 +65,10 @@ impl Grid {
         let whole_share = whole_share(stamps, step_s);
         let mut grid = Grid {
             starts: Vec::new(),
-            restarts: 0,
             points: Vec::with_capacity(recording.rows()),
-            steps: 0,
-            uneven: 0,
         };
+        // Steps between time stamps, and those that should be a whole number of usual ones and are not.
+        let (mut count, mut uneven_count) = (0.0, 0.0);
         // The last stamp and its point.
         let mut last: Option<(f64, usize)> = None;
         for row in 0..recording.rows() {
@@ -87,10 +80,9 @@ impl Grid {
                 let steps = (stamp - last_s) / step_s;
                 let most = (GAP_STEPS + before - at) as f64;
                 let is_even = is_whole(steps, whole_share) || (!needs_even && steps >= 0.0);
-                grid.steps += 1;
-                grid.uneven += usize::from(!is_even && (0.0..=most).contains(&steps));
+                count += 1.0;
+                uneven_count += f64::from(!is_even && (0.0..=most).contains(&steps));
                 is_start = !is_even || steps.round() > most;
-                grid.restarts += usize::from(is_start);
                 point = at.saturating_add(steps.round() as usize).max(before);
             }
             if is_start {
@@ -100,8 +92,8 @@ impl Grid {
             grid.points.push(point);
             last = stamp.map(|stamp| (stamp, point)).or(last);
         }
-        if grid.uneven as f64 > MAX_UNEVEN * grid.steps as f64 {
-            return Err(uneven(recording, &grid));
+        if uneven_count > MAX_UNEVEN * count {
+            return Err(uneven(recording, uneven_count / count));
         }
         Ok(grid)
     }
@@ -142,7 +134,6 @@ impl Grid {
         };
         if rows.len().min(samples.len()) < filter.shortest {
             treatment.too_short += rows.len();
-            treatment.short_stretches += 1;
             return;
         }
         treatment.replaced += filter.apply(&mut samples);

@@ -124,11 +124,9 @@ impl Target {
         for (option, is_given) in given {
             if is_given && !self.options.contains(&option) {
                 let message = format!("means nothing to the target {}", self.name);
-                let error = Error::usage("export-option", message).of_option(option);
-                let error = error.with_hint(match self.options {
-                    [] => "leave it out; this target takes no options",
-                    _ => "leave it out; this target takes others",
-                });
+                let error = Error::usage("export-option", message)
+                    .of_option(option)
+                    .with_hint("leave it out; a target takes the options that are named for it");
                 let taken = self.options.iter();
                 return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }
@@ -152,22 +150,22 @@ const MAX_NAME: usize = 48;
 /// Refuses a name that is no identifier. Names of functions only begin with it, so that a reserved
 /// word does no harm.
 fn check_name(name: &str) -> Result<()> {
+    // C++ reserves names with two underscores in a row.
     let is_identifier = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && name.len() <= MAX_NAME;
-    let message = if !is_identifier {
-        format!("{name} is no identifier")
-    } else if name.contains("__") {
-        format!("{name}: C++ reserves names with two underscores in a row")
-    } else {
+        && name.len() <= MAX_NAME
+        && !name.contains("__");
+    if is_identifier {
         return Ok(());
-    };
+    }
     let hint = format!(
-        "use letters, digits and underscores, a letter first, at most {MAX_NAME}: for example imu_left"
+        "use letters, digits and single underscores, a letter first, at most {MAX_NAME}: for example imu_left"
     );
-    Err(Error::usage("export-name", message)
-        .of_option("name")
-        .with_hint(hint))
+    Err(
+        Error::usage("export-name", format!("{name} is no identifier"))
+            .of_option("name")
+            .with_hint(hint),
+    )
 }
 
 /// Writes `file` for `target`.

@@ -44,7 +44,7 @@ use gravical_signal::{
     block_len, chi_square_factors, fit_noise,
 };
 
-use crate::calibration_file::{CHANNELS, InputFile};
+use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
 use crate::finding::{Finding, LineSpans, finding};
 use crate::numfmt;
 use crate::poses::check_units;
@@ -76,8 +76,6 @@ const MEAN_S: f64 = 1.0;
 /// Noise before rounding below this fraction of the resolution does not average it away
 /// ([`rounding`]).
 const MIN_OF_RESOLUTION: f64 = 0.34;
-/// Fraction of samples that are replaced beyond which it is a finding.
-const MAX_FILLED: f64 = 0.05;
 /// Change of the temperature beyond which the drift of the bias, up to 1 mg per °C, is more than the bias
 /// instability of most sensors, °C.
 const MAX_CHANGE_C: f64 = 1.0;
@@ -125,22 +123,17 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     }
     let mut channels = Vec::new();
     // Of the channel with most gaps.
-    let (mut segment_count, mut filled_count) = (0, 0);
+    let mut segment_count = 0;
     let accel = recording.accel.iter().map(|c| (c, Some(accel_per_si)));
     let gyro = recording.gyro.iter().flatten().map(|c| (c, gyro_per_si));
     for (i, (column, per_si)) in accel.chain(gyro).enumerate() {
         let Some(per_si) = per_si else { continue };
         let column: Vec<f64> = column.iter().map(|v| v / per_si).collect();
-        let (segments, filled) = pieces.samples(&column);
+        let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
-        filled_count = filled_count.max(filled);
         let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
+        // Of hardly two samples in a row there is nothing to say; the cells are reported as empty.
         if channel.adev.is_empty() {
-            findings.push(finding!(
-                NoiseChannelEmpty,
-                "{}: hardly two samples follow each other; this channel is left out",
-                channel.channel
-            ));
             continue;
         }
         let step = recording.resolution[i / 3][i % 3] / per_si;
@@ -151,25 +144,16 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     }
     let rows_s = recording.rows() as f64 * period_s;
     let temperature = recording.temperature_c.as_deref();
-    let temperature_c = temperature.and_then(|t_c| extent(pieces.rows().map(|row| t_c[row])));
+    let temperature = temperature.and_then(|t_c| {
+        let used = pieces.rows().map(|row| t_c[row]);
+        TemperatureRange::of(used.filter(|t| t.is_finite()))
+    });
     findings.extend(of_rests(&recording, &ranges, period_s));
-    let rest: usize = ranges.iter().map(Range::len).sum();
-    let filled_share = filled_count as f64 / rest as f64;
-    if filled_share > MAX_FILLED {
-        let finding = finding!(
-            NoiseSamplesFilled,
-            "{filled_count} missing samples ({:.1} %) are replaced by samples a moment before them",
-            100.0 * filled_share
-        );
-        findings.push(finding.counting(filled_count));
-    }
-    if let Some([low, high]) = temperature_c
-        && high - low > MAX_CHANGE_C
-    {
+    let changed_c = temperature.as_ref().map(TemperatureRange::span_c);
+    if let Some(changed_c) = changed_c.filter(|changed_c| *changed_c > MAX_CHANGE_C) {
         findings.push(finding!(
             NoiseTemperature,
-            "the temperature moved by {:.1} °C: drift of the bias with temperature looks like bias instability and random walk",
-            high - low
+            "the temperature moved by {changed_c:.1} °C: drift of the bias with temperature looks like bias instability and random walk"
         ));
     }
     let in_file = findings.into_iter().map(|f| f.in_file(&recording.name));
@@ -183,7 +167,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         used_s: pieces.rows().count() as f64 * period_s,
         static_intervals: ranges.len(),
         segments: segment_count,
-        temperature_c,
+        temperature_c: temperature.map(|range| [range.min, range.max]),
         channels,
         findings: in_file.collect(),
     })
@@ -240,9 +224,9 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     let variances = allan_variances(segments, &octaves);
     let points = NoisePoints::new(&variances, &lengths, period_s);
     let mut fit = fit_noise(&points);
-    let slope = fit.is_some().then(|| slope(segments, longest)).flatten();
-    let drift_per_s = slope.and_then(|slope| {
-        let variances = allan_variances(&detrended(segments, slope), &octaves);
+    let line = fit.as_ref().and_then(|_| without_slope(segments, longest));
+    let drift_per_s = line.and_then(|(slope, rest)| {
+        let variances = allan_variances(&rest, &octaves);
         let without = fit_noise(&NoisePoints::new(&variances, &lengths, period_s))?;
         let variance = largest_model(&without).slope_variance(longest as f64 * period_s);
         let per_s = slope / period_s;
@@ -255,14 +239,22 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     // Without a fit the distribution of the points has to be that of some noise.
     let model = fit.as_ref().map_or(NoiseModel::WHITE, |fit| fit.model);
     let freedom = points.degrees_of_freedom(&model);
-    let points = variances.iter().zip(freedom);
+    let point = |(v, edf): (&AllanVariance, f64)| {
+        let sigma = v.variance.sqrt();
+        let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
+        Some(AllanPoint {
+            tau_s: v.m as f64 * period_s,
+            sigma,
+            low: sigma * low,
+            high: sigma * high,
+            edf,
+        })
+    };
     let is_gyroscope = name.starts_with('g');
     let mut channel = ChannelNoise {
         channel: name.to_owned(),
         unit: if is_gyroscope { "rad/s" } else { "m/s^2" }.to_owned(),
-        adev: points
-            .filter_map(|(v, edf)| allan_point(v, edf, period_s))
-            .collect(),
+        adev: variances.iter().zip(freedom).filter_map(point).collect(),
         ..ChannelNoise::default()
     };
     let Some(fit) = fit else {
@@ -284,24 +276,22 @@ fn noise_of_segments(name: &str, segments: &[Vec<f64>], period_s: f64) -> Channe
     channel
 }
 
-/// Slope of the line fitted to the first segment of this length, per sample; `None` with fewer than
-/// three samples.
-fn slope(segments: &[Vec<f64>], length: usize) -> Option<f64> {
-    let segment = segments.iter().find(|s| s.len() == length && length > 2)?;
-    let middle = 0.5 * (length as f64 - 1.0);
-    let offsets = || (0..length).map(|k| k as f64 - middle);
+/// Slope per sample of the line fitted to the first segment of the length `longest`, and all segments without
+/// it; `None` with fewer than three samples.
+fn without_slope(segments: &[Vec<f64>], longest: usize) -> Option<(f64, Vec<Vec<f64>>)> {
+    let segment = segments
+        .iter()
+        .find(|s| s.len() == longest && longest > 2)?;
+    let middle = 0.5 * (longest as f64 - 1.0);
+    let offsets = || (0..longest).map(|k| k as f64 - middle);
     let reference = segment[0];
     let products = offsets().zip(segment).map(|(k, v)| k * (v - reference));
-    Some(products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>())
-}
-
-/// The segments without a slope per sample.
-fn detrended(segments: &[Vec<f64>], slope: f64) -> Vec<Vec<f64>> {
+    let slope = products.sum::<f64>() / offsets().map(|k| k * k).sum::<f64>();
     let without = |segment: &Vec<f64>| -> Vec<f64> {
         let samples = segment.iter().enumerate();
         samples.map(|(k, value)| value - slope * k as f64).collect()
     };
-    segments.iter().map(without).collect()
+    Some((slope, segments.iter().map(without).collect()))
 }
 
 /// The model with each term at its upper limit.
@@ -313,18 +303,6 @@ fn largest_model(fit: &NoiseFit) -> NoiseModel {
         }
     });
     NoiseModel { squares }
-}
-
-fn allan_point(v: &AllanVariance, edf: f64, period_s: f64) -> Option<AllanPoint> {
-    let sigma = v.variance.sqrt();
-    let [low, high] = chi_square_factors(edf).filter(|_| sigma.is_finite())?;
-    Some(AllanPoint {
-        tau_s: v.m as f64 * period_s,
-        sigma,
-        low: sigma * low,
-        high: sigma * high,
-        edf,
-    })
 }
 
 fn take_estimates(channel: &mut ChannelNoise, fit: &NoiseFit, longest_s: f64) {
@@ -425,23 +403,12 @@ fn of_rests(recording: &Recording, ranges: &[Range<usize>], period_s: f64) -> Op
     }
     let finding = finding!(
         NoiseFromRests,
-        "the sensor moved: {} used, {} of {}",
-        match ranges.len() {
-            1 => "the longest static interval is".to_owned(),
-            n => format!("the {n} longest static intervals are"),
-        },
+        "the sensor moved: the result rests on {}, {} of {}",
+        numfmt::count(ranges.len(), "static interval"),
         duration_text(rest as f64 * period_s),
         duration_text(rows as f64 * period_s)
     );
     Some(finding.at_lines(&lines))
-}
-
-/// Lowest and highest of the values that are finite.
-fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    values.filter(|v| v.is_finite()).fold(None, |extent, v| {
-        let [low, high] = extent.unwrap_or([v; 2]);
-        Some([v.min(low), v.max(high)])
-    })
 }
 
 #[cfg(test)]

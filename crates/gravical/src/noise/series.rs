@@ -97,11 +97,10 @@ impl Pieces {
         rows.map(|row| *row as usize)
     }
 
-    /// The samples of a column in segments, and how many of them were missing. These are replaced by earlier
-    /// ones: they have the noise of the sensor, which an interpolation does not have. After too many a new
-    /// segment begins.
-    pub fn samples(&self, column: &[f64]) -> (Vec<Vec<f64>>, u64) {
-        let (mut segments, mut filled) = (Vec::new(), 0);
+    /// The samples of a column in segments. Missing ones are replaced by earlier ones: they have the noise of
+    /// the sensor, which an interpolation does not have. After too many a new segment begins.
+    pub fn samples(&self, column: &[f64]) -> Vec<Vec<f64>> {
+        let mut segments = Vec::new();
         for piece in &self.pieces {
             let mut samples: Vec<f64> = Vec::with_capacity(piece.len());
             let mut missing = 0;
@@ -116,7 +115,6 @@ impl Pieces {
                     for _ in 0..missing {
                         samples.push(samples[samples.len().saturating_sub(BACK)]);
                     }
-                    filled += missing as u64;
                 }
                 missing = 0;
                 samples.push(value);
@@ -124,7 +122,7 @@ impl Pieces {
             segments.push(samples);
         }
         segments.retain(|samples| !samples.is_empty());
-        (segments, filled)
+        segments
     }
 }
 

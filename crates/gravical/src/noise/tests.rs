@@ -107,7 +107,7 @@ fn a_channel_without_values_is_left_out() {
         true
     });
     let result = of(&text.replace("NaN", ""));
-    assert!(kinds(&result).contains(&FindingKind::NoiseChannelEmpty));
+    assert!(kinds(&result).contains(&FindingKind::EmptyCells));
     assert_eq!(result.channels.len(), 5);
     let nothing = noise_of_samples("ax", &[], 0.01);
     assert!(nothing.adev.is_empty() && nothing.n.is_none());

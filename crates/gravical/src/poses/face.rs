@@ -157,15 +157,10 @@ impl std::str::FromStr for AxisMap {
         let mut rows = Vec::new();
         for part in text.split(',') {
             let part = part.trim().to_lowercase();
-            let (same, letter) = match part.strip_prefix('-') {
-                Some(rest) => (false, rest),
-                None => (true, part.strip_prefix('+').unwrap_or(&part)),
-            };
-            let axis = AXES
-                .iter()
-                .position(|a| letter.len() == 1 && letter.starts_with(*a))
-                .ok_or_else(|| wrong("not an axis"))?;
-            rows.push((axis, same));
+            let named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
+            let face = Face::all().into_iter().find(named);
+            let face = face.ok_or_else(|| wrong("not an axis"))?;
+            rows.push((face.axis, face.up));
         }
         let rows: [(usize, bool); 3] = rows
             .try_into()

@@ -56,11 +56,19 @@ pub(super) fn in_recording(
         let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
         // Without a rate a rest may be a pause of a motion.
         let is_assumed = recording.timing.rate_hz().is_none();
+        let rows = recording.rows();
         return match &rests[..] {
-            [] if few => Err(too_few(recording)),
-            [] => Err(never_still(recordings)),
+            [] if few => {
+                let what = format!("{rows} rows: no recording of poses, and no table of means");
+                Err(never_static(recording, what))
+            }
+            [] => Err(never_still(recording)),
             _ if is_brief || is_assumed && is_hardly_static => {
-                Err(hardly_still(recording, rows_at_rest, &rests))
+                let poses = count(directions(recording, &rests, None).len(), "pose");
+                let what = format!(
+                    "at rest in {rows_at_rest} of {rows} rows, in {poses}: too little for a calibration"
+                );
+                Err(never_static(recording, what))
             }
             _ => Ok(intervals_of(index, rests, None)),
         };
@@ -218,14 +226,6 @@ fn rows_as_poses(
     (0..rows).map(interval).collect()
 }
 
-/// The readings of all rows that have one.
-fn readings(recording: &Recording) -> Vec<[f64; 3]> {
-    (0..recording.rows())
-        .map(|row| recording.accel_at(row))
-        .filter(|reading| reading.iter().all(|v| v.is_finite()))
-        .collect()
-}
-
 /// How many directions far apart some readings point in, `most` at most.
 fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
     let mut directions: Vec<[f64; 3]> = Vec::new();
@@ -245,7 +245,8 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     const JUMP_DEG: f64 = 10.0;
     /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
     const ON_SPHERE: f64 = 0.05;
-    let rows = readings(recording);
+    let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
+    let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
     if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
@@ -254,15 +255,6 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     let wanted = if few { 6 } else { 12 };
     count_directions(&rows, wanted) == wanted
         && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
-}
-
-/// A few rows are no recording of poses.
-fn too_few(recording: &Recording) -> Error {
-    let rows = recording.rows();
-    let what = format!("{rows} rows: no recording of poses, and no table of means");
-    Error::input("never-static", what)
-        .at(Path::new(&recording.name), None)
-        .with_hint("a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose")
 }
 
 /// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
@@ -312,30 +304,19 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     out
 }
 
-pub(super) fn never_still(recordings: &[Recording]) -> Error {
-    let first = &recordings[0];
-    let why = why_never_static(first);
-    let what = match recordings {
-        [_] => format!("the recording is never at rest: {why}"),
-        _ => format!("the recordings are never at rest; {}: {why}", first.name),
-    };
-    Error::input("never-static", what)
-        .at(Path::new(&first.name), None)
-        .with_hint(
-            "lay the sensor down for 3 s or more in each position; `gravical inspect` shows the static intervals",
-        )
+/// The recording, which is the first of a session, is never at rest.
+pub(super) fn never_still(recording: &Recording) -> Error {
+    let why = why_never_static(recording);
+    never_static(recording, format!("never at rest: {why}"))
 }
 
-/// So little of a recording is at rest, and in so few poses, that most of it is something else.
-fn hardly_still(recording: &Recording, rows_at_rest: usize, rests: &[Range<usize>]) -> Error {
-    let what = format!(
-        "at rest in {rows_at_rest} of {} rows, in {}: too little for a calibration",
-        recording.rows(),
-        count(directions(recording, rests, None).len(), "pose")
-    );
+fn never_static(recording: &Recording, what: String) -> Error {
+    let hint = if recording.rows() < FEW_ROWS {
+        "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
+    } else {
+        "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
+    };
     Error::input("never-static", what)
         .at(Path::new(&recording.name), None)
-        .with_hint(
-            "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals",
-        )
+        .with_hint(hint)
 }

@@ -25,20 +25,22 @@ use crate::recording::{Finding, Recording};
 use crate::stats::floors;
 use crate::stats::moments;
 
-/// Units that a gyroscope can be in.
-fn hypotheses() -> Vec<GyroScale> {
-    let scale = |unit, lsb_per_deg_s| GyroScale {
+/// A scale that the data show.
+fn shown(unit: GyroUnit, lsb_per_deg_s: Option<f64>) -> GyroScale {
+    GyroScale {
         unit,
         lsb_per_deg_s,
         origin: Origin::Data,
-    };
-    let mut all = vec![
-        scale(GyroUnit::RadianPerSecond, None),
-        scale(GyroUnit::DegreePerSecond, None),
-    ];
+    }
+}
+
+/// Scales that a gyroscope can be in.
+fn hypotheses() -> Vec<GyroScale> {
+    let rates = [GyroUnit::RadianPerSecond, GyroUnit::DegreePerSecond];
     let counts = LSB_PER_DEG_S.into_iter().chain([MDPS_PER_DEG_S]);
-    all.extend(counts.map(|lsb| scale(GyroUnit::Counts, Some(lsb))));
-    all
+    let counts = counts.map(|lsb| shown(GyroUnit::Counts, Some(lsb)));
+    let rates = rates.into_iter().map(|unit| shown(unit, None));
+    rates.chain(counts).collect()
 }
 
 /// Scales within this factor of each other (InvenSense's and ST's) are distinguished by all
@@ -151,6 +153,17 @@ impl Evidence {
         (is_most && votes > 0).then_some((scales[best], votes))
     }
 
+    /// The unit in which the noise at rest is that of a usual gyroscope.
+    fn by_noise(&self) -> Option<GyroUnit> {
+        self.noise.map(|noise| {
+            if noise < MAX_NOISE_RAD_S {
+                GyroUnit::RadianPerSecond
+            } else {
+                GyroUnit::DegreePerSecond
+            }
+        })
+    }
+
     /// Decides, for the gyroscope of `recording`.
     pub fn judge(
         &self,
@@ -168,14 +181,14 @@ impl Evidence {
         let mut tell = |finding: Finding| findings.push(finding.in_file(&recording.name));
 
         if let Some((found, votes)) = self.by_turns() {
+            let is_as_claimed = found.unit == claimed.unit;
             let agrees = section.is_some_and(|c| c.input_unit == found.unit)
-                || found.unit == claimed.unit
+                || is_as_claimed
                     && (claimed.lsb_per_deg_s.is_none()
                         || found.lsb_per_deg_s == claimed.lsb_per_deg_s);
             let is_doubted = header.is_some() || section.is_some();
-            let is_allowed = !is_given || found.unit == claimed.unit;
-            if is_allowed && (agrees || !is_doubted || votes >= ENOUGH) {
-                if let Some(said) = header.filter(|said| *said != found.unit) {
+            if (!is_given || is_as_claimed) && (agrees || !is_doubted || votes >= ENOUGH) {
+                if let Some(said) = header.filter(|_| !is_as_claimed) {
                     tell(finding!(
                         UnitMismatch,
                         "the header says {said} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
@@ -186,90 +199,71 @@ impl Evidence {
             }
         }
 
-        let by_noise = self.noise.map(|noise| {
-            if noise < MAX_NOISE_RAD_S {
-                GyroUnit::RadianPerSecond
-            } else {
-                GyroUnit::DegreePerSecond
-            }
-        });
-        let noise = format!("{:.2e}", self.noise.unwrap_or(f64::NAN));
+        let by_noise = self.by_noise();
         let header_is_wrong = recording.contradicts_header;
         if let Some(section) = section {
             let wanted = section.input_unit;
+            let is_other = claimed.unit != wanted;
+            let stays = match header {
+                Some(_) => !header_is_wrong && by_noise != Some(wanted),
+                // Fractions are no counts, and counts are not rounded rates.
+                None => {
+                    is_given
+                        || claimed.unit == GyroUnit::Counts
+                        || wanted == GyroUnit::Counts && self.fractions
+                }
+            };
+            if is_other && stays {
+                return Some(claimed);
+            }
+            if is_other {
+                tell(match header {
+                    Some(said) => finding!(
+                        UnitMismatch,
+                        "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: its noise at rest, or the accelerometer, contradicts the header; give the unit if it is another"
+                    )
+                    .advise("gyro_unit", ""),
+                    None => finding!(
+                        GyroUnitUnverified,
+                        "the gyroscope is read in {wanted}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals"
+                    ),
+                });
+            }
             let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());
-            let taken = GyroScale {
+            return Some(GyroScale {
                 unit: wanted,
                 lsb_per_deg_s: (wanted == GyroUnit::Counts).then_some(lsb),
                 origin: Origin::Assumed,
-            };
-            if let Some(said) = header.filter(|said| *said != wanted) {
-                let why = if header_is_wrong {
-                    "the same header is wrong about the accelerometer".to_owned()
-                } else if by_noise == Some(wanted) {
-                    format!("the noise at rest, {noise}, is that of a gyroscope in {wanted}")
-                } else {
-                    return Some(claimed);
-                };
-                let other = finding!(
-                    UnitMismatch,
-                    "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: {why}; give the unit if it is another"
-                );
-                tell(other.advise("gyro_unit", ""));
-            } else if claimed.unit != wanted {
-                // Fractions are no counts, and counts are not rounded rates.
-                let is_another = is_given
-                    || claimed.unit == GyroUnit::Counts
-                    || wanted == GyroUnit::Counts && self.fractions;
-                if is_another {
-                    return Some(claimed);
-                }
-                tell(finding!(
-                    GyroUnitUnverified,
-                    "the gyroscope is read in {wanted}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals"
-                ));
-            }
-            return Some(taken);
+            });
         }
 
         let is_open = claimed.unit == GyroUnit::Unknown
             || header.is_some() && header_is_wrong && claimed.unit != GyroUnit::Counts;
         if let Some(unit) = by_noise.filter(|unit| is_open && *unit != claimed.unit) {
-            let why = match header {
-                None => "nothing states the unit of the gyroscope".to_owned(),
-                Some(said) => format!(
-                    "the header says {said} for the gyroscope, and is wrong about the accelerometer"
-                ),
-            };
             let by_noise = finding!(
                 GyroUnitByNoise,
-                "{why}; its noise at rest, {noise}, is that of a gyroscope in {unit}, which is used; give the unit if it is another"
+                "the gyroscope is read in {unit}, the unit in which its noise at rest, {:.2e}, is usual: no rotation shows another, and the header has none or is wrong about the accelerometer; give the unit if it is another",
+                self.noise.unwrap_or(f64::NAN)
             );
             tell(by_noise.advise("gyro_unit", ""));
-            return Some(GyroScale {
-                unit,
-                lsb_per_deg_s: None,
-                origin: Origin::Data,
-            });
+            return Some(shown(unit, None));
         }
-        tell(match claimed.unit {
-            GyroUnit::Unknown => finding!(
+        let missing = match claimed.unit {
+            GyroUnit::Unknown => Some(("unit", "gyro_unit")),
+            _ if claimed.nominal().is_none() => Some(("range", "gyro_range")),
+            _ => None,
+        };
+        tell(match missing {
+            Some((what, option)) => finding!(
                 GyroUnitUnverified,
-                "the unit of the gyroscope is unknown: neither the file nor a rotation between static intervals tells it; give it"
+                "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it"
             )
-            .advise("gyro_unit", ""),
-            GyroUnit::Counts if claimed.nominal().is_none() => finding!(
+            .advise(option, ""),
+            None => finding!(
                 GyroUnitUnverified,
-                "the gyroscope is in counts of a scale that no rotation between static intervals shows; give the range"
-            )
-            .advise("gyro_range", ""),
-            unit => {
-                let by = if header.is_some() { ", as the header says" } else { "" };
-                finding!(
-                    GyroUnitUnverified,
-                    "the gyroscope is read in {unit}{by}, not verified by a rotation between static intervals"
-                )
-            }
+                "the gyroscope is read in {}, not verified by a rotation between static intervals",
+                claimed.unit
+            ),
         });
         Some(claimed)
     }
@@ -338,25 +332,20 @@ fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
 pub(crate) fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<String> {
     /// Beyond what any sensor is off, below the next range.
     const ANOTHER_RANGE: f64 = 1.25;
-    let (unit, wanted) = (scale.unit, section.input_unit);
-    if wanted == GyroUnit::Unknown || unit == GyroUnit::Unknown && wanted != GyroUnit::Counts {
-        return None;
-    }
-    if unit == GyroUnit::Unknown {
-        return Some(
-            "the gyroscope has values with fractions, the calibration is for counts".to_owned(),
-        );
-    }
-    if unit != wanted {
-        return Some(format!(
+    match (scale.unit, section.input_unit) {
+        (_, GyroUnit::Unknown) => None,
+        (GyroUnit::Unknown, wanted) => (wanted == GyroUnit::Counts).then(|| {
+            "the gyroscope has values with fractions, the calibration is for counts".to_owned()
+        }),
+        (unit, wanted) if unit != wanted => Some(format!(
             "the gyroscope is in {unit}, the calibration is for {wanted}"
-        ));
+        )),
+        (unit, _) => {
+            let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
+            let expected = section.mean_per_deg_s();
+            ((lsb / expected).ln().abs() > ANOTHER_RANGE.ln()).then(|| format!(
+                "the gyroscope has {lsb:.1} counts per °/s, the calibration is for {expected:.1}: another range"
+            ))
+        }
     }
-    let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
-    let expected = section.mean_per_deg_s();
-    ((lsb / expected).ln().abs() > ANOTHER_RANGE.ln()).then(|| {
-        format!(
-            "the gyroscope has {lsb:.1} counts per °/s, the calibration is for {expected:.1}: another range"
-        )
-    })
 }

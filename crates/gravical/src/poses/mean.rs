@@ -148,12 +148,8 @@ fn without_bumps(channels: &[&[f64]; 3], blocks: Vec<Range<usize>>) -> Vec<Range
             }
         }
     }
-    let kept: Vec<Range<usize>> = blocks
-        .iter()
-        .zip(&out)
-        .filter(|(_, out)| !**out)
-        .map(|(b, _)| b.clone())
-        .collect();
+    let kept = blocks.iter().zip(&out).filter(|(_, out)| !**out);
+    let kept: Vec<Range<usize>> = kept.map(|(b, _)| b.clone()).collect();
     // More than a third standing out is no bump but the pose itself.
     if kept.len() * 3 < blocks.len() * 2 {
         blocks
@@ -198,10 +194,8 @@ fn over(channels: &[&[f64]; 3], blocks: &[Range<usize>], noise: &PoseNoise) -> P
 /// Student's t at 97.5 % over the normal quantile: with it, twice the standard
 /// error keeps its meaning however few blocks there were.
 fn widening(freedom: usize) -> f64 {
-    match StudentsT::new(0.0, 1.0, freedom as f64) {
-        Ok(t) => t.inverse_cdf(0.975) / 1.959_963_984_540_054,
-        Err(_) => 1.0,
-    }
+    let t = StudentsT::new(0.0, 1.0, freedom as f64);
+    t.map_or(1.0, |t| t.inverse_cdf(0.975) / 1.959_963_984_540_054)
 }
 
 #[cfg(test)]

@@ -8,42 +8,41 @@ use crate::{Error, Result};
 
 use super::face::{AXES, Claim, claim};
 use super::sections::Section;
-use super::{Interval, Pose, Turn};
+use super::{Interval, Pose};
 
-/// Poses of a section list.
+/// Poses and turns of a section list.
 pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result<Vec<Interval>> {
     let rows = recording.rows();
-    if let Some(beyond) = sections.iter().find(|s| s.rows.end > rows) {
+    let is_wrong = |s: &&Section| s.rows.is_empty() || s.rows.end > rows;
+    if let Some(Section { label, rows: wrong }) = sections.iter().find(is_wrong) {
         return Err(Error::input(
             "sections-range",
-            format!(
-                "section \"{}\" ends at row {}, the recording has {rows} rows",
-                beyond.label, beyond.rows.end
-            ),
+            format!("section \"{label}\" has the rows {wrong:?}, the recording has {rows} rows"),
         )
         .at(recording.name.as_ref(), None)
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }
     let named = sections.iter().map(|s| (s.label.as_str(), s.rows.clone()));
-    Ok(named.filter_map(|named| interval(0, named)).collect())
+    Ok(named.map(|named| interval(0, named)).collect())
 }
 
-/// Poses of a label column; none when there is no such column or its labels claim fewer than two. Parted by
+/// Poses and turns of a label column; no poses where its labels claim fewer than two. Parted by
 /// other labels a pose is a repeat, which may lie a little differently.
 pub(super) fn by_labels(
     index: usize,
     recording: &Recording,
     findings: &mut Vec<Finding>,
-) -> Option<Vec<Interval>> {
-    let stretches = stretches(recording.labels.as_ref()?).into_iter();
-    let (named, unknown): (Vec<_>, Vec<_>) =
-        stretches.partition(|(label, _)| claim(label).is_some() || is_pose(label));
-    let poses: Vec<Interval> = named
+) -> Vec<Interval> {
+    let Some(labels) = &recording.labels else {
+        return Vec::new();
+    };
+    let (named, unknown): (Vec<_>, Vec<_>) = stretches(labels)
         .into_iter()
-        .filter_map(|named| interval(index, named))
-        .collect();
+        .partition(|(label, _)| claim(label).is_some() || is_pose(label));
+    let named = named.into_iter().map(|named| interval(index, named));
+    let (turns, poses): (Vec<_>, Vec<Interval>) = named.partition(Interval::is_turn);
     if poses.iter().all(|pose| pose.label == poses[0].label) {
-        return None;
+        return turns;
     }
     if !unknown.is_empty() {
         let mut names: Vec<&str> = unknown.iter().map(|(label, _)| *label).collect();
@@ -56,7 +55,7 @@ pub(super) fn by_labels(
         );
         findings.push(left_out.counting(rows as u64).in_file(&recording.name));
     }
-    Some(poses)
+    poses.into_iter().chain(turns).collect()
 }
 
 /// Rows of each label, repeats of one after the other.
@@ -74,42 +73,14 @@ fn stretches(labels: &Labels) -> Vec<(&str, Range<usize>)> {
     named.collect()
 }
 
-/// The turns that a section list, else label columns name.
-pub(super) fn turns(recordings: &[Recording], sections: Option<&[Section]>) -> Vec<Turn> {
-    let mut turns = Vec::new();
-    let mut add = |recording, label: &str, rows| {
-        if let Some(Claim::Turn(axis)) = claim(label) {
-            turns.push(Turn {
-                axis,
-                recording,
-                rows,
-            });
-        }
-    };
-    for section in sections.unwrap_or_default() {
-        add(0, &section.label, section.rows.clone());
-    }
-    if sections.is_none() {
-        for (index, recording) in recordings.iter().enumerate() {
-            let labels = recording.labels.as_ref();
-            for (label, rows) in labels.map(stretches).unwrap_or_default() {
-                add(index, label, rows);
-            }
-        }
-    }
-    turns
-}
-
-/// Rows that are named; none where they are a turn.
-fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Option<Interval> {
-    let claim = claim(label);
-    (!matches!(claim, Some(Claim::Turn(_)))).then(|| Interval {
+fn interval(recording: usize, (label, rows): (&str, Range<usize>)) -> Interval {
+    Interval {
         label: label.to_owned(),
         recording,
         rows,
         is_found: false,
-        claim,
-    })
+        claim: claim(label),
+    }
 }
 
 /// Names that the data contradict. The data win.

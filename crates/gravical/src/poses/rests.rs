@@ -31,9 +31,6 @@ const SAME_DEG: f64 = 1.0;
 const HELD_DEG: f64 = 5.0;
 /// Blocks of a second.
 const BLOCKS_PER_S: usize = 5;
-/// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
-/// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
-const TURNING_RAD_S: f64 = 0.052;
 
 /// The rows of the static intervals of a recording, in order.
 ///
@@ -44,10 +41,6 @@ const TURNING_RAD_S: f64 = 0.052;
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     let samples = Samples::new(recording);
     let channels = samples.channels();
-    let rate = |rest: &Range<usize>| {
-        let [.., x, y, z] = channels.mean(rest);
-        [x, y, z]
-    };
     // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
     // little to matter for a pose.
     let one_way = |span: &Range<usize>| samples.stays(span, SAME_DEG);
@@ -61,7 +54,7 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
         rests.extend(detect_rests(&channels).into_iter().filter(inside));
         rests.sort_by_key(|rest| rest.start);
     }
-    let rests = without_turns(rests, rate, samples.turning_rad_s());
+    let rests = samples.without_turns(rests);
     // The sensor is worn: what rests for less does not count.
     let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
@@ -107,14 +100,6 @@ pub(crate) fn with_slow_ends(
     before.end - hidden(before)..after.start + hidden(after)
 }
 
-/// The shortest static interval in words: blocks have five rows or more.
-fn min_rest(recording: &Recording) -> String {
-    match recording.timing.rate_hz() {
-        Some(rate_hz) => format!("{:.1} s", MIN_REST_S.max(20.0 / rate_hz)),
-        None => "40 readings".to_owned(),
-    }
-}
-
 /// Why a recording has no static interval.
 pub(crate) fn why_never_static(recording: &Recording) -> String {
     if recording.accel_scale.nominal().is_none() {
@@ -130,16 +115,22 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
             "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
             rate.to_degrees()
         ),
-        _ => format!(
-            "what is quiet is shorter than {}, or turns",
-            min_rest(recording)
-        ),
+        // Blocks have five rows or more.
+        _ => match recording.timing.rate_hz() {
+            Some(rate_hz) => {
+                let min_s = MIN_REST_S.max(20.0 / rate_hz);
+                format!("what is quiet is shorter than {min_s:.1} s, or turns")
+            }
+            None => "what is quiet is shorter than 40 readings, or turns".to_owned(),
+        },
     }
 }
 
 impl Samples {
-    fn turning_rad_s(&self) -> f64 {
-        TURNING_RAD_S / self.rate_factor
+    /// Mean specific force and angular rate of a span.
+    fn mean(&self, span: &Range<usize>) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z, u, v, w] = self.channels().mean(span);
+        ([x, y, z], [u, v, w])
     }
 
     /// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
@@ -147,11 +138,7 @@ impl Samples {
     /// trembles faster.
     fn stays(&self, span: &Range<usize>, max_deg: f64) -> bool {
         let channels = &self.channels();
-        let mean = |span: &Range<usize>| {
-            let [x, y, z, u, v, w] = channels.mean(span);
-            ([x, y, z], [u, v, w])
-        };
-        let (force, rate) = mean(span);
+        let (force, rate) = self.mean(span);
         let limit = max_deg.to_radians() * norm(&force);
         let size = block_len(channels.period_s, BLOCK_S);
         let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
@@ -159,9 +146,9 @@ impl Samples {
                 .iter()
                 .all(|b| is_near(&b.span))
         };
-        let keeps_force = |block: &Range<usize>| norm(&sub(&mean(block).0, &force)) < limit;
+        let keeps_force = |block: &Range<usize>| norm(&sub(&self.mean(block).0, &force)) < limit;
         let keeps_rate =
-            |second: &Range<usize>| norm(&sub(&mean(second).1, &rate)) < self.turning_rad_s();
+            |second: &Range<usize>| norm(&sub(&self.mean(second).1, &rate)) < self.turning_rad_s;
         all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
     }
 
@@ -176,24 +163,20 @@ impl Samples {
         let trim = |borders: bool| if borders { size } else { 0 };
         rest.start + trim(rest.start > piece.start)..rest.end - trim(rest.end < piece.end)
     }
-}
 
-/// The rests in which the sensor does not turn evenly: their mean rates (NaN: unknown) differ by less than
-/// `max_off` from the median over the time at rest, the bias.
-fn without_turns(
-    mut rests: Vec<Range<usize>>,
-    mean_rate: impl Fn(&Range<usize>) -> [f64; 3],
-    max_off: f64,
-) -> Vec<Range<usize>> {
-    let bias: [f64; 3] = std::array::from_fn(|axis| {
-        let weigh = |rest| (mean_rate(rest)[axis], rest.len() as f64);
-        weighted_median(&mut rests.iter().map(weigh).collect::<Vec<_>>()).unwrap_or(0.0)
-    });
-    rests.retain(|rest| {
-        let off = norm(&sub(&mean_rate(rest), &bias));
-        off < max_off || off.is_nan()
-    });
-    rests
+    /// The rests in which the sensor does not turn evenly: their mean rates (NaN: unknown) differ by little
+    /// from the median over the time at rest, the bias.
+    fn without_turns(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+        let bias: [f64; 3] = std::array::from_fn(|axis| {
+            let weigh = |rest| (self.mean(rest).1[axis], rest.len() as f64);
+            weighted_median(&mut rests.iter().map(weigh).collect::<Vec<_>>()).unwrap_or(0.0)
+        });
+        rests.retain(|rest| {
+            let off = norm(&sub(&self.mean(rest).1, &bias));
+            off < self.turning_rad_s || off.is_nan()
+        });
+        rests
+    }
 }
 
 #[cfg(test)]

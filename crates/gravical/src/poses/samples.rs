@@ -17,6 +17,9 @@ use crate::recording::{Finding, FindingKind, Recording};
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
 /// 0.0016 rad/s, and this is their geometric mean.
 pub(super) const MAX_NOISE_RAD_S: f64 = 0.012;
+/// A mean rate this far from that of most rests is a turn about the vertical, which the accelerometer does
+/// not see, rad/s: 3 °/s, more than a bias drifts or differs between poses.
+const TURNING_RAD_S: f64 = 0.052;
 /// The range of counts may be so many times the least one, by which it is guessed.
 const MAX_RANGE_RATIO: f64 = 4.0;
 /// Readings of a block where no rate is known: 0.1 s at 100 Hz, 0.5 s at 20 Hz.
@@ -35,8 +38,8 @@ pub(super) struct Samples {
     pub period_s: f64,
     pieces: Vec<Range<usize>>,
     resolution: [f64; 6],
-    /// How many times as large the rates may be: where the range of their counts is guessed.
-    pub rate_factor: f64,
+    /// A rest whose mean rate is off the bias by more is a turn.
+    pub turning_rad_s: f64,
 }
 
 impl Samples {
@@ -71,7 +74,7 @@ impl Samples {
             period_s,
             pieces: Vec::new(),
             resolution: [0.0; 6],
-            rate_factor: 1.0,
+            turning_rad_s: TURNING_RAD_S,
             rows,
         };
         if let Some(gyro) = &recording.gyro {
@@ -85,7 +88,7 @@ impl Samples {
         if !samples.rate.is_empty() {
             let (per_rad_s, is_guessed) = samples.rate_scale(recording);
             if is_guessed {
-                samples.rate_factor = MAX_RANGE_RATIO;
+                samples.turning_rad_s /= MAX_RANGE_RATIO;
             }
             let rates = samples.rate.iter_mut().flatten();
             rates.for_each(|v| *v /= per_rad_s);
@@ -115,20 +118,16 @@ impl Samples {
     /// that; else the first unit in which it may. True if that is the range of counts.
     fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
-        // A header that is wrong about the accelerometer says nothing about the gyroscope.
-        let header_is_wrong = recording.contradicts_header;
-        let known = recording.gyro_scale.filter(|s| match s.origin {
-            Origin::Given | Origin::Data => true,
-            Origin::Header => !header_is_wrong,
-            Origin::Assumed => false,
-        });
-        let known = known.and_then(|s| s.nominal());
-        let is_given = recording
-            .gyro_scale
-            .is_some_and(|s| s.origin == Origin::Given);
-        if let Some(given) = known.filter(|_| is_given) {
-            return (given, false);
-        }
+        let stated = recording.gyro_scale;
+        let known = match stated.and_then(|s| Some((s.origin, s.nominal()?))) {
+            Some((Origin::Given, nominal)) => return (nominal, false),
+            Some((Origin::Data, nominal)) => Some(nominal),
+            // A header that is wrong about the accelerometer says nothing about the gyroscope.
+            Some((Origin::Header, nominal)) => {
+                Some(nominal).filter(|_| !recording.contradicts_header)
+            }
+            Some((Origin::Assumed, _)) | None => None,
+        };
         // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
         // file are interpolated, and no whole numbers.
         let counts = [131.0 * degrees, MDPS_PER_DEG_S * degrees];

@@ -1,6 +1,7 @@
 //! Sections that the user gives: imucal's list, or a table
 //! `label,start,end`.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
@@ -18,10 +19,21 @@ pub struct Section {
     pub rows: Range<usize>,
 }
 
+/// Names of the column with the labels, the likeliest first; the index of a data frame has none.
+const LABELS: [&str; 6] = ["label", "part", "section", "name", "s_id", ""];
+
 /// A section as it is written.
 #[derive(Deserialize)]
 struct Row {
     label: String,
+    start: f64,
+    #[serde(alias = "stop")]
+    end: f64,
+}
+
+/// A section that is named outside.
+#[derive(Deserialize)]
+struct Limits {
     start: f64,
     end: f64,
 }
@@ -45,10 +57,10 @@ pub fn read_sections(path: &Path) -> Result<(Vec<Section>, InputFile)> {
 /// As [`read_sections`].
 pub fn parse_sections(bytes: &[u8]) -> Result<Vec<Section>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
+    let first = bytes.iter().copied().find(|b| !b.is_ascii_whitespace());
     let rows = match first {
         None => Vec::new(),
-        Some(b'{' | b'[') => from_json(bytes)?,
+        Some(first @ (b'{' | b'[')) => from_json(bytes, first == b'[')?,
         Some(_) => from_csv(bytes)?,
     };
     if rows.is_empty() {
@@ -67,23 +79,17 @@ fn syntax(message: String, line: Option<u64>) -> Error {
 /// Sections with their lines, where known.
 type Rows = Vec<(Row, Option<u64>)>;
 
-fn from_json(bytes: &[u8]) -> Result<Rows> {
+fn from_json(bytes: &[u8], is_list: bool) -> Result<Rows> {
     let wrong = |e: serde_json::Error| syntax(e.to_string(), Some(e.line() as u64));
-    let value: serde_json::Value = serde_json::from_slice(bytes).map_err(wrong)?;
-    let rows: Vec<Row> = if let serde_json::Value::Object(map) = value {
-        let named = map.into_iter().map(|(label, mut limits)| {
-            if let Some(limits) = limits.as_object_mut() {
-                limits.insert("label".to_owned(), label.clone().into());
-            }
-            let wrong = |e: serde_json::Error| syntax(format!("section \"{label}\": {e}"), None);
-            serde_json::from_value(limits).map_err(wrong)
-        });
-        let mut rows = named.collect::<Result<Vec<Row>>>()?;
+    let rows: Vec<Row> = if is_list {
+        serde_json::from_slice(bytes).map_err(wrong)?
+    } else {
+        let named: BTreeMap<String, Limits> = serde_json::from_slice(bytes).map_err(wrong)?;
+        let row = |(label, Limits { start, end })| Row { label, start, end };
+        let mut rows: Vec<Row> = named.into_iter().map(row).collect();
         // An object has no order: that of the recording.
         rows.sort_by(|a, b| a.start.total_cmp(&b.start));
         rows
-    } else {
-        serde_json::from_value(value).map_err(wrong)?
     };
     Ok(rows.into_iter().map(|row| (row, None)).collect())
 }
@@ -98,34 +104,26 @@ fn from_csv(bytes: &[u8]) -> Result<Rows> {
         .comment(Some(b'#'))
         .flexible(true)
         .from_reader(bytes);
-    let mut columns = [0, 1, 2];
+    let mut names = csv::StringRecord::from(vec!["label", "start", "end"]);
     let mut rows = Vec::new();
     for (at, record) in reader.records().enumerate() {
         let wrong = |e: &csv::Error| syntax(e.to_string(), e.position().map(csv::Position::line));
         let record = record.map_err(|e| wrong(&e))?;
-        let line = record.position().map(csv::Position::line);
-        if let Some(named) = header(&record).filter(|_| at == 0) {
-            columns = named;
+        let has = |name: &str| record.iter().any(|field| field.eq_ignore_ascii_case(name));
+        if at == 0 && has("start") && (has("end") || has("stop")) {
+            let label = LABELS.into_iter().find(|name| has(name));
+            let name = |field: &str| match label {
+                Some(label) if field.eq_ignore_ascii_case(label) => "label".to_owned(),
+                _ => field.to_lowercase(),
+            };
+            names = record.iter().map(name).collect();
             continue;
         }
-        let fields = columns.iter().map(|i| record.get(*i));
-        let fields: csv::StringRecord = fields
-            .collect::<Option<_>>()
-            .ok_or_else(|| syntax("a line needs label, start and end".to_owned(), line))?;
-        let row = fields.deserialize(None);
+        let line = record.position().map(csv::Position::line);
+        let row = record.deserialize(Some(&names));
         rows.push((row.map_err(|e| syntax(e.to_string(), line))?, line));
     }
     Ok(rows)
-}
-
-fn header(record: &csv::StringRecord) -> Option<[usize; 3]> {
-    let find = |names: &[&str]| {
-        let is_one = |field: &str| names.contains(&field.to_lowercase().as_str());
-        record.iter().position(is_one)
-    };
-    let (start, end) = (find(&["start"])?, find(&["end", "stop"])?);
-    let label = find(&["label", "part", "section", "name", "s_id", ""]).unwrap_or(0);
-    Some([label, start, end])
 }
 
 fn section((row, line): (Row, Option<u64>)) -> Result<Section> {
@@ -160,6 +158,7 @@ mod tests {
             r#"{"x_p":{"start":540,"end":1271},"x_rot":{"start":6770,"end":7093}}"#,
             r#"[{"label":"x_p","start":540,"end":1271},{"label":"x_rot","start":6770,"end":7093}]"#,
             "label,start,end\nx_p,540,1271\nx_rot, 6770, 7093\n",
+            ",start,end\nx_p,540,1271\nx_rot,6770,7093\n",
             "start;end;label\n540;1271;x_p\n6770;7093;x_rot",
         ] {
             let sections = parse_sections(text.as_bytes()).unwrap();
