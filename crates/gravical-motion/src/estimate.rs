@@ -48,7 +48,9 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
     let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
-    let Some(first) = found.first().filter(|_| in_order) else {
+    // Ends of detected ones may overlap.
+    let are_possible = options.rests.is_none() || in_order;
+    let Some(first) = found.first().filter(|_| are_possible) else {
         return Motion::default();
     };
     let learned = first.start..first.end.min(samples.after_s(first.start, LEARNED_S));
