@@ -208,7 +208,7 @@ impl Recorder {
             return Ok(());
         };
         self.began_s += now_s - from_s;
-        self.gaps.resume();
+        self.gaps.resume(now_s, self.port.is_some());
         self.say(Event::Resumed);
         (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
     }
