@@ -146,7 +146,6 @@ impl Mpu6050 {
     }
 
     /// Samples measured so far, and how many of them nobody fetched.
-    #[must_use]
     pub fn samples(&self) -> (u64, u64) {
         (self.samples, self.unread)
     }
@@ -171,13 +170,11 @@ impl Mpu6050 {
     }
 
     /// Whether `kind` lasts now.
-    #[must_use]
     pub fn has(&self, kind: FaultKind) -> bool {
         self.faults_now().any(|k| k == kind)
     }
 
     /// Whether `kind` has begun after `from_s`.
-    #[must_use]
     pub fn has_begun(&self, kind: FaultKind, from_s: f64) -> bool {
         let is_new = |span: &Range<f64>| from_s < span.start && span.start <= self.now_s;
         self.faults

@@ -133,7 +133,6 @@ impl InteractiveSensor {
     }
 
     /// The true parameters; without recordings.
-    #[must_use]
     pub fn truth(&self) -> Truth {
         self.part.truth.clone()
     }
