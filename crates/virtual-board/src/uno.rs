@@ -49,9 +49,6 @@ pub struct Uno {
     next_byte: u64,
     /// Where the program hangs in the flash, and the instruction that was there.
     hung: Option<(*mut [u8; 2], [u8; 2])>,
-    hang_due: bool,
-    /// When faults were looked at last, on their own time.
-    looked_s: f64,
     resets: u32,
 }
 
@@ -153,8 +150,6 @@ impl Uno {
                 incoming: VecDeque::new(),
                 next_byte: 0,
                 hung: None,
-                hang_due: false,
-                looked_s: 0.0,
                 resets: 0,
             })
         }
@@ -246,19 +241,15 @@ impl Uno {
                 *at = instruction;
             }
         }
-        self.hang_due = false;
     }
 
     /// Faults and the bytes that come in.
     fn outside(&mut self) {
         let now = self.cycles();
-        let now_s = now as f64 / FREQUENCY_HZ;
-        let looked_s = std::mem::replace(&mut self.looked_s, now_s);
         let sensor = self.sensor();
-        sensor.advance(now_s);
+        sensor.advance(now as f64 / FREQUENCY_HZ);
         let stuck = sensor.has(FaultKind::StuckBus);
-        let hangs = sensor.has_begun(FaultKind::Hang, looked_s);
-        self.hang_due |= hangs;
+        let hangs = sensor.has(FaultKind::Hang);
         // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`
         // lies within the flash, which has room for a word behind its end.
         unsafe {
@@ -270,11 +261,10 @@ impl Uno {
                 (*vector).vector = TWI_VECTOR;
             }
             let in_program = (*self.avr).sreg[7] != 0 && (*self.avr).interrupts.running_ptr == 0;
-            if self.hang_due && in_program && self.hung.is_none() {
+            if hangs && in_program && self.hung.is_none() {
                 let at = (*self.avr).flash.add((*self.avr).pc as usize);
                 let at = at.cast::<[u8; 2]>();
                 self.hung = Some((at, std::mem::replace(&mut *at, HANG)));
-                self.hang_due = false;
             }
             let per_byte = 10 * cycles_per_bit(self.avr);
             (*(*self.shared).uart).cycles_per_byte = per_byte;
