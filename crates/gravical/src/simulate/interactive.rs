@@ -3,9 +3,8 @@
 use nalgebra::Vector3;
 
 use super::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
-use super::poses::{Draws, Z_UP, attitude_of};
 use super::record::{INSIDE_HZ, warmer_c};
-use super::scenario::Plan;
+use super::scenario::{Draws, Plan, Z_UP, attitude_of};
 use super::sensor::{Part, Reading};
 use super::truth::Truth;
 use crate::Result;

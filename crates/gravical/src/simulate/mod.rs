@@ -28,8 +28,6 @@
 
 mod interactive;
 mod options;
-mod path;
-mod poses;
 mod random;
 mod record;
 mod scenario;

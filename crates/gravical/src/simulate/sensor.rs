@@ -8,8 +8,8 @@ use gravical_core::matrix3::mul_vec;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::options::SimulateOptions;
-use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, uniform};
+use super::scenario::MotionPath;
 use super::truth::{AccelerometerTruth, GyroscopeTruth, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
