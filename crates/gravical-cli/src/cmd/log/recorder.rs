@@ -14,7 +14,7 @@ use super::event::{Counts, End, Event};
 use super::gap::{Cause, GAP_STEPS, Gaps};
 use super::lines::{Line, Prefixes, Splitter};
 use crate::device::board::Settings;
-use crate::device::trouble::{JUDGED_BYTES, no_rows};
+use crate::device::serial::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;

@@ -7,10 +7,9 @@ use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
 
 use super::Args;
-use super::event::Event;
+use super::event::{Event, Status};
 use super::file::LogFile;
 use super::recorder::Recorder;
-use super::status::Status;
 use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
 
