@@ -600,6 +600,17 @@ mod tests {
         bench.rows(50);
         let missing = "the board sent nothing: 400 rows are missing, 4.0 s";
         assert_eq!(bench.gaps(), [missing]);
+        // The port is lost in a pause, and comes back after it.
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
+        bench.recorder.lost("why");
+        bench.pass(2.0);
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
+        bench.pass(5.0);
+        let recorder = &mut bench.recorder;
+        recorder.opened(bench.now_s, "port", None, String::new());
+        bench.rows(50);
+        let unplugged = "unplugged: an unknown number of rows is missing, 5.0 s";
+        assert_eq!(bench.gaps(), [missing, unplugged]);
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end, Some(End::Duration));
