@@ -34,10 +34,7 @@ const RAW_HEADER: &str = "Timestamp (ms),ax,ay,az,temp,gx,gy,gz";
 /// A row of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// True time, s since the first row. The signal is older by the delay of the low-pass (5.1 ms at
-    /// 44 Hz).
-    pub t_s: f64,
-    /// Time stamp of the board, ms.
+    /// Time stamp of the board, ms. The signal is older by the delay of the low-pass (5.1 ms at 44 Hz).
     pub stamp_ms: u64,
     /// What the board read.
     pub reading: Reading,
@@ -86,7 +83,6 @@ fn record(
         truth.rows += 1;
         truth.clipped_rows += usize::from(reading.is_clipped);
         each(&Row {
-            t_s,
             // millis() truncates; the tolerance keeps 30 ms from becoming 29.
             stamp_ms: (board_ms + jitter_ms + 1e-6).floor().max(0.0) as u64,
             reading,
