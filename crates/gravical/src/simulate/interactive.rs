@@ -22,10 +22,9 @@ const PAUSE_S: f64 = 2.0;
 ///
 /// ```
 /// use gravical::poses::face::Face;
-/// use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
+/// use gravical::simulate::{InteractiveSensor, SimulateOptions};
 ///
-/// let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-/// let mut sensor = InteractiveSensor::new(&options)?;
+/// let mut sensor = InteractiveSensor::new(&SimulateOptions::default())?;
 /// assert!((sensor.at(1.0).accel_mps2[2] - 9.8).abs() < 1.0);
 /// sensor.lay(Face::all()[1]);
 /// assert!((sensor.at(5.0).accel_mps2[0] + 9.8).abs() < 1.0, "-x is up");
@@ -160,13 +159,11 @@ impl InteractiveSensor {
 
 #[cfg(test)]
 mod tests {
-    use super::super::StaticOptions;
     use super::*;
 
     #[test]
     fn commands_given_at_once_are_executed_in_order() {
-        let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-        let mut sensor = InteractiveSensor::new(&options).unwrap();
+        let mut sensor = InteractiveSensor::new(&SimulateOptions::default()).unwrap();
         let first_s = sensor.lay(Face::all()[0]);
         let second_s = sensor.lay(Face::all()[3]);
         assert!(second_s > first_s + PAUSE_S);

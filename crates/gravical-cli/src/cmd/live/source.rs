@@ -13,9 +13,7 @@ use gravical::poses::face::Face;
 use gravical::recording::ReadOptions;
 use gravical::recording::bytes::Input;
 use gravical::recording::source::open;
-use gravical::simulate::{
-    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions, Truth,
-};
+use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions, Truth};
 use gravical::{Error, Result};
 
 use crate::cmd::log::{self, Event, Existing, LogFile};
@@ -144,7 +142,7 @@ impl Simulated {
     fn options(seed: u64) -> SimulateOptions {
         SimulateOptions {
             seed,
-            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+            ..SimulateOptions::default()
         }
     }
 
