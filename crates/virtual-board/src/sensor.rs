@@ -92,13 +92,13 @@ pub enum FaultKind {
     /// The sensor's supply dips at the start: all registers as after power-up,
     /// asleep.
     Dip,
-    /// The program stops going on at the start.
+    /// The program stops going on, until it is reset.
     Hang,
 }
 
 /// One MPU6050.
 pub struct Mpu6050 {
-    /// What goes wrong, and when, s after the start. The end of a dip or a hang has no meaning.
+    /// What goes wrong, and when, s after the start. The end of a dip has no meaning.
     pub faults: Vec<(FaultKind, Range<f64>)>,
     /// How much faster its clock runs than the board's, parts per million;
     /// the data sheet allows ±10 000 with the gyroscope's clock.
@@ -146,7 +146,6 @@ impl Mpu6050 {
     }
 
     /// Samples measured so far, and how many of them nobody fetched.
-    #[must_use]
     pub fn samples(&self) -> (u64, u64) {
         (self.samples, self.unread)
     }
@@ -171,24 +170,16 @@ impl Mpu6050 {
     }
 
     /// Whether `kind` lasts now.
-    #[must_use]
     pub fn has(&self, kind: FaultKind) -> bool {
         self.faults_now().any(|k| k == kind)
-    }
-
-    /// Whether `kind` has begun after `from_s`.
-    #[must_use]
-    pub fn has_begun(&self, kind: FaultKind, from_s: f64) -> bool {
-        let is_new = |span: &Range<f64>| from_s < span.start && span.start <= self.now_s;
-        self.faults
-            .iter()
-            .any(|(k, span)| *k == kind && is_new(span))
     }
 
     /// Lets time go on to `now_s` on the board's clock.
     pub fn advance(&mut self, now_s: f64) {
         let from_s = std::mem::replace(&mut self.now_s, now_s);
-        if self.has_begun(FaultKind::Dip, from_s) {
+        let is_new = |span: &Range<f64>| from_s < span.start && span.start <= now_s;
+        let mut faults = self.faults.iter();
+        if faults.any(|(kind, span)| *kind == FaultKind::Dip && is_new(span)) {
             self.power_up();
         }
         while self.next_s <= now_s {

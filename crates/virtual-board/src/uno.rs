@@ -12,7 +12,7 @@
 #![allow(unsafe_code)]
 
 use std::collections::VecDeque;
-use std::ffi::CString;
+use std::ffi::{CString, c_void};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::Path;
 
@@ -20,15 +20,17 @@ use simavr_ffi as ffi;
 
 use crate::sensor::{FaultKind, Mpu6050};
 
-mod wires;
-
-use wires::{Shared, cycles_per_bit, on_twi, on_uart};
-
 /// Clock of the Uno, Hz.
-pub const FREQUENCY_HZ: f64 = 16e6;
+const FREQUENCY_HZ: f64 = 16e6;
 
-/// Address of the reset flags in data space (data sheet, section 36).
+/// Addresses of registers in data space (data sheet, section 36).
 const MCUSR: usize = 0x54;
+const TWBR: usize = 0xb8;
+const TWSR: usize = 0xb9;
+const UCSR0A: usize = 0xc0;
+const UBRR0L: usize = 0xc4;
+const UBRR0H: usize = 0xc5;
+const U2X0: u8 = 0x02;
 /// Number of the interrupt of the I²C unit, from 0.
 const TWI_VECTOR: u8 = 24;
 /// `rjmp .-2`: a loop that never ends.
@@ -47,9 +49,6 @@ pub struct Uno {
     next_byte: u64,
     /// Where the program hangs in the flash, and the instruction that was there.
     hung: Option<(*mut [u8; 2], [u8; 2])>,
-    hang_due: bool,
-    /// When faults were looked at last, on their own time.
-    looked_s: f64,
     resets: u32,
 }
 
@@ -151,15 +150,12 @@ impl Uno {
                 incoming: VecDeque::new(),
                 next_byte: 0,
                 hung: None,
-                hang_due: false,
-                looked_s: 0.0,
                 resets: 0,
             })
         }
     }
 
     /// Seconds since power-up, whatever resets there were.
-    #[must_use]
     pub fn time_s(&self) -> f64 {
         self.cycles() as f64 / FREQUENCY_HZ
     }
@@ -177,7 +173,6 @@ impl Uno {
     }
 
     /// Resets since power-up, those of the watchdog too.
-    #[must_use]
     pub fn resets(&self) -> u32 {
         self.resets
     }
@@ -246,19 +241,15 @@ impl Uno {
                 *at = instruction;
             }
         }
-        self.hang_due = false;
     }
 
     /// Faults and the bytes that come in.
     fn outside(&mut self) {
         let now = self.cycles();
-        let now_s = now as f64 / FREQUENCY_HZ;
-        let looked_s = std::mem::replace(&mut self.looked_s, now_s);
         let sensor = self.sensor();
-        sensor.advance(now_s);
+        sensor.advance(now as f64 / FREQUENCY_HZ);
         let stuck = sensor.has(FaultKind::StuckBus);
-        let hangs = sensor.has_begun(FaultKind::Hang, looked_s);
-        self.hang_due |= hangs;
+        let hangs = sensor.has(FaultKind::Hang);
         // SAFETY: all pointers are valid as long as `self`; an instruction at `pc`
         // lies within the flash, which has room for a word behind its end.
         unsafe {
@@ -270,11 +261,10 @@ impl Uno {
                 (*vector).vector = TWI_VECTOR;
             }
             let in_program = (*self.avr).sreg[7] != 0 && (*self.avr).interrupts.running_ptr == 0;
-            if self.hang_due && in_program && self.hung.is_none() {
+            if hangs && in_program && self.hung.is_none() {
                 let at = (*self.avr).flash.add((*self.avr).pc as usize);
                 let at = at.cast::<[u8; 2]>();
                 self.hung = Some((at, std::mem::replace(&mut *at, HANG)));
-                self.hang_due = false;
             }
             let per_byte = 10 * cycles_per_bit(self.avr);
             (*(*self.shared).uart).cycles_per_byte = per_byte;
@@ -295,6 +285,78 @@ impl Drop for Uno {
         unsafe {
             ffi::avr_terminate(self.avr);
             drop(Box::from_raw(self.shared));
+        }
+    }
+}
+
+/// What the callbacks see.
+struct Shared {
+    avr: *mut ffi::avr_t,
+    uart: *mut ffi::avr_uart_t,
+    twi_input: *mut ffi::avr_irq_t,
+    sensor: Mpu6050,
+    /// Cycles before the last reset.
+    past: u64,
+    /// What the board sent.
+    sent: Vec<u8>,
+}
+
+/// Cycles a bit of the UART (data sheet, table 24-1).
+///
+/// # Safety
+///
+/// `avr` has to be valid.
+unsafe fn cycles_per_bit(avr: *mut ffi::avr_t) -> u64 {
+    // SAFETY: the registers of an ATmega328P lie within its data.
+    unsafe {
+        let data = (*avr).data;
+        let divider = u64::from(*data.add(UBRR0L)) | (u64::from(*data.add(UBRR0H)) & 0x0f) << 8;
+        let samples = if *data.add(UCSR0A) & U2X0 != 0 { 8 } else { 16 };
+        (divider + 1) * samples
+    }
+}
+
+/// The board sends a byte. simavr asks for its duration right after this.
+unsafe extern "C" fn on_uart(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    // SAFETY: `param` is the `Shared` of the board that is running, which nobody
+    // else borrows meanwhile.
+    unsafe {
+        let shared = &mut *param.cast::<Shared>();
+        (*shared.uart).cycles_per_byte = 10 * cycles_per_bit(shared.avr);
+        shared.sent.push(value as u8);
+    }
+}
+
+/// Something on the I²C bus (`avr_twi_msg_t` of avr_twi.h: message, address and
+/// data in the upper three bytes).
+unsafe extern "C" fn on_twi(_: *mut ffi::avr_irq_t, value: u32, param: *mut c_void) {
+    let [_, message, address, data] = value.to_le_bytes();
+    let message = u32::from(message);
+    let reply = |message: u32, data: u8| u32::from_le_bytes([0, message as u8, address, data]);
+    // SAFETY: `param` as in `on_uart`. Raising the input of the unit comes back to
+    // simavr only.
+    unsafe {
+        let shared = &mut *param.cast::<Shared>();
+        if message & ffi::TWI_COND_START != 0 {
+            let reads = address & 1 != 0;
+            if !reads {
+                let data = (*shared.avr).data;
+                let prescale = 2 * (u64::from(*data.add(TWSR)) & 3);
+                (*shared.avr).cycle += 10 * (16 + ((2 * u64::from(*data.add(TWBR))) << prescale));
+            }
+            let now_s = (shared.past + (*shared.avr).cycle) as f64 / FREQUENCY_HZ;
+            if shared.sensor.start(now_s, address >> 1, reads) {
+                ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_ACK, 1));
+            }
+        } else if message & ffi::TWI_COND_STOP != 0 {
+            shared.sensor.stop();
+        } else if message & ffi::TWI_COND_WRITE != 0 {
+            if shared.sensor.write(data) {
+                ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_ACK, 1));
+            }
+        } else if message & ffi::TWI_COND_READ != 0 {
+            let byte = shared.sensor.read();
+            ffi::avr_raise_irq(shared.twi_input, reply(ffi::TWI_COND_READ, byte));
         }
     }
 }

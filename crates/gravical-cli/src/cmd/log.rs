@@ -8,7 +8,6 @@ mod lines;
 mod recorder;
 mod reporter;
 mod session;
-mod status;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -3,4 +3,3 @@
 pub mod board;
 pub mod ports;
 pub mod serial;
-pub mod trouble;

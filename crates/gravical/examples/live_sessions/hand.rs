@@ -5,10 +5,7 @@ use gravical::fit::model::sphere;
 use gravical::live::event::{Event, Message, Rejection, Wanted};
 use gravical::live::{Command, LiveOptions, Session};
 use gravical::poses::face::Face;
-use gravical::simulate::{
-    InteractiveSensor, LineOptions, Reading, Scenario, SensorOptions, SimulateOptions,
-    StaticOptions,
-};
+use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SensorOptions, SimulateOptions};
 use gravical_core::matrix3;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -89,7 +86,7 @@ impl Hand {
             seed,
             tilt_sd_deg: if tilts { 4.0 } else { 1.0 },
             sensor,
-            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+            ..SimulateOptions::default()
         };
         let gravity = gravical::gravity::Gravity::given(options.gravity_mps2).unwrap();
         let live = LiveOptions {

@@ -3,9 +3,8 @@
 use nalgebra::Vector3;
 
 use super::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
-use super::poses::{Draws, Z_UP, attitude_of};
 use super::record::{INSIDE_HZ, warmer_c};
-use super::scenario::Plan;
+use super::scenario::{Draws, Plan, Z_UP, attitude_of};
 use super::sensor::{Part, Reading};
 use super::truth::Truth;
 use crate::Result;
@@ -23,10 +22,9 @@ const PAUSE_S: f64 = 2.0;
 ///
 /// ```
 /// use gravical::poses::face::Face;
-/// use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
+/// use gravical::simulate::{InteractiveSensor, SimulateOptions};
 ///
-/// let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-/// let mut sensor = InteractiveSensor::new(&options)?;
+/// let mut sensor = InteractiveSensor::new(&SimulateOptions::default())?;
 /// assert!((sensor.at(1.0).accel_mps2[2] - 9.8).abs() < 1.0);
 /// sensor.lay(Face::all()[1]);
 /// assert!((sensor.at(5.0).accel_mps2[0] + 9.8).abs() < 1.0, "-x is up");
@@ -133,7 +131,6 @@ impl InteractiveSensor {
     }
 
     /// The true parameters; without recordings.
-    #[must_use]
     pub fn truth(&self) -> Truth {
         self.part.truth.clone()
     }
@@ -162,13 +159,11 @@ impl InteractiveSensor {
 
 #[cfg(test)]
 mod tests {
-    use super::super::StaticOptions;
     use super::*;
 
     #[test]
     fn commands_given_at_once_are_executed_in_order() {
-        let options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
-        let mut sensor = InteractiveSensor::new(&options).unwrap();
+        let mut sensor = InteractiveSensor::new(&SimulateOptions::default()).unwrap();
         let first_s = sensor.lay(Face::all()[0]);
         let second_s = sensor.lay(Face::all()[3]);
         assert!(second_s > first_s + PAUSE_S);

@@ -46,7 +46,6 @@ impl Default for Scenario {
 
 impl Scenario {
     /// `six-position`, `poses`, `static` or `line`.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::SixPosition(_) => "six-position",
@@ -85,10 +84,6 @@ pub struct SixPositionOptions {
     /// One recording: poses, then full turns
     #[cfg_attr(feature = "clap", arg(long))]
     pub continuous: bool,
-    /// Rest before and after each turn, s
-    #[serde(skip)]
-    #[cfg_attr(feature = "clap", arg(skip = SixPositionOptions::default().turn_rest_s))]
-    pub turn_rest_s: f64,
 }
 
 impl Default for SixPositionOptions {
@@ -96,7 +91,6 @@ impl Default for SixPositionOptions {
         Self {
             hold_s: 10.0,
             continuous: false,
-            turn_rest_s: 3.0,
         }
     }
 }
@@ -221,7 +215,6 @@ impl Default for SimulateOptions {
 
 impl SimulateOptions {
     /// The defaults for `scenario`.
-    #[must_use]
     pub fn new(scenario: Scenario) -> Self {
         Self {
             scenario,

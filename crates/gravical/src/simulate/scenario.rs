@@ -1,15 +1,19 @@
-//! Scenarios as paths, built piece by piece with the true events on them.
+//! Scenarios as paths, built piece by piece with the true events on them: attitude and position of the
+//! sensor as functions of time.
+//!
+//! Both sensors are computed from a path: angular rate is the derivative of the attitude, specific force
+//! is f = Rᵀ(a + g ẑ) with the same attitude R (sensor → world, world z up). The accelerometer is in the
+//! centre of every rotation.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use gravical_fit::model::{sphere, tangents};
+use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::options::{
     LINE_OFFSET_M, LineOptions, PosesOptions, Scenario, SimulateOptions, SixPositionOptions,
     StaticOptions,
 };
-use super::path::{MotionPath, Piece};
-use super::poses::{Draws, Z_UP, attitude_of, shortest_turn, spread_directions, tilt_between};
-use super::random::{Purpose, stream, uniform};
+use super::random::{Purpose, normal, stream, uniform};
 use super::truth::{FileTruth, MoveTruth, PoseKind, PoseTruth};
 use crate::poses::face::Face;
 
@@ -17,9 +21,13 @@ use crate::poses::face::Face;
 /// warm up.
 const BETWEEN_FILES_S: f64 = 10.0;
 
-/// A turn on the table: its angle, right-handed, and its duration.
+/// Standard deviation of a free pose from the planned one, per component, rad.
+const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A turn on the table: its angle, right-handed, its duration, and the rests before and after it.
 const TURN_DEG: f64 = -360.0;
 const TURN_S: f64 = 4.0;
+const TURN_REST_S: f64 = 3.0;
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
@@ -57,10 +65,10 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
     for axis in 0..3 {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
         plan.move_to(up);
-        plan.rest(nominal, o.turn_rest_s);
+        plan.rest(nominal, TURN_REST_S);
         // About the vertical, which is `up` in the sensor, its tilt included.
         plan.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
-        plan.rest(nominal, o.turn_rest_s);
+        plan.rest(nominal, TURN_REST_S);
     }
     plan
 }
@@ -213,4 +221,156 @@ impl Plan {
         let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
         self.go(rotation, displacement, duration_s);
     }
+}
+
+/// Attitude and position as functions of time; the sensor rests before the first and after the
+/// last piece.
+#[derive(Debug, Clone)]
+pub(super) struct MotionPath {
+    pieces: Vec<Piece>,
+    gravity_mps2: f64,
+}
+
+/// One piece of the path: a rotation about a fixed axis and a straight displacement, or rest.
+#[derive(Debug, Clone)]
+struct Piece {
+    start_s: f64,
+    duration_s: f64,
+    attitude: UnitQuaternion<f64>,
+    /// Rotation vector in the sensor frame, rad.
+    rotation: Vector3<f64>,
+    displacement: Vector3<f64>,
+}
+
+/// From 0 to 1, starting and ending at rest: 10τ³ − 15τ⁴ + 6τ⁵ (Flash and Hogan 1985), with its first
+/// and second derivative with respect to τ.
+fn minimum_jerk(tau: f64) -> (f64, f64, f64) {
+    let rest = 1.0 - tau;
+    (
+        tau * tau * tau * (10.0 + tau * (6.0 * tau - 15.0)),
+        30.0 * tau * tau * rest * rest,
+        60.0 * tau * rest * (1.0 - 2.0 * tau),
+    )
+}
+
+impl MotionPath {
+    /// Length of the path, s.
+    pub fn duration_s(&self) -> f64 {
+        let last = self.pieces.last();
+        last.map_or(0.0, |p| p.start_s + p.duration_s)
+    }
+
+    /// Specific force, m/s², and angular rate, rad/s, in the sensor frame. The rate is exact, because the
+    /// axis of a rotation is also fixed in the sensor.
+    pub fn force_and_rate(&self, t_s: f64) -> [[f64; 3]; 2] {
+        let up = Vector3::z() * self.gravity_mps2;
+        let after = self.pieces.partition_point(|p| p.start_s <= t_s);
+        // The first piece before the start.
+        let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
+            return [up.into(), [0.0; 3]];
+        };
+        let tau = ((t_s - piece.start_s) / piece.duration_s).clamp(0.0, 1.0);
+        let (angle, rate, acceleration) = minimum_jerk(tau);
+        let attitude = piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle);
+        let per_s = 1.0 / piece.duration_s;
+        let acceleration = piece.displacement * (acceleration * per_s * per_s);
+        let force = attitude.inverse_transform_vector(&(acceleration + up));
+        let rate = piece.rotation * (rate / piece.duration_s);
+        [force.into(), rate.into()]
+    }
+}
+
+/// Draws poses with their tilt.
+pub(super) struct Draws {
+    tilts: ChaCha8Rng,
+    tilt_sd: f64,
+}
+
+impl Draws {
+    pub(super) fn new(seed: u64, tilt_sd_deg: f64) -> Self {
+        Self {
+            tilts: stream(seed, Purpose::Tilts, 0),
+            tilt_sd: tilt_sd_deg.to_radians(),
+        }
+    }
+
+    /// Nominal and true direction of up for a pose on a face.
+    pub(super) fn face_pose(&mut self, face: Face) -> (Vector3<f64>, Vector3<f64>) {
+        let nominal = Vector3::from(face.direction());
+        let tilted = tilted(nominal, &mut self.tilts, self.tilt_sd);
+        (nominal, tilted)
+    }
+}
+
+/// The face with z up.
+pub(super) const Z_UP: Face = Face { axis: 2, up: true };
+
+/// Rotates `direction` by two random normal components tangent to it, sd in rad each.
+fn tilted(direction: Vector3<f64>, rng: &mut ChaCha8Rng, sd: f64) -> Vector3<f64> {
+    let [first, second] = tangents(&direction);
+    let delta = sd * (first * normal(rng) + second * normal(rng));
+    let angle = delta.norm();
+    if angle == 0.0 {
+        return direction;
+    }
+    direction * angle.cos() + delta * (angle.sin() / angle)
+}
+
+/// Angle between two unit vectors, rad; also accurate for small angles.
+fn tilt_between(a: Vector3<f64>, b: Vector3<f64>) -> f64 {
+    a.cross(&b).norm().atan2(a.dot(&b))
+}
+
+/// Attitude (sensor → world) in which `up` points up and the horizontal component of the sensor's
+/// x points along the world's x; that of y if x is up.
+pub(super) fn attitude_of(up: Vector3<f64>) -> UnitQuaternion<f64> {
+    let reference = if up.x.abs() > 0.9 {
+        Vector3::y()
+    } else {
+        Vector3::x()
+    };
+    let x = (reference - up * up.dot(&reference)).normalize();
+    let rows = Matrix3::from_columns(&[x, up.cross(&x), up]).transpose();
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rows))
+}
+
+/// The rotation with the smallest angle from `from` to `to` (unit vectors).
+fn shortest_turn(from: Vector3<f64>, to: Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = tilt_between(from, to);
+    let axis = from.cross(&to);
+    // Between opposite directions the axis is arbitrary.
+    let axis = if axis.norm() > 1e-9 {
+        axis
+    } else {
+        tangents(&from)[0]
+    };
+    UnitQuaternion::from_axis_angle(&Unit::new_normalize(axis), angle)
+}
+
+/// `count` directions far from the six faces and from each other: each is the one of 400 on a
+/// Fibonacci sphere that is farthest from all before, with a random error of some degrees as by
+/// hand.
+fn spread_directions(count: usize, seed: u64) -> Vec<[f64; 3]> {
+    let candidates: Vec<_> = sphere(400).collect();
+    let mut taken = Face::all()
+        .map(|face| Vector3::from(face.direction()))
+        .to_vec();
+    let mut rng = stream(seed, Purpose::FreePoses, 0);
+    let mut found = Vec::with_capacity(count);
+    for _ in 0..count {
+        let closeness = |c: &Vector3<f64>| {
+            taken
+                .iter()
+                .map(|t| t.dot(c))
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let farthest = candidates
+            .iter()
+            .min_by(|a, b| closeness(a).total_cmp(&closeness(b)));
+        if let Some(&direction) = farthest {
+            taken.push(direction);
+            found.push(tilted(direction, &mut rng, FREE_POSE_SD).into());
+        }
+    }
+    found
 }

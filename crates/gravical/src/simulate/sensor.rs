@@ -8,8 +8,8 @@ use gravical_core::matrix3::mul_vec;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::options::SimulateOptions;
-use super::path::MotionPath;
 use super::random::{Purpose, normal, stream, uniform};
+use super::scenario::MotionPath;
 use super::truth::{AccelerometerTruth, GyroscopeTruth, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
@@ -125,7 +125,6 @@ impl Reading {
     pub const HEADER: &str = "Timestamp (ms),aX (m/s^2),aY (m/s^2),aZ (m/s^2),Temp (C),gX (rad/s),gY (rad/s),gZ (rad/s)\n";
 
     /// The reading as a line of text, as a board prints it with so many decimals.
-    #[must_use]
     pub fn row(&self, stamp_ms: u64, decimals: usize) -> String {
         let ([ax, ay, az], [gx, gy, gz]) = (self.accel_mps2, self.gyro_rad_s);
         let t_c = self.temperature_c;

@@ -1,6 +1,6 @@
 //! True values of a simulation, for comparison with the results of a calibration or of a motion.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::options::SimulateOptions;
 
@@ -26,7 +26,7 @@ pub struct Truth {
 }
 
 /// u = M f + b + drift·(T − 25 °C).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AccelerometerTruth {
     /// M, row-major, dimensionless: reading in m/s² per m/s².
     pub matrix: [[f64; 3]; 3],

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::rc::Rc;
 use std::sync::OnceLock;
 
-use gravical::simulate::{InteractiveSensor, Scenario, SimulateOptions, StaticOptions};
+use gravical::simulate::{InteractiveSensor, SimulateOptions};
 use virtual_board::sensor::{FaultKind, Mpu6050, Reading};
 use virtual_board::uno::Uno;
 
@@ -80,7 +80,7 @@ pub fn in_hand(
     Rc<RefCell<InteractiveSensor>>,
     impl FnMut(f64) -> Reading + 'static,
 ) {
-    let mut options = SimulateOptions::new(Scenario::Static(StaticOptions::default()));
+    let mut options = SimulateOptions::default();
     (options.seed, options.tilt_sd_deg) = (seed, 1.0);
     // The counts are made by the model of the registers.
     options.sensor.quantise = false;

@@ -13,9 +13,7 @@ use gravical::numfmt::milli_g;
 use gravical::output::make_folder;
 use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
-use gravical::simulate::{
-    InteractiveSensor, LineOptions, Reading, Scenario, SimulateOptions, StaticOptions,
-};
+use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 use gravical::{Error, Result};
 use gravical_core::matrix3::{add, mul_vec, norm};
 
@@ -123,7 +121,7 @@ impl Simulated {
     fn options(seed: u64) -> SimulateOptions {
         SimulateOptions {
             seed,
-            ..SimulateOptions::new(Scenario::Static(StaticOptions::default()))
+            ..SimulateOptions::default()
         }
     }
 

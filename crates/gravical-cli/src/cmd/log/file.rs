@@ -85,7 +85,8 @@ impl LogFile {
             _ => Error::io(path, e),
         })?;
         // A file system without locks is accepted.
-        if cfg!(not(windows)) && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        let is_locked = || matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if cfg!(not(windows)) && !is_device && is_locked() {
             return Err(in_use(path));
         }
         let mut file = LogFile {

@@ -86,10 +86,10 @@ impl Gaps {
         self.cause.get_or_insert(cause);
     }
 
-    /// A pause ends: its rows are not missing.
-    pub fn resume(&mut self) {
-        self.cause = None;
-        self.last_s = None;
+    /// A pause ends, whose rows are not missing. Those that follow are, where the port is away.
+    pub fn resume(&mut self, now_s: f64, is_plugged_in: bool) {
+        self.cause = (!is_plugged_in).then_some(Cause::Unplugged);
+        self.last_s = Some(now_s);
         self.last_stamp = None;
     }
 

@@ -14,7 +14,7 @@ use super::event::{Counts, End, Event};
 use super::gap::{Cause, GAP_STEPS, Gaps};
 use super::lines::{Line, Prefixes, Splitter};
 use crate::device::board::Settings;
-use crate::device::trouble::{JUDGED_BYTES, no_rows};
+use crate::device::serial::{JUDGED_BYTES, no_rows};
 
 /// The last rows are judged: so many, up to twice as many.
 const JUDGED_ROWS: usize = 10_000;
@@ -208,7 +208,7 @@ impl Recorder {
             return Ok(());
         };
         self.began_s += now_s - from_s;
-        self.gaps.resume();
+        self.gaps.resume(now_s, self.port.is_some());
         self.say(Event::Resumed);
         (0..3).try_for_each(|_| self.add(Line::plain(now_s, "")))
     }
@@ -600,6 +600,17 @@ mod tests {
         bench.rows(50);
         let missing = "the board sent nothing: 400 rows are missing, 4.0 s";
         assert_eq!(bench.gaps(), [missing]);
+        // The port is lost in a pause, and comes back after it.
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
+        bench.recorder.lost("why");
+        bench.pass(2.0);
+        bench.recorder.toggle_pause(bench.now_s).unwrap();
+        bench.pass(5.0);
+        let recorder = &mut bench.recorder;
+        recorder.opened(bench.now_s, "port", None, String::new());
+        bench.rows(50);
+        let unplugged = "unplugged: an unknown number of rows is missing, 5.0 s";
+        assert_eq!(bench.gaps(), [missing, unplugged]);
         bench.pass(4.0);
         bench.pass(20.0);
         assert_eq!(bench.recorder.end, Some(End::Duration));

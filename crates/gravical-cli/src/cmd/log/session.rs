@@ -7,10 +7,9 @@ use gravical::live::event::PortInfo;
 use gravical::{Error, Result};
 
 use super::Args;
-use super::event::Event;
+use super::event::{Event, Status};
 use super::file::LogFile;
 use super::recorder::Recorder;
-use super::status::Status;
 use crate::device::ports::{find_again, list, named, the_board};
 use crate::device::serial::Serial;
 
@@ -112,8 +111,8 @@ impl Session {
         }
         let done = done.and_then(|()| self.recorder.tick(now_s));
         let second = now_s as u64;
-        let is_new_second = std::mem::replace(&mut self.second, second) != second;
-        if is_new_second {
+        let last = std::mem::replace(&mut self.second, second);
+        if last != second {
             if self.serial.is_none()
                 && let Err(error) = self.connect()
             {
@@ -122,7 +121,7 @@ impl Session {
             self.observe(now_s);
         }
         let lines = self.write()?;
-        if is_new_second && second.is_multiple_of(SYNC_S) {
+        if last / SYNC_S != second / SYNC_S {
             self.file.sync()?;
         }
         done.map(|()| lines)
