@@ -22,7 +22,6 @@ pub struct Remark {
 impl Remark {
     /// Findings by weight: quality gates, other warnings, notes. A finding that several files share
     /// is listed once, with the first of them.
-    #[must_use]
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
@@ -65,7 +64,6 @@ impl Remark {
 }
 
 /// The option as the program takes it: `--accel-unit mg`.
-#[must_use]
 pub fn flag(option: &Advice) -> String {
     let flag = format!("--{}", option.name.replace('_', "-"));
     match option.value.as_str() {

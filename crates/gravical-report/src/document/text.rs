@@ -19,7 +19,6 @@ impl Document<'_> {
     /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
     /// reasons and next steps at the end, where a terminal stops. In a table that is too wide, uncertainties
     /// are placed below their values. Figures are left out.
-    #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
         if let Some(v) = &self.verdict {
@@ -84,7 +83,6 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
 
 impl Remark {
     /// The finding in a paragraph.
-    #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
         paragraph(mark, &format!("{}: {}", self.kind, self.text))
@@ -103,7 +101,6 @@ fn verdict_text(verdict: &Verdict) -> String {
 }
 
 /// A paragraph of 80 columns, indented by `first`. Words, options, paths and commands are not broken.
-#[must_use]
 pub fn paragraph(first: &str, text: &str) -> String {
     let rest = " ".repeat(length(first.trim_start_matches('\n')));
     let options = options(WIDTH)

@@ -70,7 +70,6 @@ fn time(inspection: &Inspection) -> String {
 }
 
 /// How a unit is known.
-#[must_use]
 pub fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",

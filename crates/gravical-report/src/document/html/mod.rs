@@ -18,7 +18,6 @@ const SCRIPT: &str = include_str!("script.js");
 
 impl Document<'_> {
     /// The whole document as a page.
-    #[must_use]
     pub fn to_html(&self) -> String {
         let verdict = self.verdict.iter().map(|v| ("Verdict", verdict(v)));
         let blocks =
