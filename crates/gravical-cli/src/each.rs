@@ -18,9 +18,8 @@ use gravical::output::{make_folder, write_atomic};
 use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
-use gravical_report::document::flag;
 
-use crate::failure::quality;
+use crate::failure::{RenderedError, quality};
 use crate::{crash, progress, text};
 
 #[derive(Debug, Default, clap::Args)]
@@ -361,13 +360,13 @@ fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
 
 impl Outcome {
     fn failed(error: &anyhow::Error) -> Self {
-        let known = error.downcast_ref::<Error>();
+        let error = RenderedError::new(error);
         Outcome {
             grade: "failed".to_owned(),
             is_poor: true,
-            reasons: vec![known.map_or_else(|| format!("{error:#}"), |e| e.worded(flag))],
-            error_code: known.map_or("internal", Error::code).to_owned(),
-            hint: known.and_then(|e| e.worded_hint(flag)).unwrap_or_default(),
+            reasons: vec![error.message],
+            error_code: error.code,
+            hint: error.hint.unwrap_or_default(),
             ..Outcome::default()
         }
     }
