@@ -143,19 +143,6 @@ pub(super) fn left_out(rows: usize) -> String {
     format!("… and {rows} more; --json has all")
 }
 
-impl Verdict {
-    /// A verdict with its reasons alone.
-    pub fn new(grade: Grade, word: impl Into<String>, reasons: &[String]) -> Self {
-        Verdict {
-            grade,
-            word: word.into(),
-            conclusion: None,
-            reasons: reasons.to_vec(),
-            next: Vec::new(),
-        }
-    }
-}
-
 impl<'a> Section<'a> {
     /// An empty section.
     pub fn new(title: &'static str) -> Self {

@@ -29,9 +29,11 @@ fn document(figures: &[Figure]) -> Document<'_> {
     Document {
         subject: vec!["of <x>|*".to_owned()],
         verdict: Some(Verdict {
-            next: vec!["Go on.".to_owned()],
+            grade: Grade::Good,
+            word: "good".to_owned(),
             conclusion: Some("It holds.".to_owned()),
-            ..Verdict::new(Grade::Good, "good", &["It fits.".to_owned()])
+            reasons: vec!["It fits.".to_owned()],
+            next: vec!["Go on.".to_owned()],
         }),
         ..Document::new("Report of <x>")
     }

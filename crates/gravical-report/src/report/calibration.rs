@@ -31,7 +31,13 @@ pub fn calibration<'a>(
     let placed = !file.accelerometer.poses.is_empty();
     Document {
         subject: subject(file),
-        verdict: Some(verdict(file, saved)),
+        verdict: Some(Verdict {
+            grade: file.verdict.grade,
+            word: file.verdict.grade.to_string(),
+            conclusion: conclusion(file),
+            reasons: file.verdict.reasons.clone(),
+            next: next(file, saved),
+        }),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
     .with(accelerometer(file))
@@ -93,15 +99,6 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         format!("{method} of {inputs}: {}", poses.join(" and ")),
         format!("raw in {unit}, g = {g} m/s² ({source}){tilt}"),
     ]
-}
-
-fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let grade = file.verdict.grade;
-    Verdict {
-        conclusion: conclusion(file),
-        next: next(file, saved),
-        ..Verdict::new(grade, grade.to_string(), &file.verdict.reasons)
-    }
 }
 
 /// The verdict in one sentence; none where the first reason says it.

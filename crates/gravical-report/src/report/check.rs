@@ -43,8 +43,11 @@ fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
         Judgement::Undecided => Grade::NotVerifiable,
     };
     Verdict {
+        grade,
+        word: words(&verdict.judgement),
+        conclusion: None,
+        reasons: verdict.reasons.clone(),
         next: next.map(str::to_owned).into_iter().collect(),
-        ..Verdict::new(grade, words(&verdict.judgement), &verdict.reasons)
     }
 }
 

@@ -59,10 +59,12 @@ fn verdict(result: &MotionResult) -> Verdict {
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
-    let word = words(&result.verdict.judgement);
     Verdict {
+        grade,
+        word: words(&result.verdict.judgement),
         conclusion: conclusion.map(|text| text + doubt),
-        ..Verdict::new(grade, word, &result.verdict.reasons)
+        reasons: result.verdict.reasons.clone(),
+        next: Vec::new(),
     }
 }
 
