@@ -219,12 +219,11 @@ impl From<Table> for Option<Block<'_>> {
 }
 
 impl Table {
-    /// An empty table.
-    pub fn new(caption: impl Into<String>) -> Self {
-        Table {
-            caption: caption.into(),
-            ..Table::default()
-        }
+    /// A table of these columns, without rows.
+    pub fn new<'n>(caption: impl Into<String>, columns: impl IntoIterator<Item = &'n str>) -> Self {
+        let mut table = Table::default().columns(columns);
+        table.caption = caption.into();
+        table
     }
 
     /// With these columns on the right of those that it has.

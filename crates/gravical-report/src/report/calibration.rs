@@ -230,13 +230,10 @@ fn bias_and_scale(
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
     let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
-    let table = Table::new(format!("Bias and scale{uncertain}"))
-        .columns([
-            "axis",
-            &format!("bias b, {raw}"),
-            &format!("scale K, {raw} per {unit}"),
-        ])
-        .columns(off_nominal.map(|_| "off nominal, %"));
+    let caption = format!("Bias and scale{uncertain}");
+    let (name, unit) = (format!("bias b, {raw}"), format!("{raw} per {unit}"));
+    let table = Table::new(caption, ["axis", &name, &format!("scale K, {unit}")]);
+    let table = table.columns(off_nominal.map(|_| "off nominal, %"));
     (0..3).fold(table, |table, i| {
         let cells = [
             estimate(bias, i, decimals_of(scale.0[i], 6)),
@@ -256,7 +253,7 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     };
-    let table = Table::new("").columns([""]).axes("R").axes(name);
+    let table = Table::new("", [""]).axes("R").axes(name);
     (0..3).fold(table, |table, i| {
         let orientation = Cell::axes(Some(orientation[i]), |v| fixed(v, 5));
         let matrix = Cell::axes(Some(matrix[i]), text);
@@ -273,8 +270,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
     let decimals = decimals_of(largest, 5).min(4);
     let mg = |v: f64| signed(milli_g(v), 2);
-    let mut table = Table::new("")
-        .columns(["pose"])
+    let mut table = Table::new("", ["pose"])
         .axes(&format!("raw mean, {}", a.input_unit))
         .axes("calibrated, m/s²")
         .columns(exact.then_some("error, m/s²"))
@@ -323,12 +319,10 @@ fn before_and_after(file: &CalibrationFile) -> Table {
     };
     let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
     let after = fitted.iter().map(|p| p.calibrated).collect();
-    let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
-        .columns(["", "‖a‖ − g: RMS, mg"])
-        .group(
-            "vectors of the faces, m/s²",
-            ["RMS", "maximum", "mean norm"],
-        );
+    let caption = "Errors of the fitted poses; before: by the nominal scale";
+    let vectors = "vectors of the faces, m/s²";
+    let table = Table::new(caption, ["", "‖a‖ − g: RMS, mg"])
+        .group(vectors, ["RMS", "maximum", "mean norm"]);
     let rows = before.map(|values| ("before", values));
     let rows = rows.into_iter().chain([("after", after)]);
     rows.fold(table, |table, (name, values)| {
@@ -400,8 +394,8 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
-    let mut table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns(["source", "mg"]);
+    let caption = "Uncertainty of the magnitude at rest, all directions, 1σ";
+    let mut table = Table::new(caption, ["source", "mg"]);
     for part in &budget.contributions {
         table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }

@@ -99,9 +99,8 @@ fn stillness(inspection: &Inspection) -> String {
 }
 
 fn stills(all: &[StillSpan]) -> Section<'static> {
-    let mut table = Table::new("")
-        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
-        .axes("mean reading");
+    let columns = ["", "lines", "from, s", "to, s", "face", "angle to face, °"];
+    let mut table = Table::new("", columns).axes("mean reading");
     for (number, still) in (1..).zip(all) {
         let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         let n = decimals_of(largest, 4);

@@ -110,8 +110,7 @@ fn seconds<const N: usize>(times: [f64; N]) -> Vec<Cell> {
 }
 
 fn moves<'a>(result: &MotionResult) -> Section<'a> {
-    let mut table = Table::new("")
-        .columns(["move", "from, s", "to, s"])
+    let mut table = Table::new("", ["move", "from, s", "to, s"])
         .axes("displacement ± 1σ, m")
         .columns(["path, m", "speed, m/s", "rest at"]);
     for (number, m) in (1..).zip(&result.moves) {
@@ -150,8 +149,7 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
         return section.with(Block::Paragraph(why.to_owned()));
     };
     let n = decimals(last.sigma_m, position);
-    let table = Table::new("Position relative to the start (± 1σ)")
-        .columns([""])
+    let table = Table::new("Position relative to the start (± 1σ)", [""])
         .axes("")
         .row("position, m", lengths(Some(position), last.sigma_m, n));
     section.with(match result.uncalibrated {
@@ -180,11 +178,8 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     };
     let n = decimals_of(1e3 * total, 2).min(3);
     let mm = |value: f64| Cell::number(fixed(1e3 * value, n));
-    let mut table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ")).columns([
-        "source",
-        "mm",
-        "% of the variance",
-    ]);
+    let caption = format!("Uncertainty of {of}, all axes together, 1σ");
+    let mut table = Table::new(caption, ["source", "mm", "% of the variance"]);
     for (value, what) in parts {
         let share = 100.0 * value * value / (total * total);
         table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
@@ -256,7 +251,7 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     if result.rests.is_empty() {
         return section.full(Block::Paragraph("No rest was found.".to_owned()));
     }
-    let mut table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
+    let mut table = Table::new("", ["rest", "from, s", "to, s", "duration, s"]);
     for (number, span) in (1..).zip(&result.rests) {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
