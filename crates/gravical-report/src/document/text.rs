@@ -38,13 +38,11 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
         return String::new();
     }
     let mut out = format!("\n{}\n", section.title);
+    let ends = |block: &Block<'_>| matches!(block, Block::Table(_) | Block::Facts(_));
     for (i, block) in blocks.iter().enumerate() {
-        let is_apart = match (i.checked_sub(1).map(|i| blocks[i]), block) {
-            (None, _) | (_, Block::Note(_)) => false,
-            (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
-            _ => false,
-        };
-        out += if is_apart { "\n" } else { "" };
+        let is_apart = matches!(block, Block::Table(_)) || i > 0 && ends(blocks[i - 1]);
+        let joins = i == 0 || matches!(block, Block::Note(_));
+        out += if is_apart && !joins { "\n" } else { "" };
         out += &block_text(block, detail);
     }
     out

@@ -176,6 +176,7 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
+    let (bias, scale) = ((g.bias, bias_sd), (g.scale, scale_sd.flatten()));
     let matrices = (g.method != GyroMethod::Bias).then(|| {
         let name = format!("matrix, rad/s per {raw}");
         Block::Table(matrices(&g.orientation, &g.matrix, &name))
@@ -188,13 +189,7 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         .full(Block::Paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
         )))
-        .with(bias_and_scale(
-            raw,
-            "rad/s",
-            (g.bias, bias_sd),
-            (g.scale, scale_sd.flatten()),
-            None,
-        ))
+        .with(bias_and_scale(raw, "rad/s", bias, scale, None))
         .with(matrices)
         .with(motions(g).map(Block::Paragraph))
 }
@@ -370,15 +365,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
         let name = "χ² per degree of freedom";
         Some(format!(" {name} ({freedom} of them): {chi2}."))
     });
-    let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
-    Section::new("Method and uncertainty")
-        .full(Block::Paragraph(text))
-        .with(budget(file).map(Block::Table))
-}
-
-/// The method in words.
-fn how(method: Method) -> &'static str {
-    match method {
+    let how = match a.method {
         Method::Joint => {
             "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, whose size is estimated; at a free pose only the magnitude is used. Bias, scale, the angles between the axes and a nonlinear response are estimated with their covariance. The nonlinear response is shown and not corrected."
         }
@@ -386,7 +373,11 @@ fn how(method: Method) -> &'static str {
             "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are assumed exact, so a tilted pose changes the parameters."
         }
         Method::Unknown => "The parameters are from another program; the method is unknown.",
-    }
+    };
+    let text = how.to_owned() + &agrees.unwrap_or_default();
+    Section::new("Method and uncertainty")
+        .full(Block::Paragraph(text))
+        .with(budget(file).map(Block::Table))
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
