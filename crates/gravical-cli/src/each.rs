@@ -91,13 +91,11 @@ impl EachArgs {
 ///
 /// `each-option` (usage).
 fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
-    match options.iter().find(|(_, given)| *given) {
-        Some((option, _)) => {
-            let error = Error::usage("each-option", format!("{option}: {why}"));
-            Err(error.with_hint(hint))
-        }
-        None => Ok(()),
-    }
+    let given = options.iter().find(|(_, given)| *given);
+    given.map_or(Ok(()), |(option, _)| {
+        let error = Error::usage("each-option", format!("{option}: {why}"));
+        Err(error.with_hint(hint))
+    })
 }
 
 /// A run over many inputs.
@@ -173,13 +171,12 @@ pub fn run(
     let next = AtomicUsize::new(0);
     let mut rows = BTreeMap::new();
     let one = |item: &Item| {
-        let result = item.result.as_deref();
-        let before =
-            result.filter(|result| plan.each.resume && is_newer(result, &item.path, &plan.shared));
-        if let Some(outcome) = before.and_then(|result| read(result, &item.path)) {
-            return outcome;
-        }
-        let done = crash::guarded(|| work(&item.path, result));
+        let (path, result) = (&item.path, item.result.as_deref());
+        let is_done = |result: &&Path| plan.each.resume && is_newer(result, path, &plan.shared);
+        let done = crash::guarded(|| {
+            let before = result.filter(is_done).and_then(|result| read(result, path));
+            before.map_or_else(|| work(path, result), Ok)
+        });
         done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}")))
             .unwrap_or_else(|error| Outcome::failed(&error))
     };
@@ -390,9 +387,8 @@ fn write_summary(
     write_atomic(path, plan.force || plan.each.resume, |out| {
         let failed = |e: csv::Error| Error::io(path, e.into());
         let mut table = csv::Writer::from_writer(out);
-        table
-            .write_record(SUMMARY_COLUMNS.iter().chain(plan.numbers))
-            .map_err(failed)?;
+        let columns = SUMMARY_COLUMNS.iter().chain(plan.numbers);
+        table.write_record(columns).map_err(failed)?;
         for (item, row) in items.iter().zip(rows.values()) {
             let result = item.result.as_deref().filter(|_| row.error_code.is_empty());
             let common = [
@@ -403,8 +399,8 @@ fn write_summary(
                 row.hint.clone(),
                 result.map_or_else(String::new, |r| r.display().to_string()),
             ];
-            let mut cells: Vec<String> =
-                common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
+            let cells = common.iter().chain(&row.numbers).map(|c| cell(c));
+            let mut cells: Vec<String> = cells.collect();
             cells.resize(SUMMARY_COLUMNS.len() + plan.numbers.len(), String::new());
             table.write_record(cells).map_err(failed)?;
         }
