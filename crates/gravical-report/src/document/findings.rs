@@ -23,6 +23,10 @@ impl Remark {
     /// Findings by weight: quality gates, other warnings, notes. A finding that several files share
     /// is listed once, with the first of them.
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
+        // A recording may have its gyroscope in a second file.
+        let mut named = findings.iter().filter_map(|f| f.file.as_ref());
+        let first = named.next();
+        let several_files = several_files || named.any(|file| Some(file) != first);
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
         // Findings of one message up to its numbers, and the files that have them.
