@@ -15,7 +15,7 @@ use gravical::escape::{one_line, path_text};
 use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
-use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
+use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
 
@@ -271,9 +271,6 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
             paths.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
-        let mut entries: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
-        entries.sort();
         let is_input = |p: &PathBuf| {
             let is_session = if p.is_dir() {
                 plan.folders
@@ -282,7 +279,7 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
             };
             is_session && !outputs.contains(&Some(place(p)))
         };
-        paths.extend(entries.into_iter().filter(is_input));
+        paths.extend(entries(path)?.into_iter().filter(is_input));
     }
     let mut seen = HashSet::new();
     paths.retain(|p| seen.insert(place(p)));

@@ -75,12 +75,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = output {
         done.file.write(path, asked.force)?;
     }
-    let figures = if asked.report.is_wanted() {
-        let session = (&recordings[..], &done.segmentation);
-        figure::calibration::figures(&done.file, Some(session))
-    } else {
-        Vec::new()
-    };
+    let session = (&recordings[..], &done.segmentation);
+    let draw = || figure::calibration::figures(&done.file, Some(session));
+    let figures = asked.report.figures(draw);
     let document = report::calibration(&done.file, output, &figures);
     asked.present(&done.file, &document)?;
     let verdict = &done.file.verdict;

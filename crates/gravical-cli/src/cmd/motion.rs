@@ -97,11 +97,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let path = target.file().unwrap_or(Path::new("standard output"));
         output.write(|out| write_table(&motion, out).map_err(|e| Error::io(path, e)))?;
     }
-    let figures = if args.report.is_wanted() {
-        figure::motion::figures(&motion)
-    } else {
-        Vec::new()
-    };
+    let draw = || figure::motion::figures(&motion);
+    let figures = args.report.figures(draw);
     let result = &motion.result;
     let document = with_origin(report::motion(result, &recording, &figures), &inputs);
     args.report.write(output.force, &document)?;
