@@ -1,11 +1,11 @@
 //! The true error of a simulated sensor with the result.
 
 use gravical::calibration_file::CalibrationFile;
+use gravical::core::matrix3;
 use gravical::fit::model::sphere;
 use gravical::live::Event;
 use gravical::numfmt::milli_g;
 use gravical::simulate::Truth;
-use gravical_core::matrix3;
 
 /// Directions over which the error of ‖a‖ is averaged.
 const DIRECTIONS: usize = 400;
