@@ -16,7 +16,7 @@ use gravical::poses::face::in_words;
 
 use gravical::core::matrix3::{norm, sub};
 
-use super::{drift, gravity_source, short_name};
+use super::{drift, gravity_source, largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
@@ -242,7 +242,7 @@ fn bias_and_scale(
 /// R and the calibration matrix, side by side.
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
     // With powers of ten if all are small.
-    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let largest = largest(matrix.as_flattened());
     let text = |v: f64| match v {
         0.0 => "0".to_owned(),
         v if largest < 0.1 => format!("{v:.6e}"),
@@ -261,8 +261,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
     let exact = a.method == Method::Ferraris;
-    let raw = a.poses.iter().flat_map(|p| p.raw);
-    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let largest = largest(a.poses.iter().flat_map(|p| &p.raw));
     let decimals = decimals_of(largest, 5).min(4);
     let mg = |v: f64| signed(milli_g(v), 2);
     let mut table = Table::new("", ["pose"])
@@ -330,7 +329,7 @@ fn before_and_after(file: &CalibrationFile) -> Table {
 fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
     let components = errors.as_flattened();
     let squares: f64 = components.iter().map(|e| e * e).sum();
-    let largest = components.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let largest = largest(components);
     let norms: f64 = errors.iter().map(norm).sum();
     let rms = (squares / components.len() as f64).sqrt();
     [rms, largest, norms / errors.len() as f64]

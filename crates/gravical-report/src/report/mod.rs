@@ -32,6 +32,11 @@ fn gravity_source(source: GravitySource) -> &'static str {
     }
 }
 
+/// The largest magnitude, which decides about digits.
+fn largest<'v>(values: impl IntoIterator<Item = &'v f64>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
 /// Adds the drift of each channel with temperature to `section`.
 fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;

@@ -8,7 +8,7 @@ use gravical::numfmt::{decimals_by, decimals_for, decimals_of, digits, fixed, wo
 use gravical::recording::Recording;
 
 use super::inspection::origin;
-use super::short_name;
+use super::{largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
@@ -52,7 +52,7 @@ fn verdict(result: &MotionResult) -> Verdict {
         _ => Grade::Fair,
     };
     // One number for one move, the end for several.
-    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
+    let sigma = result.r#final.sigma_m.map(|s| digits(largest(&s), 2));
     let end = sigma.map(|sigma| {
         let of_all = format!("{usable} of {all} moves are usable");
         format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
@@ -87,13 +87,9 @@ fn displacement(result: &MotionResult) -> Option<String> {
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
 /// without one four digits of the largest value.
 fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
-    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
+    sigma.map_or([decimals_of(largest(&value).max(1e-3), 4); 3], |s| {
         s.map(decimals_for)
     })
-}
-
-fn largest(value: [f64; 3]) -> f64 {
-    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 /// Lengths along the axes with their standard uncertainties, if known.
