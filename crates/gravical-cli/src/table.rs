@@ -98,7 +98,12 @@ impl TableArgs {
             return Ok(());
         }
         let target = self.target();
-        text::say(&format!("{}{}", one_line(done), target.arrow()));
+        let to = match target {
+            Target::File(path) => format!(" → {}", path_text(path)),
+            Target::Stdout => " → stdout".to_owned(),
+            Target::Nowhere => String::new(),
+        };
+        text::say(&format!("{}{to}", one_line(done)));
         text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
@@ -124,15 +129,6 @@ impl<'a> Target<'a> {
         match self {
             Target::File(path) => Some(path),
             Target::Stdout | Target::Nowhere => None,
-        }
-    }
-
-    /// ` → FILE`.
-    pub fn arrow(self) -> String {
-        match self {
-            Target::File(path) => format!(" → {}", path_text(path)),
-            Target::Stdout => " → stdout".to_owned(),
-            Target::Nowhere => String::new(),
         }
     }
 }

@@ -30,7 +30,11 @@ impl Remark {
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
         // Findings of one message up to its numbers, and the files that have them.
-        let key = |f: &Finding| (f.kind, skeleton(&f.worded(flag)));
+        let key = |f: &Finding| {
+            let mut text = f.worded(flag);
+            text.retain(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'));
+            (f.kind, text)
+        };
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
         for finding in &sorted {
             let files = files.entry(key(finding)).or_default();
@@ -74,14 +78,6 @@ pub fn flag(option: &Advice) -> String {
         "" | "true" => flag,
         value => format!("{flag} {}", shell_word(value)),
     }
-}
-
-/// The message without its numbers.
-fn skeleton(message: &str) -> String {
-    message
-        .chars()
-        .filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'))
-        .collect()
 }
 
 /// Name of a file without its folder.
