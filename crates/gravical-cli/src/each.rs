@@ -15,12 +15,11 @@ use gravical::escape::{one_line, path_text};
 use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
-use gravical::session::{ENDINGS, SUMMARY_COLUMNS, is_summary, may_be_recording};
+use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
-use gravical_report::document::flag;
 
-use crate::failure::quality;
+use crate::failure::{RenderedError, quality};
 use crate::{crash, progress, text};
 
 #[derive(Debug, Default, clap::Args)]
@@ -92,13 +91,11 @@ impl EachArgs {
 ///
 /// `each-option` (usage).
 fn refuse(options: &[(&str, bool)], why: &str, hint: &str) -> Result<()> {
-    match options.iter().find(|(_, given)| *given) {
-        Some((option, _)) => {
-            let error = Error::usage("each-option", format!("{option}: {why}"));
-            Err(error.with_hint(hint))
-        }
-        None => Ok(()),
-    }
+    let given = options.iter().find(|(_, given)| *given);
+    given.map_or(Ok(()), |(option, _)| {
+        let error = Error::usage("each-option", format!("{option}: {why}"));
+        Err(error.with_hint(hint))
+    })
 }
 
 /// A run over many inputs.
@@ -174,13 +171,12 @@ pub fn run(
     let next = AtomicUsize::new(0);
     let mut rows = BTreeMap::new();
     let one = |item: &Item| {
-        let result = item.result.as_deref();
-        let before =
-            result.filter(|result| plan.each.resume && is_newer(result, &item.path, &plan.shared));
-        if let Some(outcome) = before.and_then(|result| read(result, &item.path)) {
-            return outcome;
-        }
-        let done = crash::guarded(|| work(&item.path, result));
+        let (path, result) = (&item.path, item.result.as_deref());
+        let is_done = |result: &&Path| plan.each.resume && is_newer(result, path, &plan.shared);
+        let done = crash::guarded(|| {
+            let before = result.filter(is_done).and_then(|result| read(result, path));
+            before.map_or_else(|| work(path, result), Ok)
+        });
         done.unwrap_or_else(|panic| Err(anyhow::anyhow!("a defect of the program: {panic}")))
             .unwrap_or_else(|error| Outcome::failed(&error))
     };
@@ -275,9 +271,6 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
             paths.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(path).map_err(|e| Error::io(path, e))?;
-        let mut entries: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
-        entries.sort();
         let is_input = |p: &PathBuf| {
             let is_session = if p.is_dir() {
                 plan.folders
@@ -286,7 +279,7 @@ fn paths(plan: &Plan<'_>, given: &[PathBuf]) -> Result<Vec<PathBuf>> {
             };
             is_session && !outputs.contains(&Some(place(p)))
         };
-        paths.extend(entries.into_iter().filter(is_input));
+        paths.extend(entries(path)?.into_iter().filter(is_input));
     }
     let mut seen = HashSet::new();
     paths.retain(|p| seen.insert(place(p)));
@@ -361,13 +354,13 @@ fn is_newer(result: &Path, session: &Path, shared: &[PathBuf]) -> bool {
 
 impl Outcome {
     fn failed(error: &anyhow::Error) -> Self {
-        let known = error.downcast_ref::<Error>();
+        let error = RenderedError::new(error);
         Outcome {
             grade: "failed".to_owned(),
             is_poor: true,
-            reasons: vec![known.map_or_else(|| format!("{error:#}"), |e| e.worded(flag))],
-            error_code: known.map_or("internal", Error::code).to_owned(),
-            hint: known.and_then(|e| e.worded_hint(flag)).unwrap_or_default(),
+            reasons: vec![error.message],
+            error_code: error.code,
+            hint: error.hint.unwrap_or_default(),
             ..Outcome::default()
         }
     }
@@ -391,9 +384,8 @@ fn write_summary(
     write_atomic(path, plan.force || plan.each.resume, |out| {
         let failed = |e: csv::Error| Error::io(path, e.into());
         let mut table = csv::Writer::from_writer(out);
-        table
-            .write_record(SUMMARY_COLUMNS.iter().chain(plan.numbers))
-            .map_err(failed)?;
+        let columns = SUMMARY_COLUMNS.iter().chain(plan.numbers);
+        table.write_record(columns).map_err(failed)?;
         for (item, row) in items.iter().zip(rows.values()) {
             let result = item.result.as_deref().filter(|_| row.error_code.is_empty());
             let common = [
@@ -404,8 +396,8 @@ fn write_summary(
                 row.hint.clone(),
                 result.map_or_else(String::new, |r| r.display().to_string()),
             ];
-            let mut cells: Vec<String> =
-                common.iter().chain(&row.numbers).map(|c| cell(c)).collect();
+            let cells = common.iter().chain(&row.numbers).map(|c| cell(c));
+            let mut cells: Vec<String> = cells.collect();
             cells.resize(SUMMARY_COLUMNS.len() + plan.numbers.len(), String::new());
             table.write_record(cells).map_err(failed)?;
         }

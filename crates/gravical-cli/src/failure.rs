@@ -9,6 +9,7 @@ use clap::error::{ContextKind, ContextValue};
 use gravical::Category;
 use gravical::escape::{one_line, shown, shown_json};
 use gravical_report::document::{flag, paragraph};
+use serde::Serialize;
 
 use crate::text;
 
@@ -26,56 +27,65 @@ pub fn quality(failed: bool) -> ExitCode {
     ExitCode::from(if failed { QUALITY } else { 0 })
 }
 
-/// An error as it is printed.
+/// An error as it is printed; as JSON for scripts.
+#[derive(Serialize)]
 pub struct RenderedError {
-    /// The exit code.
-    pub exit: u8,
-    /// For scripts.
-    pub object: serde_json::Value,
-    /// For people, in whole lines.
-    pub text: String,
+    #[serde(skip)]
+    exit: u8,
+    pub code: String,
+    pub hint: Option<String>,
+    pub message: String,
 }
 
 impl RenderedError {
-    fn new(exit: u8, code: &str, message: &str, hint: Option<&str>) -> Self {
-        let mut text = line("error: ", message);
-        text.extend(hint.map(|hint| line("  try: ", hint)));
-        text.push_str(&format!("  code: {code}\n"));
+    /// An error of gravical, with its exit code.
+    pub fn own(error: &gravical::Error) -> Self {
         RenderedError {
-            exit,
-            object: serde_json::json!({ "code": code, "message": message, "hint": hint }),
-            text: shown(&text).into_owned(),
+            exit: match error.category() {
+                Category::Usage => 2,
+                Category::Input => 3,
+                Category::Contradiction => 4,
+                Category::System => 1,
+                Category::Device => DEVICE,
+            },
+            code: error.code().to_owned(),
+            hint: error.worded_hint(flag),
+            message: error.worded(flag),
         }
     }
 
-    /// None for a closed pipe: the reader has finished.
-    pub fn of(error: &anyhow::Error) -> Option<Self> {
-        if is_broken_pipe(error) {
-            return None;
+    /// Any error; one of others prints its chain of causes.
+    pub fn new(error: &anyhow::Error) -> Self {
+        let other = || RenderedError {
+            exit: 1,
+            code: "internal".to_owned(),
+            hint: None,
+            message: format!("{error:#}"),
+        };
+        let own = error.downcast_ref::<gravical::Error>();
+        own.map_or_else(other, Self::own)
+    }
+
+    fn usage(message: String, hint: Option<&str>) -> Self {
+        RenderedError {
+            exit: 2,
+            code: "usage".to_owned(),
+            hint: hint.map(str::to_owned),
+            message,
         }
-        // Our own errors are complete; others print their chain of causes.
-        let Some(own) = error.downcast_ref::<gravical::Error>() else {
-            return Some(Self::new(1, "internal", &format!("{error:#}"), None));
-        };
-        let exit = match own.category() {
-            Category::Usage => 2,
-            Category::Input => 3,
-            Category::Contradiction => 4,
-            Category::System => 1,
-            Category::Device => DEVICE,
-        };
-        let (message, hint) = (own.worded(flag), own.worded_hint(flag));
-        Some(Self::new(exit, own.code(), &message, hint.as_deref()))
     }
 
     /// Prints it with `--json` as a line of JSON on stdout, else in words on stderr. Returns its exit
     /// code.
-    fn print(&self) -> ExitCode {
-        let line = format!("{}\n", shown_json(&self.object.to_string()));
-        let printed = wants_json() && text::print(&line).is_ok();
-        // If stderr cannot be written, nothing is left to report that.
-        if !printed {
-            let _ = io::stderr().write_all(self.text.as_bytes());
+    pub fn print(&self) -> ExitCode {
+        let json = serde_json::json!(self).to_string();
+        let is_printed = wants_json() && text::print(&(shown_json(&json) + "\n")).is_ok();
+        if !is_printed {
+            let mut words = line("error: ", &self.message);
+            words.extend(self.hint.iter().map(|hint| line("  try: ", hint)));
+            words += &format!("  code: {}\n", self.code);
+            // If stderr cannot be written, nothing is left to report that.
+            let _ = io::stderr().write_all(shown(&words).as_bytes());
         }
         ExitCode::from(self.exit)
     }
@@ -95,32 +105,31 @@ fn line(first: &str, text: &str) -> String {
     }
 }
 
-/// Prints `error` and returns its exit code.
+/// Prints `error` and returns its exit code. A closed pipe is none: the reader has finished.
 pub fn report(error: &anyhow::Error) -> ExitCode {
-    match RenderedError::of(error) {
-        Some(rendered) => rendered.print(),
-        None => ExitCode::SUCCESS,
+    if is_broken_pipe(error) {
+        return ExitCode::SUCCESS;
     }
+    RenderedError::new(error).print()
 }
 
 /// Prints a usage error, or the help or version that was requested.
 pub fn usage(error: &clap::Error) -> ExitCode {
-    let exit = u8::try_from(error.exit_code()).unwrap_or(2);
     if let Some(refused) = refused(error) {
         return refused.print();
     }
     // A message of clap quotes the words of the user.
     let is_hostile = |word: OsString| shown(&word.to_string_lossy()) != word.to_string_lossy();
-    if exit != 0 && (wants_json() || std::env::args_os().any(is_hostile)) {
-        return of_clap(error, exit).print();
+    if error.use_stderr() && (wants_json() || std::env::args_os().any(is_hostile)) {
+        return of_clap(error).print();
     }
     let _ = error.print();
-    ExitCode::from(exit)
+    ExitCode::from(if error.use_stderr() { 2 } else { 0 })
 }
 
 /// A message of clap: its lines before the tip and the usage, a list of arguments having one line
 /// each.
-fn of_clap(error: &clap::Error, exit: u8) -> RenderedError {
+fn of_clap(error: &clap::Error) -> RenderedError {
     let text = error.render().to_string();
     let lines = || text.lines().map(str::trim).filter(|l| !l.is_empty());
     let ends = ["tip: ", "Usage: ", "For more information"];
@@ -129,8 +138,7 @@ fn of_clap(error: &clap::Error, exit: u8) -> RenderedError {
         .collect();
     let message = message.join(" ");
     let hint = lines().find_map(|l| l.strip_prefix("tip: "));
-    let message = message.trim_start_matches("error: ");
-    RenderedError::new(exit, "usage", message, hint)
+    RenderedError::usage(message.trim_start_matches("error: ").to_owned(), hint)
 }
 
 /// A value that an option refused, as an error of this program.
@@ -143,16 +151,18 @@ fn refused(error: &clap::Error) -> Option<RenderedError> {
     let value = context(ContextKind::InvalidValue)?;
     let cause = std::error::Error::source(error)?;
     if let Some(own) = cause.downcast_ref::<gravical::Error>() {
-        let (message, hint) = (own.worded(flag), own.worded_hint(flag));
-        let message = format!("{option}: {message}");
-        return Some(RenderedError::new(2, own.code(), &message, hint.as_deref()));
+        return Some(RenderedError {
+            exit: 2,
+            message: format!("{option}: {}", own.worded(flag)),
+            ..RenderedError::own(own)
+        });
     }
     let is_number = cause.is::<ParseFloatError>() || cause.is::<ParseIntError>();
     let message = format!("{option}: {value} is not a number");
     let hint = value
         .contains(',')
         .then_some("write numbers with a point: 48.1");
-    is_number.then(|| RenderedError::new(2, "usage", &message, hint))
+    is_number.then(|| RenderedError::usage(message, hint))
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

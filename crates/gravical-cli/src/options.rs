@@ -31,9 +31,7 @@ pub fn number(min: f64, max: f64) -> impl Fn(&str) -> Result<f64> + Clone {
 /// The command line as typed, with the plain name of the program.
 pub fn command_line() -> String {
     let words = std::env::args_os().skip(1);
-    let words = words.map(|word| shell_word(&word.to_string_lossy()));
-    std::iter::once("gravical".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
+    words.fold("gravical".to_owned(), |line, word| {
+        line + " " + &shell_word(&word.to_string_lossy())
+    })
 }

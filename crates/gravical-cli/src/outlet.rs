@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
@@ -14,13 +14,19 @@ const ROOM_FOR_STATUS: usize = 50;
 /// At the end a reader who reads nothing for this time is not waited for.
 const PATIENCE: Duration = Duration::from_secs(2);
 
+/// How far the thread that writes is.
+#[derive(Default)]
+struct Progress {
+    /// Messages that are not written yet.
+    waiting: AtomicUsize,
+    /// Why a message could not be written.
+    failed: OnceLock<io::ErrorKind>,
+}
+
 /// A queue of messages, and the thread that writes them.
 pub struct Outlet {
     queue: SyncSender<String>,
-    /// Messages that are not written yet.
-    waiting: Arc<AtomicUsize>,
-    /// Why a message could not be written.
-    failed: Arc<OnceLock<io::ErrorKind>>,
+    progress: Arc<Progress>,
     dropped: u64,
     /// The reader sets the pace: nothing is dropped.
     waits: bool,
@@ -30,16 +36,22 @@ pub struct Outlet {
 
 impl Outlet {
     /// Writes to `to` in a thread of its own, which is not waited for in `real_time`.
-    pub fn new(to: impl Write + Send + 'static, real_time: bool) -> Self {
-        let (queue, messages) = sync_channel(ROOM);
-        let waiting = Arc::new(AtomicUsize::new(0));
-        let failed = Arc::new(OnceLock::new());
-        let (count, failure) = (Arc::clone(&waiting), Arc::clone(&failed));
-        std::thread::spawn(move || write(to, &messages, &count, &failure));
+    pub fn new(mut to: impl Write + Send + 'static, real_time: bool) -> Self {
+        let (queue, messages) = sync_channel::<String>(ROOM);
+        let progress = Arc::<Progress>::default();
+        let written = Arc::clone(&progress);
+        std::thread::spawn(move || {
+            for message in messages {
+                // A reader who has gone needs no message.
+                if let Err(error) = to.write_all(message.as_bytes()).and_then(|()| to.flush()) {
+                    written.failed.get_or_init(|| error.kind());
+                }
+                written.waiting.fetch_sub(1, Ordering::SeqCst);
+            }
+        });
         Outlet {
             queue,
-            waiting,
-            failed,
+            progress,
             dropped: 0,
             waits: !real_time,
             is_given_up: false,
@@ -47,7 +59,7 @@ impl Outlet {
     }
 
     fn waiting(&self) -> usize {
-        self.waiting.load(Ordering::SeqCst)
+        self.progress.waiting.load(Ordering::SeqCst)
     }
 
     /// Sends a message. Where it may not wait for room the message is dropped, and counted.
@@ -56,21 +68,23 @@ impl Outlet {
     ///
     /// The system's for a message before.
     pub fn send(&mut self, message: String) -> io::Result<()> {
-        self.waiting.fetch_add(1, Ordering::SeqCst);
+        let waiting = &self.progress.waiting;
+        waiting.fetch_add(1, Ordering::SeqCst);
         let is_sent = if self.waits {
             self.queue.send(message).is_ok()
         } else {
             self.queue.try_send(message).is_ok()
         };
         if !is_sent {
-            self.waiting.fetch_sub(1, Ordering::SeqCst);
+            waiting.fetch_sub(1, Ordering::SeqCst);
             self.dropped += 1;
         }
         self.failure()
     }
 
     fn failure(&self) -> io::Result<()> {
-        self.failed.get().map_or(Ok(()), |kind| Err((*kind).into()))
+        let failed = self.progress.failed.get();
+        failed.map_or(Ok(()), |kind| Err((*kind).into()))
     }
 
     /// Sends a status, of which another follows soon, unless many messages wait.
@@ -114,20 +128,5 @@ impl Outlet {
 impl Drop for Outlet {
     fn drop(&mut self) {
         let _ = self.drain();
-    }
-}
-
-fn write(
-    mut to: impl Write,
-    messages: &Receiver<String>,
-    waiting: &AtomicUsize,
-    failed: &OnceLock<io::ErrorKind>,
-) {
-    for message in messages {
-        // A reader who has gone needs no message.
-        if let Err(error) = to.write_all(message.as_bytes()).and_then(|()| to.flush()) {
-            failed.get_or_init(|| error.kind());
-        }
-        waiting.fetch_sub(1, Ordering::SeqCst);
     }
 }

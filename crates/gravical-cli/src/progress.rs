@@ -8,18 +8,18 @@ use std::time::Duration;
 
 use gravical::escape::one_line;
 use gravical::recording::Meter;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// No bar before this.
 const PATIENCE: Duration = Duration::from_secs(1);
 const REFRESH: Duration = Duration::from_millis(100);
 
 /// The bar of reading, finished for good once something is printed.
-static READING: LazyLock<ProgressBar> = LazyLock::new(|| new_bar(None));
+static READING: LazyLock<ProgressBar> = LazyLock::new(ProgressBar::no_length);
 
 /// A bar of `total` sessions; none where standard error is not a terminal.
 pub fn of_sessions(total: usize) -> ProgressBar {
-    let bar = new_bar(Some(total as u64));
+    let bar = ProgressBar::new(total as u64);
     set_template(&bar, "{bar:24}  {pos} of {len}, {eta} left");
     bar
 }
@@ -69,10 +69,6 @@ fn refresh() {
     READING.set_message(one_line(&now.name).into_owned());
     READING.set_position(now.read);
     READING.tick();
-}
-
-fn new_bar(length: Option<u64>) -> ProgressBar {
-    ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr())
 }
 
 fn set_template(bar: &ProgressBar, template: &str) {

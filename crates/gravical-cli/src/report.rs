@@ -40,6 +40,12 @@ impl ReportArgs {
         self.report.is_some()
     }
 
+    /// The figures, drawn for a report only.
+    pub fn figures(&self, draw: impl FnOnce() -> Vec<Figure>) -> Vec<Figure> {
+        let report = self.report.as_ref();
+        report.map_or_else(Vec::new, |_| draw())
+    }
+
     /// Checks everything that a command is going to write, before its work.
     ///
     /// # Errors

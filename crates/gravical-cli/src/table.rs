@@ -30,11 +30,12 @@ pub struct TableArgs {
 }
 
 impl TableArgs {
-    /// Where the table goes: nowhere if standard output has the summary as JSON.
+    /// Where the table goes. Without `-o` it goes nowhere if standard output has the summary as JSON.
     pub fn target(&self) -> Target<'_> {
-        match Target::of(self.output.as_deref()) {
-            Target::Stdout if self.json => Target::Nowhere,
-            target => target,
+        match self.output.as_deref() {
+            Some(path) if path != Path::new("-") => Target::File(path),
+            None if self.json || io::stdout().is_terminal() => Target::Nowhere,
+            _ => Target::Stdout,
         }
     }
 
@@ -49,10 +50,10 @@ impl TableArgs {
         report: &ReportArgs,
         inputs: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<()> {
-        if self.json && Target::of(self.output.as_deref()) == Target::Stdout {
-            let what = "--json prints the summary on stdout, where the recording goes, too";
+        if self.json && self.target() == Target::Stdout {
+            let what = "--json prints the summary on stdout, where the table goes, too";
             let error = Error::usage("json-needs-output", what);
-            return Err(error.with_hint("write the recording to a file with -o"));
+            return Err(error.with_hint("write the table to a file with -o"));
         }
         report.check(self.target().file(), inputs, self.force)
     }
@@ -97,7 +98,12 @@ impl TableArgs {
             return Ok(());
         }
         let target = self.target();
-        text::say(&format!("{}{}", one_line(done), target.arrow()));
+        let to = match target {
+            Target::File(path) => format!(" → {}", path_text(path)),
+            Target::Stdout => " → stdout".to_owned(),
+            Target::Nowhere => String::new(),
+        };
+        text::say(&format!("{}{to}", one_line(done)));
         text::say_report(in_words(document, verbose).trim_end());
         if target == Target::Nowhere && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
@@ -113,35 +119,16 @@ pub enum Target<'a> {
     File(&'a Path),
     /// Standard output: a pipe or a file, or `-o -`.
     Stdout,
-    /// A terminal and no `-o`: the table would scroll the summary away.
+    /// No `-o`, and a terminal, where the table would scroll the summary away, or JSON.
     Nowhere,
 }
 
 impl<'a> Target<'a> {
-    /// From `-o` and the kind of standard output.
-    pub fn of(output: Option<&'a Path>) -> Self {
-        match output {
-            Some(path) if path == Path::new("-") => Target::Stdout,
-            Some(path) => Target::File(path),
-            None if io::stdout().is_terminal() => Target::Nowhere,
-            None => Target::Stdout,
-        }
-    }
-
     /// The file of `-o`.
     pub fn file(self) -> Option<&'a Path> {
         match self {
             Target::File(path) => Some(path),
             Target::Stdout | Target::Nowhere => None,
-        }
-    }
-
-    /// ` → FILE`.
-    pub fn arrow(self) -> String {
-        match self {
-            Target::File(path) => format!(" → {}", path_text(path)),
-            Target::Stdout => " → stdout".to_owned(),
-            Target::Nowhere => String::new(),
         }
     }
 }

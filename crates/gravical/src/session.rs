@@ -116,7 +116,13 @@ fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(axes::group(&paths))
 }
 
-fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+/// What is in a folder, in the order of the names.
+///
+/// # Errors
+///
+/// What the file system says.
+#[doc(hidden)]
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
     paths.sort();

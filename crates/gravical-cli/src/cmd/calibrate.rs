@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Deviations, Grade};
+use gravical::calibration_file::{CalibrationFile, Grade};
 use gravical::escape::path_word;
 use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
@@ -75,12 +75,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = output {
         done.file.write(path, asked.force)?;
     }
-    let figures = if asked.report.is_wanted() {
-        let session = (&recordings[..], &done.segmentation);
-        figure::calibration::figures(&done.file, Some(session))
-    } else {
-        Vec::new()
-    };
+    let session = (&recordings[..], &done.segmentation);
+    let draw = || figure::calibration::figures(&done.file, Some(session));
+    let figures = asked.report.figures(draw);
     let document = report::calibration(&done.file, output, &figures);
     asked.present(&done.file, &document)?;
     let verdict = &done.file.verdict;
@@ -115,7 +112,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     };
     read.validate()?;
     let gravity = args.gravity.given()?;
-    let numbers = COLUMNS.map(|(name, _)| name);
+    let numbers: Vec<&str> = COLUMNS.split(' ').collect();
     let plan = Plan {
         each: &args.each,
         inputs: &args.inputs,
@@ -144,60 +141,43 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     })
 }
 
-/// A cell of a calibration; empty where there is no value.
-type OfCalibration = fn(&CalibrationFile) -> Option<String>;
-
 /// Columns of the summary of `--each`, in the units of each calibration.
-const COLUMNS: [(&str, OfCalibration); 20] = [
-    ("sensor_id", |f| f.sensor.id.clone()),
-    ("input_unit", |f| {
-        Some(f.accelerometer.input_unit.name().to_owned())
-    }),
-    ("bias_x", |f| number(f.accelerometer.bias[0])),
-    ("bias_y", |f| number(f.accelerometer.bias[1])),
-    ("bias_z", |f| number(f.accelerometer.bias[2])),
-    ("bias_x_sd", |f| number(deviations(f)?.bias[0])),
-    ("bias_y_sd", |f| number(deviations(f)?.bias[1])),
-    ("bias_z_sd", |f| number(deviations(f)?.bias[2])),
-    ("scale_x", |f| number(f.accelerometer.scale[0])),
-    ("scale_y", |f| number(f.accelerometer.scale[1])),
-    ("scale_z", |f| number(f.accelerometer.scale[2])),
-    ("scale_x_sd", |f| number(deviations(f)?.scale[0])),
-    ("scale_y_sd", |f| number(deviations(f)?.scale[1])),
-    ("scale_z_sd", |f| number(deviations(f)?.scale[2])),
-    ("worst_direction_error_mps2", |f| {
-        number(f.accelerometer.worst_direction.as_ref()?.error_mps2)
-    }),
-    ("predicted_norm_error_mps2", |f| {
-        number(f.accelerometer.predicted_norm_error_mps2?)
-    }),
-    ("leave_one_out_rms_mps2", |f| {
-        number(f.accelerometer.leave_one_out_rms_mps2?)
-    }),
-    ("poses", |f| Some(f.accelerometer.poses.len().to_string())),
-    ("temperature_c", |f| number(f.temperature_c?.mean)),
-    ("sha256", |f| {
-        let sums = f.inputs.iter().filter_map(|i| i.sha256.as_deref());
-        Some(sums.collect::<Vec<_>>().join(" "))
-    }),
-];
+const COLUMNS: &str = "sensor_id input_unit bias_x bias_y bias_z bias_x_sd bias_y_sd bias_z_sd \
+    scale_x scale_y scale_z scale_x_sd scale_y_sd scale_z_sd worst_direction_error_mps2 \
+    predicted_norm_error_mps2 leave_one_out_rms_mps2 poses temperature_c sha256";
 
-fn number(value: f64) -> Option<String> {
-    Some(value.to_string())
-}
-
-fn deviations(file: &CalibrationFile) -> Option<&Deviations> {
-    file.accelerometer.deviations.as_ref()
-}
-
+/// A row of the summary; a cell is empty where there is no value.
 fn outcome(file: &CalibrationFile) -> Outcome {
+    let a = &file.accelerometer;
+    let sd = a.deviations.as_ref();
+    let vectors = [
+        Some(a.bias),
+        sd.map(|sd| sd.bias),
+        Some(a.scale),
+        sd.map(|sd| sd.scale),
+    ];
+    let numbers = vectors
+        .iter()
+        .flat_map(|v| [0, 1, 2].map(|axis| v.map(|v| v[axis])));
+    let numbers = numbers.chain([
+        a.worst_direction.as_ref().map(|w| w.error_mps2),
+        a.predicted_norm_error_mps2,
+        a.leave_one_out_rms_mps2,
+        Some(a.poses.len() as f64),
+        file.temperature_c.map(|t| t.mean),
+    ]);
+    let numbers = numbers.map(|v| v.map_or(String::new(), |v| v.to_string()));
+    let names = [
+        file.sensor.id.clone().unwrap_or_default(),
+        a.input_unit.name().to_owned(),
+    ];
+    let sums = file.inputs.iter().filter_map(|i| i.sha256.as_deref());
+    let sums = sums.collect::<Vec<_>>().join(" ");
     Outcome {
         grade: file.verdict.grade.to_string(),
         is_poor: file.verdict.grade == Grade::Poor,
         reasons: file.verdict.reasons.clone(),
-        numbers: COLUMNS
-            .map(|(_, cell)| cell(file).unwrap_or_default())
-            .to_vec(),
+        numbers: names.into_iter().chain(numbers).chain([sums]).collect(),
         ..Outcome::default()
     }
 }

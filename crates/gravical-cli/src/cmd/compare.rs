@@ -36,8 +36,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result.check(None, [&args.first, &args.second])?;
     let (a, first) = CalibrationFile::read_with_input(&args.first)?;
     let (b, second) = CalibrationFile::read_with_input(&args.second)?;
-    let names = [&args.first, &args.second].map(|p| p.display().to_string());
-    let result = compare(&a, &b, [&names[0], &names[1]])?;
+    let result = compare(&a, &b, [&first.path, &second.path])?;
     let document = with_origin(comparison(&result), &[first, second]);
     args.result.present(&result, &document)?;
     Ok(quality(result.verdict.judgement.is_change()))

@@ -8,12 +8,12 @@ use anyhow::Context as _;
 use clap::Parser as _;
 use gravical::Error;
 use gravical::calibration_file::CalibrationFile;
+use gravical::core::matrix3::{norm, sub};
 use gravical::escape::path_word;
 use gravical::motion::{Calibrated, MotionOptions, motion};
 use gravical::numfmt::milli_g;
 use gravical::output::make_folder;
 use gravical::recording::{ReadOptions, read};
-use gravical_core::matrix3::{norm, sub};
 use gravical_report::document::paragraph;
 
 use crate::{Cli, text};

@@ -12,7 +12,7 @@ use gravical::session::{axes, files_in, is_something_else, read_listed, several_
 use gravical_report::document::flag;
 use gravical_report::report;
 
-use crate::failure::{self, RenderedError};
+use crate::failure::RenderedError;
 use crate::options::reading;
 use crate::report::{ResultArgs, with_origin};
 use crate::text;
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
             }
             Err(error) => {
                 is_bad |= !(*listed && is_something_else(&error));
-                failed.push(anyhow::Error::from(error));
+                failed.push(RenderedError::own(&error));
                 continue;
             }
         };
@@ -94,11 +94,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         }
     }
     if *json {
-        let errors = failed.iter().filter_map(RenderedError::of);
-        let errors: Vec<_> = errors.map(|error| error.object).collect();
-        text::print_json(&serde_json::json!({"recordings": found, "errors": errors}))?;
+        text::print_json(&serde_json::json!({"recordings": found, "errors": failed}))?;
         return Ok(ExitCode::from(if is_bad { 3 } else { 0 }));
     }
-    let report = |_, error| failure::report(error);
-    Ok(failed.iter().fold(ExitCode::SUCCESS, report))
+    let print = |_, error: &RenderedError| error.print();
+    Ok(failed.iter().fold(ExitCode::SUCCESS, print))
 }

@@ -61,12 +61,12 @@ pub struct Args {
 ///
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let TableArgs { force, quiet, .. } = args.output;
-    let target = args.output.target();
+    let output = &args.output;
+    let target = output.target();
     let calibrations = args.calibration.as_deref().map_or(Vec::new(), files_of);
     let files = calibrations.iter().chain([&args.input]);
     let files = files.chain(&args.gyro).chain(&args.truth);
-    args.report.check(target.file(), files, force)?;
+    output.check(&args.report, files)?;
     let options = MotionOptions {
         gravity: args.gravity.given()?,
         ..args.method.clone()
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     // A report lists the checksum of its input.
     let read_options = reading(&args.recording, args.report.is_wanted());
     let inputs = std::slice::from_ref(&args.input);
-    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, quiet);
+    let find = |path: &PathBuf| args.origin.read(path, inputs, &read_options, output.quiet);
     let calibration = args.calibration.as_ref().map(find).transpose()?;
     let calibrated = calibration.as_ref().map(|(file, input)| Calibrated {
         file,
@@ -95,21 +95,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
     if target != Target::Nowhere {
         let path = target.file().unwrap_or(Path::new("standard output"));
-        let output = &args.output;
         output.write(|out| write_table(&motion, out).map_err(|e| Error::io(path, e)))?;
     }
-    let figures = if args.report.is_wanted() {
-        figure::motion::figures(&motion)
-    } else {
-        Vec::new()
-    };
+    let draw = || figure::motion::figures(&motion);
+    let figures = args.report.figures(draw);
     let result = &motion.result;
     let document = with_origin(report::motion(result, &recording, &figures), &inputs);
-    args.report.write(force, &document)?;
+    args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows", result.input, result.rows);
-    args.output
-        .print_summary(result, &done, &document, args.report.verbose)?;
-    if !quiet {
+    output.print_summary(result, &done, &document, args.report.verbose)?;
+    if !output.quiet {
         args.report.say();
     }
     let judgement = result.verdict.judgement;

@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let text = serde_json::to_string_pretty(&result)? + "\n";
         write_text(path, args.result.force, &text)?;
     }
-    let figures = figures(&result);
+    let figures = args.result.report.figures(|| figures(&result));
     let document = with_origin(report::noise(&result, &figures), &result.inputs);
     args.result.present(&result, &document)?;
     if let Some(path) = output.filter(|_| !args.result.quiet) {

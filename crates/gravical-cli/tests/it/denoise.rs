@@ -64,7 +64,7 @@ rest.csv -o new.csv --filter butter:4,60Hz: 2 filter-range
 rest.csv -o new.csv --filter butter:4,1e-9Hz: 2 filter-range
 untimed.csv -o new.csv --filter butter:4,5Hz: 2 rate-unknown
 . -o new.csv --filter mean:3: 3 is-a-directory
-rest.csv --filter mean:3: 2 json-needs-output
+rest.csv -o - --filter mean:3: 2 json-needs-output
 anyhow.csv -o new.csv --filter savgol:7,2: 3 uneven-stamps
 anyhow.csv -o new.csv --filter butter:2,5Hz: 3 uneven-stamps";
 

@@ -22,12 +22,19 @@ pub struct Remark {
 impl Remark {
     /// Findings by weight: quality gates, other warnings, notes. A finding that several files share
     /// is listed once, with the first of them.
-    #[must_use]
     pub fn all(findings: &[Finding], several_files: bool) -> Vec<Self> {
+        // A recording may have its gyroscope in a second file.
+        let mut named = findings.iter().filter_map(|f| f.file.as_ref());
+        let first = named.next();
+        let several_files = several_files || named.any(|file| Some(file) != first);
         let mut sorted: Vec<&Finding> = findings.iter().collect();
         sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
         // Findings of one message up to its numbers, and the files that have them.
-        let key = |f: &Finding| (f.kind, skeleton(&f.worded(flag)));
+        let key = |f: &Finding| {
+            let mut text = f.worded(flag);
+            text.retain(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'));
+            (f.kind, text)
+        };
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
         for finding in &sorted {
             let files = files.entry(key(finding)).or_default();
@@ -65,21 +72,12 @@ impl Remark {
 }
 
 /// The option as the program takes it: `--accel-unit mg`.
-#[must_use]
 pub fn flag(option: &Advice) -> String {
     let flag = format!("--{}", option.name.replace('_', "-"));
     match option.value.as_str() {
         "" | "true" => flag,
         value => format!("{flag} {}", shell_word(value)),
     }
-}
-
-/// The message without its numbers.
-fn skeleton(message: &str) -> String {
-    message
-        .chars()
-        .filter(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'))
-        .collect()
 }
 
 /// Name of a file without its folder.

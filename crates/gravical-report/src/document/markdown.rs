@@ -7,7 +7,6 @@ use gravical::escape::one_line;
 impl Document<'_> {
     /// The whole document. A figure NAME is a link to `folder`/NAME.svg; without a folder
     /// figures are left out.
-    #[must_use]
     pub fn to_markdown(&self, folder: Option<&str>) -> String {
         let mut out = format!("# {}\n", escaped(&self.title));
         let subject = self.subject.iter();

@@ -11,8 +11,7 @@
 //! ```
 //! use gravical_report::document::{Cell, Detail, Document, Section, Table};
 //!
-//! let table = Table::new("")
-//!     .columns(["axis", "bias, m/s²"])
+//! let table = Table::new("", ["axis", "bias, m/s²"])
 //!     .row("x", [Cell::number("0.0213")]);
 //! let document = Document::new("Calibration").with(Section::new("Bias").with(table));
 //! assert_eq!(document.to_text(Detail::Summary), "\nBias\n  axis  bias, m/s²\n  x         0.0213\n");

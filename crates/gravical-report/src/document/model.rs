@@ -23,7 +23,6 @@ pub enum Detail {
 }
 
 /// The report of one result.
-#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document<'a> {
     /// Title of a page.
@@ -37,7 +36,6 @@ pub struct Document<'a> {
 }
 
 /// How good a result is, why, and what to do next.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// Which sign and colour it has.
@@ -53,7 +51,6 @@ pub struct Verdict {
 }
 
 /// A section with a heading.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section<'a> {
     /// Its heading; in lower case, with hyphens, its anchor in a page.
@@ -63,7 +60,6 @@ pub struct Section<'a> {
 }
 
 /// A piece of a section.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block<'a> {
     /// Sentences.
@@ -85,7 +81,6 @@ pub enum Block<'a> {
 }
 
 /// Numbers and texts in rows. The first cell of a row names it.
-#[must_use]
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What it shows.
@@ -97,7 +92,6 @@ pub struct Table {
 }
 
 /// A column of a table.
-#[must_use]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// Heading above this and the adjacent columns of the same group; empty for none.
@@ -107,7 +101,6 @@ pub struct Column {
 }
 
 /// A cell of a table.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// Words.
@@ -148,19 +141,6 @@ impl<'a> Document<'a> {
 /// What stands in place of what is left out.
 pub(super) fn left_out(rows: usize) -> String {
     format!("… and {rows} more; --json has all")
-}
-
-impl Verdict {
-    /// A verdict with its reasons alone.
-    pub fn new(grade: Grade, word: impl Into<String>, reasons: &[String]) -> Self {
-        Verdict {
-            grade,
-            word: word.into(),
-            conclusion: None,
-            reasons: reasons.to_vec(),
-            next: Vec::new(),
-        }
-    }
 }
 
 impl<'a> Section<'a> {
@@ -239,12 +219,11 @@ impl From<Table> for Option<Block<'_>> {
 }
 
 impl Table {
-    /// An empty table.
-    pub fn new(caption: impl Into<String>) -> Self {
-        Table {
-            caption: caption.into(),
-            ..Table::default()
-        }
+    /// A table of these columns, without rows.
+    pub fn new<'n>(caption: impl Into<String>, columns: impl IntoIterator<Item = &'n str>) -> Self {
+        let mut table = Table::default().columns(columns);
+        table.caption = caption.into();
+        table
     }
 
     /// With these columns on the right of those that it has.

@@ -11,8 +11,7 @@ fn figures() -> [Figure; 1] {
 /// One of everything, with a name that is markup in each of the formats.
 fn document(figures: &[Figure]) -> Document<'_> {
     let bias = Cell::number("-0.2246").plus_minus(Some(0.0012), 4);
-    let table = Table::new("Bias, ± 1σ")
-        .columns(["axis", "b, m/s²"])
+    let table = Table::new("Bias, ± 1σ", ["axis", "b, m/s²"])
         .axes("mean")
         .row(
             "<x>|*",
@@ -29,9 +28,11 @@ fn document(figures: &[Figure]) -> Document<'_> {
     Document {
         subject: vec!["of <x>|*".to_owned()],
         verdict: Some(Verdict {
-            next: vec!["Go on.".to_owned()],
+            grade: Grade::Good,
+            word: "good".to_owned(),
             conclusion: Some("It holds.".to_owned()),
-            ..Verdict::new(Grade::Good, "good", &["It fits.".to_owned()])
+            reasons: vec!["It fits.".to_owned()],
+            next: vec!["Go on.".to_owned()],
         }),
         ..Document::new("Report of <x>")
     }
@@ -166,7 +167,7 @@ fn html() {
 
 #[test]
 fn long_tables_are_cut_and_say_so() {
-    let table = Table::new("").columns(["name"]);
+    let table = Table::new("", ["name"]);
     let table = (0..1000).fold(table, |table, i| table.row(format!("row {i}"), []));
     let document = Document::new("").with(Section::new("A").with(table));
     let text = document.to_text(Detail::Summary);

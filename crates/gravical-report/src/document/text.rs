@@ -19,7 +19,6 @@ impl Document<'_> {
     /// The document in lines of 80 columns: subject, conclusion, sections, and the verdict with
     /// reasons and next steps at the end, where a terminal stops. In a table that is too wide, uncertainties
     /// are placed below their values. Figures are left out.
-    #[must_use]
     pub fn to_text(&self, detail: Detail) -> String {
         let mut out: String = self.subject.iter().map(|l| paragraph("", l)).collect();
         if let Some(v) = &self.verdict {
@@ -39,13 +38,11 @@ fn section_text(section: &Section<'_>, detail: Detail) -> String {
         return String::new();
     }
     let mut out = format!("\n{}\n", section.title);
+    let ends = |block: &Block<'_>| matches!(block, Block::Table(_) | Block::Facts(_));
     for (i, block) in blocks.iter().enumerate() {
-        let is_apart = match (i.checked_sub(1).map(|i| blocks[i]), block) {
-            (None, _) | (_, Block::Note(_)) => false,
-            (Some(Block::Table(_) | Block::Facts(_)), _) | (_, Block::Table(_)) => true,
-            _ => false,
-        };
-        out += if is_apart { "\n" } else { "" };
+        let is_apart = matches!(block, Block::Table(_)) || i > 0 && ends(blocks[i - 1]);
+        let joins = i == 0 || matches!(block, Block::Note(_));
+        out += if is_apart && !joins { "\n" } else { "" };
         out += &block_text(block, detail);
     }
     out
@@ -84,7 +81,6 @@ fn block_text(block: &Block<'_>, detail: Detail) -> String {
 
 impl Remark {
     /// The finding in a paragraph.
-    #[must_use]
     pub fn to_text(&self) -> String {
         let mark = if self.warning { "  ! " } else { "  · " };
         paragraph(mark, &format!("{}: {}", self.kind, self.text))
@@ -103,7 +99,6 @@ fn verdict_text(verdict: &Verdict) -> String {
 }
 
 /// A paragraph of 80 columns, indented by `first`. Words, options, paths and commands are not broken.
-#[must_use]
 pub fn paragraph(first: &str, text: &str) -> String {
     let rest = " ".repeat(length(first.trim_start_matches('\n')));
     let options = options(WIDTH)

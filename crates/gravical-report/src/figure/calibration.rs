@@ -13,7 +13,6 @@ use super::svg::extent;
 
 /// All figures that a calibration allows; with its recordings and how they were cut those, too. What
 /// the data do not show is left out.
-#[must_use]
 pub fn figures(
     file: &CalibrationFile,
     session: Option<(&[Recording], &Segmentation)>,

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use gravical::motion::truth::Reference;
 use gravical::motion::{MotionResult, MotionSample, SampleState};
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
@@ -16,27 +15,25 @@ struct Motion<'a> {
     /// Samples before which others are missing.
     breaks: Vec<usize>,
     uncalibrated: Option<Vec<SampleState>>,
-    reference: Option<&'a Reference>,
 }
 
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
-#[must_use]
 pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
+    let reference = motion.reference.as_ref();
     let motion = &Motion {
         result: &motion.result,
         t_s: motion.samples().map(|s| s.t_s).collect(),
         samples: motion.samples().collect(),
         breaks: motion.breaks().collect(),
         uncalibrated: motion.uncalibrated_states().map(Iterator::collect),
-        reference: motion.reference.as_ref(),
     };
     if motion.result.moves.is_empty() {
         return motion.acceleration().into_iter().collect();
     }
     let velocities = motion.states(|s| s.velocity_mps);
     let mut positions = motion.states(|s| s.position_m);
-    positions.extend(motion.reference.map(|r| Path {
+    positions.extend(reference.map(|r| Path {
         name: "reference",
         role: Role::Reference,
         t_s: &r.t_s,

@@ -8,7 +8,6 @@ use super::svg::extent;
 const CAPTION: &str = "Allan deviation σ over the averaging time τ, with its 95 % band, and the fitted curve. Thin lines: its terms, white noise N (falling), bias instability B (level) and random walk K (rising), as far as they are part of the curve.";
 
 /// The figures of a result: accelerometer, gyroscope.
-#[must_use]
 pub fn figures(result: &NoiseResult) -> Vec<Figure> {
     let sensors = [("accelerometer", "m/s²"), ("gyroscope", "rad/s")];
     let figure = |(sensor, unit): (&str, &str)| {

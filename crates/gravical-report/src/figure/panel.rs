@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 /// A plot: one or several panels under one title.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of its file and anchor in a page: lower case, words joined by `-`.
@@ -21,7 +20,6 @@ pub struct Figure {
 }
 
 /// One pair of axes and what is drawn in it.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Title above it; empty for none.
@@ -37,7 +35,6 @@ pub struct Panel {
 }
 
 /// An axis.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// Name of the quantity.
@@ -98,7 +95,6 @@ pub enum Mark {
 }
 
 /// Values of one name. All columns are equally long or empty.
-#[must_use]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the legend: series of one name in several panels are one entry.

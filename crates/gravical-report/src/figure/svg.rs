@@ -78,7 +78,6 @@ pub(super) const BEGIN: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=
 
 /// The figure as a file of its own, or for a page: with its title and style in it, and with what a
 /// screen reader says.
-#[must_use]
 pub fn standalone(figure: &Figure) -> String {
     let (drawing, height) = drawing(figure);
     let (id, height) = (&figure.name, r(height));

@@ -16,7 +16,7 @@ use gravical::poses::face::in_words;
 
 use gravical::core::matrix3::{norm, sub};
 
-use super::{drift, gravity_source, short_name};
+use super::{drift, gravity_source, largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::{Figure, XYZ};
 
@@ -31,7 +31,13 @@ pub fn calibration<'a>(
     let placed = !file.accelerometer.poses.is_empty();
     Document {
         subject: subject(file),
-        verdict: Some(verdict(file, saved)),
+        verdict: Some(Verdict {
+            grade: file.verdict.grade,
+            word: file.verdict.grade.to_string(),
+            conclusion: conclusion(file),
+            reasons: file.verdict.reasons.clone(),
+            next: next(file, saved),
+        }),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
     .with(accelerometer(file))
@@ -93,15 +99,6 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         format!("{method} of {inputs}: {}", poses.join(" and ")),
         format!("raw in {unit}, g = {g} m/s² ({source}){tilt}"),
     ]
-}
-
-fn verdict(file: &CalibrationFile, saved: Option<&Path>) -> Verdict {
-    let grade = file.verdict.grade;
-    Verdict {
-        conclusion: conclusion(file),
-        next: next(file, saved),
-        ..Verdict::new(grade, grade.to_string(), &file.verdict.reasons)
-    }
 }
 
 /// The verdict in one sentence; none where the first reason says it.
@@ -179,6 +176,7 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
+    let (bias, scale) = ((g.bias, bias_sd), (g.scale, scale_sd.flatten()));
     let matrices = (g.method != GyroMethod::Bias).then(|| {
         let name = format!("matrix, rad/s per {raw}");
         Block::Table(matrices(&g.orientation, &g.matrix, &name))
@@ -191,13 +189,7 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         .full(Block::Paragraph(format!(
             "ω is angular rate in rad/s, counter-clockwise about each axis; raw values are in {raw}. S is the sensitivity to acceleration; the code above has it where it was estimated."
         )))
-        .with(bias_and_scale(
-            raw,
-            "rad/s",
-            (g.bias, bias_sd),
-            (g.scale, scale_sd.flatten()),
-            None,
-        ))
+        .with(bias_and_scale(raw, "rad/s", bias, scale, None))
         .with(matrices)
         .with(motions(g).map(Block::Paragraph))
 }
@@ -233,13 +225,10 @@ fn bias_and_scale(
         Cell::number(fixed(values[i], n)).plus_minus(sd, n)
     };
     let uncertain = if bias.1.is_some() { ", ± 1σ" } else { "" };
-    let table = Table::new(format!("Bias and scale{uncertain}"))
-        .columns([
-            "axis",
-            &format!("bias b, {raw}"),
-            &format!("scale K, {raw} per {unit}"),
-        ])
-        .columns(off_nominal.map(|_| "off nominal, %"));
+    let caption = format!("Bias and scale{uncertain}");
+    let (name, unit) = (format!("bias b, {raw}"), format!("{raw} per {unit}"));
+    let table = Table::new(caption, ["axis", &name, &format!("scale K, {unit}")]);
+    let table = table.columns(off_nominal.map(|_| "off nominal, %"));
     (0..3).fold(table, |table, i| {
         let cells = [
             estimate(bias, i, decimals_of(scale.0[i], 6)),
@@ -253,13 +242,13 @@ fn bias_and_scale(
 /// R and the calibration matrix, side by side.
 fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> Table {
     // With powers of ten if all are small.
-    let largest = matrix.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let largest = largest(matrix.as_flattened());
     let text = |v: f64| match v {
         0.0 => "0".to_owned(),
         v if largest < 0.1 => format!("{v:.6e}"),
         v => fixed(v, decimals_of(largest, 6)),
     };
-    let table = Table::new("").columns([""]).axes("R").axes(name);
+    let table = Table::new("", [""]).axes("R").axes(name);
     (0..3).fold(table, |table, i| {
         let orientation = Cell::axes(Some(orientation[i]), |v| fixed(v, 5));
         let matrix = Cell::axes(Some(matrix[i]), text);
@@ -272,12 +261,10 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
     let exact = a.method == Method::Ferraris;
-    let raw = a.poses.iter().flat_map(|p| p.raw);
-    let largest = raw.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let largest = largest(a.poses.iter().flat_map(|p| &p.raw));
     let decimals = decimals_of(largest, 5).min(4);
     let mg = |v: f64| signed(milli_g(v), 2);
-    let mut table = Table::new("")
-        .columns(["pose"])
+    let mut table = Table::new("", ["pose"])
         .axes(&format!("raw mean, {}", a.input_unit))
         .axes("calibrated, m/s²")
         .columns(exact.then_some("error, m/s²"))
@@ -326,12 +313,10 @@ fn before_and_after(file: &CalibrationFile) -> Table {
     };
     let before: Option<Vec<[f64; 3]>> = fitted.iter().map(|p| a.nominally(p.raw)).collect();
     let after = fitted.iter().map(|p| p.calibrated).collect();
-    let table = Table::new("Errors of the fitted poses; before: by the nominal scale")
-        .columns(["", "‖a‖ − g: RMS, mg"])
-        .group(
-            "vectors of the faces, m/s²",
-            ["RMS", "maximum", "mean norm"],
-        );
+    let caption = "Errors of the fitted poses; before: by the nominal scale";
+    let vectors = "vectors of the faces, m/s²";
+    let table = Table::new(caption, ["", "‖a‖ − g: RMS, mg"])
+        .group(vectors, ["RMS", "maximum", "mean norm"]);
     let rows = before.map(|values| ("before", values));
     let rows = rows.into_iter().chain([("after", after)]);
     rows.fold(table, |table, (name, values)| {
@@ -344,7 +329,7 @@ fn before_and_after(file: &CalibrationFile) -> Table {
 fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
     let components = errors.as_flattened();
     let squares: f64 = components.iter().map(|e| e * e).sum();
-    let largest = components.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let largest = largest(components);
     let norms: f64 = errors.iter().map(norm).sum();
     let rms = (squares / components.len() as f64).sqrt();
     [rms, largest, norms / errors.len() as f64]
@@ -379,15 +364,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
         let name = "χ² per degree of freedom";
         Some(format!(" {name} ({freedom} of them): {chi2}."))
     });
-    let text = how(a.method).to_owned() + &agrees.unwrap_or_default();
-    Section::new("Method and uncertainty")
-        .full(Block::Paragraph(text))
-        .with(budget(file).map(Block::Table))
-}
-
-/// The method in words.
-fn how(method: Method) -> &'static str {
-    match method {
+    let how = match a.method {
         Method::Joint => {
             "One fit of all poses: at a face pose the direction of gravity is known up to a tilt, whose size is estimated; at a free pose only the magnitude is used. Bias, scale, the angles between the axes and a nonlinear response are estimated with their covariance. The nonlinear response is shown and not corrected."
         }
@@ -395,7 +372,11 @@ fn how(method: Method) -> &'static str {
             "Six faces in closed form (Ferraris, Grimaldi and Parvis 1995): the faces are assumed exact, so a tilted pose changes the parameters."
         }
         Method::Unknown => "The parameters are from another program; the method is unknown.",
-    }
+    };
+    let text = how.to_owned() + &agrees.unwrap_or_default();
+    Section::new("Method and uncertainty")
+        .full(Block::Paragraph(text))
+        .with(budget(file).map(Block::Table))
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
@@ -403,8 +384,8 @@ fn budget(file: &CalibrationFile) -> Option<Table> {
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
-    let mut table = Table::new("Uncertainty of the magnitude at rest, all directions, 1σ")
-        .columns(["source", "mg"]);
+    let caption = "Uncertainty of the magnitude at rest, all directions, 1σ";
+    let mut table = Table::new(caption, ["source", "mg"]);
     for part in &budget.contributions {
         table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }

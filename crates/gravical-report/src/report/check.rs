@@ -43,8 +43,11 @@ fn judged(verdict: &gravical::check::Verdict, next: Option<&str>) -> Verdict {
         Judgement::Undecided => Grade::NotVerifiable,
     };
     Verdict {
+        grade,
+        word: words(&verdict.judgement),
+        conclusion: None,
+        reasons: verdict.reasons.clone(),
         next: next.map(str::to_owned).into_iter().collect(),
-        ..Verdict::new(grade, words(&verdict.judgement), &verdict.reasons)
     }
 }
 
@@ -70,7 +73,7 @@ fn next(report: &CheckReport) -> Option<&'static str> {
 
 fn intervals(report: &CheckReport) -> Section<'static> {
     let columns = "interval|rows|nearest face|angle to face, °|error of ‖a‖, mg|z|";
-    let mut table = Table::new("").columns(columns.split('|'));
+    let mut table = Table::new("", columns.split('|'));
     // The largest error first: a long table is cut.
     let mut stills: Vec<(usize, &StillCheck)> =
         report.static_intervals.iter().enumerate().collect();
@@ -154,7 +157,7 @@ fn next_of_comparison(c: &Comparison) -> Option<&'static str> {
 }
 
 fn parameters(c: &Comparison) -> Section<'static> {
-    let mut table = Table::new("").columns(["", "A", "B", "B − A", "z"]);
+    let mut table = Table::new("", ["", "A", "B", "B − A", "z"]);
     for p in &c.parameters {
         // Three digits of what is judged, whether σ is known or not.
         let coarse = if p.unit == "m/s^2" { 1e-3 } else { 1e-2 };
@@ -179,8 +182,7 @@ fn magnitude(c: &Comparison) -> Section<'static> {
     };
     let largest = format!("largest: {}", in_words(m.largest_at));
     let rms = cells(m.norm_rms_mps2, m.predicted_rms_mps2);
-    let table = Table::new("")
-        .columns(["", "B − A, mg", "predicted, mg"])
+    let table = Table::new("", ["", "B − A, mg", "predicted, mg"])
         .row("RMS over all directions", rms)
         .row(largest, cells(m.norm_largest_mps2, None));
     Section::new("Magnitude at rest").with(table)

@@ -40,8 +40,7 @@ pub fn denoise(summary: &DenoiseSummary) -> Document<'static> {
 /// Effect on white noise.
 fn white(summary: &DenoiseSummary) -> Table {
     let replaced = summary.filters.iter().any(|f| f.replaced.is_some());
-    let mut table = Table::new("Properties")
-        .columns(["filter", "factor on white noise"])
+    let mut table = Table::new("Properties", ["filter", "factor on white noise"])
         .columns(replaced.then_some("samples replaced"));
     for f in &summary.filters {
         let gain = |gain| fixed(gain, decimals_of(gain, 3).min(4));
@@ -60,8 +59,7 @@ fn at_rest(
     of: fn(&Sigmas) -> Option<[f64; 3]>,
 ) -> Table {
     let cells = |sigmas: &Sigmas| Cell::axes(of(sigmas), |v| small(v, 3));
-    let table = Table::new(format!("σ of {name} at rest, {}", unit(of_unit)))
-        .columns([""])
+    let table = Table::new(format!("σ of {name} at rest, {}", unit(of_unit)), [""])
         .axes("")
         .row("as recorded", cells(&summary.recorded));
     summary.filters.iter().fold(table, |table, f| {

@@ -8,7 +8,7 @@ use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
 use gravical::recording::units::{AccelUnit, GyroUnit};
 
-use super::{drift, short_name};
+use super::{drift, largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table};
 
 /// The document of an inspection.
@@ -70,7 +70,6 @@ fn time(inspection: &Inspection) -> String {
 }
 
 /// How a unit is known.
-#[must_use]
 pub fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Given => "given",
@@ -100,12 +99,10 @@ fn stillness(inspection: &Inspection) -> String {
 }
 
 fn stills(all: &[StillSpan]) -> Section<'static> {
-    let mut table = Table::new("")
-        .columns(["", "lines", "from, s", "to, s", "face", "angle to face, °"])
-        .axes("mean reading");
+    let columns = ["", "lines", "from, s", "to, s", "face", "angle to face, °"];
+    let mut table = Table::new("", columns).axes("mean reading");
     for (number, still) in (1..).zip(all) {
-        let largest = still.mean.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let n = decimals_of(largest, 4);
+        let n = decimals_of(largest(&still.mean), 4);
         let seconds = |v: Option<f64>| Cell::maybe(v, |v| fixed(v, 1));
         let cells = [
             Cell::text(format!("{}–{}", still.lines[0], still.lines[1])),

@@ -32,11 +32,16 @@ fn gravity_source(source: GravitySource) -> &'static str {
     }
 }
 
+/// The largest magnitude, which decides about digits.
+fn largest<'v>(values: impl IntoIterator<Item = &'v f64>) -> f64 {
+    values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+}
+
 /// Adds the drift of each channel with temperature to `section`.
 fn drift<'a>(section: Section<'a>, model: &TemperatureModel) -> Section<'a> {
     let [low, high] = model.range_c;
     let caption = format!("Drift of each channel, {low:.1} to {high:.1} °C at rest");
-    let table = Table::new(caption).columns(["channel", "slope, per °C", "unit", "verdict"]);
+    let table = Table::new(caption, ["channel", "slope, per °C", "unit", "verdict"]);
     let table = model.channels.iter().fold(table, |table, c| {
         let not = if c.is_corrected() { "" } else { "not " };
         let cells = [

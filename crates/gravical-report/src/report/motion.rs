@@ -8,7 +8,7 @@ use gravical::numfmt::{decimals_by, decimals_for, decimals_of, digits, fixed, wo
 use gravical::recording::Recording;
 
 use super::inspection::origin;
-use super::short_name;
+use super::{largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table, Verdict};
 use crate::figure::Figure;
 
@@ -52,17 +52,19 @@ fn verdict(result: &MotionResult) -> Verdict {
         _ => Grade::Fair,
     };
     // One number for one move, the end for several.
-    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
+    let sigma = result.r#final.sigma_m.map(|s| digits(largest(&s), 2));
     let end = sigma.map(|sigma| {
         let of_all = format!("{usable} of {all} moves are usable");
         format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
-    let word = words(&result.verdict.judgement);
     Verdict {
+        grade,
+        word: words(&result.verdict.judgement),
         conclusion: conclusion.map(|text| text + doubt),
-        ..Verdict::new(grade, word, &result.verdict.reasons)
+        reasons: result.verdict.reasons.clone(),
+        next: Vec::new(),
     }
 }
 
@@ -85,13 +87,9 @@ fn displacement(result: &MotionResult) -> Option<String> {
 /// Decimals of each axis for a length with this uncertainty, m: two digits of it;
 /// without one four digits of the largest value.
 fn decimals(sigma: Option<[f64; 3]>, value: [f64; 3]) -> [usize; 3] {
-    sigma.map_or([decimals_of(largest(value).max(1e-3), 4); 3], |s| {
+    sigma.map_or([decimals_of(largest(&value).max(1e-3), 4); 3], |s| {
         s.map(decimals_for)
     })
-}
-
-fn largest(value: [f64; 3]) -> f64 {
-    value.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
 }
 
 /// Lengths along the axes with their standard uncertainties, if known.
@@ -108,8 +106,7 @@ fn seconds<const N: usize>(times: [f64; N]) -> Vec<Cell> {
 }
 
 fn moves<'a>(result: &MotionResult) -> Section<'a> {
-    let mut table = Table::new("")
-        .columns(["move", "from, s", "to, s"])
+    let mut table = Table::new("", ["move", "from, s", "to, s"])
         .axes("displacement ± 1σ, m")
         .columns(["path, m", "speed, m/s", "rest at"]);
     for (number, m) in (1..).zip(&result.moves) {
@@ -148,8 +145,7 @@ fn end<'a>(result: &MotionResult) -> Section<'a> {
         return section.with(Block::Paragraph(why.to_owned()));
     };
     let n = decimals(last.sigma_m, position);
-    let table = Table::new("Position relative to the start (± 1σ)")
-        .columns([""])
+    let table = Table::new("Position relative to the start (± 1σ)", [""])
         .axes("")
         .row("position, m", lengths(Some(position), last.sigma_m, n));
     section.with(match result.uncalibrated {
@@ -178,11 +174,8 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     };
     let n = decimals_of(1e3 * total, 2).min(3);
     let mm = |value: f64| Cell::number(fixed(1e3 * value, n));
-    let mut table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ")).columns([
-        "source",
-        "mm",
-        "% of the variance",
-    ]);
+    let caption = format!("Uncertainty of {of}, all axes together, 1σ");
+    let mut table = Table::new(caption, ["source", "mm", "% of the variance"]);
     for (value, what) in parts {
         let share = 100.0 * value * value / (total * total);
         table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
@@ -254,7 +247,7 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     if result.rests.is_empty() {
         return section.full(Block::Paragraph("No rest was found.".to_owned()));
     }
-    let mut table = Table::new("").columns(["rest", "from, s", "to, s", "duration, s"]);
+    let mut table = Table::new("", ["rest", "from, s", "to, s", "duration, s"]);
     for (number, span) in (1..).zip(&result.rests) {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));

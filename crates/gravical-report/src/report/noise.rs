@@ -56,9 +56,7 @@ pub fn noise<'a>(result: &NoiseResult, figures: &'a [Figure]) -> Document<'a> {
 /// The parameters of a sensor, a column for each axis.
 fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
-    let mut table = Table::new(sensor)
-        .columns([""])
-        .columns(channels.iter().map(|c| c.channel.as_str()));
+    let mut table = Table::new(sensor, [""]).columns(channels.iter().map(|c| c.channel.as_str()));
     for term in Term::ALL {
         let Unit { name, factor, .. } = Unit::of(term, gyroscope);
         let cells = channels.iter().map(|c| value(c, term, factor));

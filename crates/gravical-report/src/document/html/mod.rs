@@ -18,13 +18,13 @@ const SCRIPT: &str = include_str!("script.js");
 
 impl Document<'_> {
     /// The whole document as a page.
-    #[must_use]
     pub fn to_html(&self) -> String {
         let verdict = self.verdict.iter().map(|v| ("Verdict", verdict(v)));
         let blocks =
             |s: &Section<'_>| html! { @for b in s.shown(Detail::Full) { (block(b, s.title)) } };
         let sections = verdict.chain(self.sections.iter().map(|s| (s.title, blocks(s))));
-        // Anchor, heading and content.
+        // Where a link leads, heading and content.
+        let anchor = |title: &str| title.to_lowercase().replace(' ', "-");
         let sections = sections.map(|(title, body)| (anchor(title), title, body));
         let sections: Vec<(String, &str, Markup)> = sections.collect();
         let page = html! {
@@ -62,11 +62,6 @@ impl Document<'_> {
         };
         escape::shown(&page.into_string()).into_owned()
     }
-}
-
-/// Where a link to a section leads.
-fn anchor(title: &str) -> String {
-    title.to_lowercase().replace(' ', "-")
 }
 
 /// Badge, conclusion, reasons, next steps.
