@@ -189,7 +189,10 @@ impl Fit {
         let mut without_sheet = *held;
         without_sheet.prior = false;
         let bare = linear.solve(&normal, &without_sheet)?;
-        let claims = self.sensor_with(bare.covariance).claims(sphere(DIRECTIONS));
+        let mut sensor = self.sensor_with(bare.covariance);
+        // An error of gravity is one of all poses alike.
+        sensor.gravity.sd_mps2 = 0.0;
+        let claims = sensor.claims(sphere(DIRECTIONS));
         if claims.iter().any(|c| c.sd_mps2 > MAX_UNDETERMINED_MPS2) {
             return None;
         }
