@@ -216,7 +216,9 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         temperature_model,
     };
     // Numbers that no sensor has make no calibration.
-    file.check()?;
+    let check = file.check();
+    check
+        .map_err(|error| lost(error.with_hint("`gravical inspect` shows what each pose reads")))?;
     Ok(Calibrated { file, segmentation })
 }
 
