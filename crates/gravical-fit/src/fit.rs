@@ -54,7 +54,7 @@ pub struct Undetermined {
 }
 
 /// What became of a pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FittedPose {
     /// The face that it was fitted as.
     pub face: Option<Face>,

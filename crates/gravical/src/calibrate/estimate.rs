@@ -5,12 +5,12 @@ use std::array::from_fn;
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{BiasDrift, DriftTest, Fit, Hint, Options, Trust, fit};
+use gravical_fit::{BiasDrift, DriftTest, Fit, FittedPose, Hint, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{AccelerometerSection, Covariance, Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
-use crate::poses::face::{Claim, Face};
+use crate::poses::face::Claim;
 use crate::recording::AccelUnit;
 use crate::{Error, Result};
 
@@ -97,8 +97,8 @@ pub(crate) struct Estimate {
     pub section: AccelerometerSection,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
-    /// The face that each placement was fitted as, axes of the case; by the closed form the others are not fitted.
-    pub faces: Vec<Option<Face>>,
+    /// What became of each placement, axes of the case; by the closed form only faces are fitted.
+    pub poses: Vec<FittedPose>,
     /// The joint fit, and how far it can be trusted; none by the closed form.
     pub fit: Option<(Fit, Trust)>,
     /// Where many poses tell: whether a drift of the bias with temperature helps.
@@ -269,14 +269,14 @@ fn by_fit(
         let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
         Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
-    let faces: Vec<Option<Face>> = fit.poses().iter().map(|pose| pose.face).collect();
+    let fitted = fit.poses();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
         None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
-    let has_faces = faces.iter().any(Option::is_some);
+    let has_faces = fitted.iter().any(|pose| pose.face.is_some());
     let tilt = has_faces.then(|| PoseTilt {
         value: fit.tilt().to_degrees(),
         source,
@@ -299,7 +299,7 @@ fn by_fit(
     Ok(Estimate {
         section,
         calibration,
-        faces,
+        poses: fitted,
         fit: Some((fit, trust)),
         drift_test,
     })
@@ -342,10 +342,14 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         let row = |i: usize| from_fn(|k| all[(i, k)]);
         section.covariance = Some(Covariance::new::<DRIFT>(from_fn(row)));
     }
+    let pose = |face| FittedPose {
+        face,
+        ..FittedPose::default()
+    };
     Ok(Estimate {
         section,
         calibration,
-        faces: faces.of_placements,
+        poses: faces.of_placements.into_iter().map(pose).collect(),
         fit: None,
         drift_test: None,
     })

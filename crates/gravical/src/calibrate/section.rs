@@ -88,20 +88,16 @@ fn drift_sd(estimate: &Estimate) -> f64 {
 fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
     let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
     let fit = estimate.fit.as_ref();
-    let fitted = fit.map(|(fit, trust)| (fit.poses(), &trust.left_out));
     let one = |(index, placement): (usize, &Pose)| {
-        let by_fit = fitted.as_ref();
-        let by_fit = by_fit.map(|(poses, left_out)| (poses[index], left_out[index]));
-        let face = estimate.faces[index];
-        let degrees = |(tilt, sd): (f64, f64)| (tilt.to_degrees(), sd.to_degrees());
-        let (tilt_deg, tilt_sd_deg) = match by_fit {
-            Some((pose, _)) => pose.tilt.map(degrees).unzip(),
-            None => (face.map(|_| placement.angle_deg), None),
+        let pose = &estimate.poses[index];
+        let left_out = fit.and_then(|(_, trust)| trust.left_out[index]);
+        let (tilt_deg, tilt_sd_deg) = match pose.tilt {
+            Some((tilt, sd)) => (Some(tilt.to_degrees()), Some(sd.to_degrees())),
+            None => (pose.face.map(|_| placement.angle_deg), None),
         };
-        let left_out = by_fit.and_then(|(_, left_out)| left_out);
         let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
-        let (label, kind, expected) = match face {
+        let (label, kind, expected) = match pose.face {
             Some(face) => {
                 let expected = face.direction().map(|d| d * gravity);
                 (face.name(), PoseKind::Face, expected)
@@ -128,7 +124,7 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             magnitude_error_mps2: Some(length - gravity),
             left_out_error_mps2: left_out.map(|l| l.error_mps2),
             left_out_sd_mps2: left_out.map(|l| l.sd_mps2),
-            fitted: by_fit.map_or(face.is_some(), |(pose, _)| pose.bad.is_none()),
+            fitted: fit.map_or(pose.face.is_some(), |_| pose.bad.is_none()),
         }
     };
     let placements = session.segmentation.poses.iter();
