@@ -17,7 +17,7 @@ use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
 
-use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S, Readings};
+use readings::{GAP_PERIODS, MAX_MOTION_S, Readings};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -71,10 +71,13 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     let mut odd = Vec::new();
     let section = match &fit.by_motions {
         Some(Ok(motions)) => {
-            let section = by_motions(&readings, motions);
-            leave_out(&mut readings, motions);
+            let each = readings.places.iter().zip(&motions.motions);
+            let outliers = each.filter(|(_, motion)| !motion.used);
+            let outliers =
+                outliers.map(|(place, _)| (FindingKind::GyroMotionOutlier, place.clone()));
+            readings.left_out.extend(outliers);
             odd.extend(oddities(motions, nominal));
-            section
+            by_motions(&readings, motions)
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
@@ -132,16 +135,15 @@ fn section(
 fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
     let model = matrix3::inverse(&fit.matrix)?;
     let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
-    let rms_deg = |chords: Vec<f64>| rms(chords.into_iter().map(chord_deg));
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
         covariance: Some(Covariance::new(fit.covariance)),
-        residual_deg: Some(rms_deg(used.iter().map(|m| m.residual).collect())),
+        residual_deg: Some(rms(used.iter().map(|m| chord_deg(m.residual)))),
         motions: Some(MotionCounts {
             used: used.len() as u32,
-            left_out: (readings.left_out.len() + fit.motions.len() - used.len()) as u32,
+            left_out: readings.left_out.len() as u32,
         }),
-        leave_one_out_deg: without.map(rms_deg),
+        leave_one_out_deg: without.map(|chords| rms(chords.into_iter().map(chord_deg))),
         ..section(readings, GyroMethod::Motion, &model, fit.matrix, fit.bias)
     })
 }
@@ -174,19 +176,6 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
     )
 }
 
-/// Adds the motions that contradict the others to those that take no part.
-fn leave_out(readings: &mut Readings<'_>, fit: &MotionFit) {
-    for (place, motion) in readings.places.iter().zip(&fit.motions) {
-        if !motion.used {
-            readings.left_out.push(LeftOut {
-                why: FindingKind::GyroMotionOutlier,
-                place: place.clone(),
-                clipped: 0,
-            });
-        }
-    }
-}
-
 /// Names the motions that take no part, recording by recording and reason by reason.
 fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
     let gap = format!(
@@ -206,16 +195,12 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (index, recording) in readings.recordings.iter().enumerate() {
         for (why, what) in reasons {
-            let is_meant = |m: &&LeftOut| m.place.recording == index && m.why == why;
+            let left_out = readings.left_out.iter();
+            let meant = left_out.filter(|(kind, place)| *kind == why && place.recording == index);
             let (mut count, mut lines) = (0, LineSpans::default());
-            for LeftOut { place, clipped, .. } in readings.left_out.iter().filter(is_meant) {
+            for (_, place) in meant {
                 let [from, to] = place.lines;
-                let concerned = if *clipped > 0 {
-                    *clipped
-                } else {
-                    to - from + 1
-                };
-                lines.push_range(from, to, concerned);
+                lines.push_range(from, to, to - from + 1);
                 count += 1;
             }
             if count > 0 {
