@@ -152,7 +152,7 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
         sensor: Sensor {
-            parameters: *found.x(),
+            parameters: linear.x,
             covariance: found.solution.covariance,
             gravity: Gravity {
                 value_mps2: options.gravity,

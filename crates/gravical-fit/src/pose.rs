@@ -21,7 +21,6 @@ impl Face {
     }
 
     /// `+x`, `-z` ….
-    #[must_use]
     pub fn name(self) -> String {
         format!(
             "{}{}",
@@ -31,13 +30,11 @@ impl Face {
     }
 
     /// Its number in [`Face::all`].
-    #[must_use]
     pub fn index(self) -> usize {
         2 * self.axis + usize::from(!self.up)
     }
 
     /// Unit vector of the specific force at rest.
-    #[must_use]
     pub fn direction(self) -> [f64; 3] {
         let mut direction = [0.0; 3];
         direction[self.axis] = if self.up { 1.0 } else { -1.0 };
@@ -45,7 +42,6 @@ impl Face {
     }
 
     /// The opposite face.
-    #[must_use]
     pub fn opposite(self) -> Face {
         Face {
             axis: self.axis,

@@ -48,12 +48,6 @@ pub(crate) struct Found {
     pub solution: Solution,
 }
 
-impl Found {
-    pub fn x(&self) -> &Parameters {
-        &self.linear.x
-    }
-}
-
 impl Search {
     /// What parameters are estimated with. What is claimed of them has to allow for all bends that are
     /// likely, and `held` has their mean square; with that the parameters would trust directions across
@@ -126,7 +120,7 @@ impl Search {
     /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
     /// the frame changes no length and does not count.
     fn shortfalls(&mut self, found: &Found) {
-        let by_case = inverse(found.x()).transpose();
+        let by_case = inverse(&found.linear.x).transpose();
         let gravity = self.held.gravity;
         let covariance = &found.solution.covariance;
         for pose in &mut self.poses {
@@ -164,7 +158,7 @@ fn upper_triangular(x: &mut Parameters, channel_of: [usize; 3]) -> Option<()> {
 
 /// Where ‖a‖ of a direction is known least, and its standard deviation there by M and b, m/s².
 pub(crate) fn least_known(found: &Found, gravity: f64) -> Option<(Vector3<f64>, f64)> {
-    let inverse = matrix(found.x()).try_inverse()?;
+    let inverse = matrix(&found.linear.x).try_inverse()?;
     sphere(DIRECTIONS)
         .map(|n| {
             let mut h = sensitivity(&inverse, &n, gravity);

@@ -127,7 +127,6 @@ impl Sensor {
     }
 
     /// The same for readings divided by `unit`.
-    #[must_use]
     pub fn rescaled(mut self, unit: f64) -> Sensor {
         for i in 0..BENDS {
             self.parameters[i] /= unit;

@@ -17,7 +17,7 @@ impl Search {
         for _ in 0..MAX_ROUNDS {
             let before = self.held;
             let found = self.fit(&self.held)?;
-            self.x = *found.x();
+            self.x = found.linear.x;
             let likelihood = |held: &Held| {
                 let solution = found.linear.solve_poses(held, |_| true);
                 solution.map_or(f64::NEG_INFINITY, |s| s.log_likelihood)
