@@ -137,14 +137,7 @@ pub const MIN_MOTIONS: usize = 6;
 /// Known worse than this, a matrix is no better than the data sheet's.
 const MAX_SD: f64 = 0.03;
 /// A typical motion that misses by more was fitted from a wrong start, or not at all, rad.
-const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
-
-impl MotionFit {
-    /// True if a typical motion misses by so much (3°) that the motions are not those of this sensor.
-    pub fn is_misfit(&self) -> bool {
-        self.typical_rad > MISFIT_RAD
-    }
-}
+pub const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 /// Estimates the gyroscope. `accelerometer` calibrates the readings of the accelerometer to m/s²; an error
 /// of it is in the covariance only as far as the residuals show it.

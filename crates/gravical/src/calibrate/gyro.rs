@@ -218,7 +218,7 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
 /// What is odd about the fit itself.
 fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if fit.is_misfit() {
+    if fit.typical_rad > gravical_fit::MISFIT_RAD {
         findings.push(finding!(
             GyroMisfit,
             "after a typical motion, gravity rotated by the integrated rate is wrong by {:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
