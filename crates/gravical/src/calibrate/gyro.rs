@@ -16,6 +16,7 @@ use crate::finding::{Finding, FindingKind, finding};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
+use crate::stats::rms;
 
 use readings::{GAP_PERIODS, MAX_MOTION_S, Readings};
 
@@ -243,12 +244,6 @@ fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
         ));
     }
     findings
-}
-
-/// Root of the mean square.
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (squares, count) = values.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
-    (squares / count).sqrt()
 }
 
 /// Angle whose chord has this length, degrees.

@@ -6,7 +6,7 @@ use gravical_fit::deviations;
 
 use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source};
 use crate::poses::Pose;
-use crate::stats::pooled_deviation;
+use crate::stats::{pooled_deviation, rms};
 
 use super::estimate::{COVERAGE, Estimate, standard_error};
 use super::session::Session;
@@ -79,8 +79,7 @@ fn drift_sd(estimate: &Estimate) -> f64 {
         return DRIFT_MPS2_PER_C;
     };
     let scale = estimate.section.scale;
-    let squares = (0..3).map(|i| (drift.sd[i] / scale[i]).powi(2));
-    (squares.sum::<f64>() / 3.0).sqrt()
+    rms((0..3).map(|i| drift.sd[i] / scale[i]))
 }
 
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along

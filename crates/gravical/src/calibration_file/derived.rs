@@ -10,6 +10,7 @@ use super::{
     PoseResult, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
+use crate::stats::rms;
 
 /// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
 /// an MTi, some 40 poses each.
@@ -178,8 +179,7 @@ impl AccelerometerSection {
         let free = self.poses.iter();
         let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
         let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
-        let squares: f64 = errors.iter().map(|e| e * e).sum();
-        (!errors.is_empty()).then(|| ((squares / errors.len() as f64).sqrt(), errors.len()))
+        (!errors.is_empty()).then(|| (rms(errors.iter().copied()), errors.len()))
     }
 }
 
