@@ -22,11 +22,8 @@ impl Face {
 
     /// `+x`, `-z` ….
     pub fn name(self) -> String {
-        format!(
-            "{}{}",
-            if self.up { '+' } else { '-' },
-            ['x', 'y', 'z'][self.axis]
-        )
+        let sign = if self.up { '+' } else { '-' };
+        format!("{sign}{}", ['x', 'y', 'z'][self.axis])
     }
 
     /// Its number in [`Face::all`].

@@ -51,9 +51,8 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
         let there = placements.iter().filter(|p| p.face == Some(face));
         there.min_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg))
     });
-    let missing = Face::all().into_iter().zip(best);
-    let missing = missing.filter_map(|(face, best)| best.is_none().then_some(face));
-    let missing: Vec<Face> = missing.collect();
+    let mut missing = Face::all().to_vec();
+    missing.retain(|face| best[face.index()].is_none());
     if !missing.is_empty() {
         return Err(incomplete(placements, &missing, recordings));
     }

@@ -70,7 +70,7 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
         return Gyroscope::default();
     };
     let mut odd = Vec::new();
-    let section = match &fit.by_motions {
+    let mut section = match &fit.by_motions {
         Some(Ok(motions)) => {
             let each = readings.places.iter().zip(&motions.motions);
             let outliers = each.filter(|(_, motion)| !motion.used);
@@ -102,14 +102,10 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     let mut findings = std::mem::take(&mut readings.findings);
     findings.extend(motions_left_out(&readings));
     findings.extend(odd.into_iter().map(in_file));
-    let g_sensitivity = fit.rest.g_sensitivity;
-    Gyroscope {
-        section: section.map(|section| GyroscopeSection {
-            g_sensitivity,
-            ..section
-        }),
-        findings,
+    if let Some(section) = &mut section {
+        section.g_sensitivity = fit.rest.g_sensitivity;
     }
+    Gyroscope { section, findings }
 }
 
 /// The section of u = M ω + b, and of the inverse of M.
