@@ -245,10 +245,10 @@ fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
         let both = [robust, other].into_iter().flatten();
         robust = both.min_by(|a, b| a.typical.total_cmp(&b.typical));
     }
-    let fitted = robust.and_then(|robust| problem.settle(robust));
-    check(fitted.as_ref().map(|f| f.covariance))?;
-    let result = fitted.and_then(|fitted| problem.result(fitted));
-    result.ok_or(GyroUndetermined::NOTHING)
+    let settled = robust.and_then(|robust| problem.settle(robust));
+    let (covariance, fit) = settled.ok_or(GyroUndetermined::NOTHING)?;
+    check(Some(covariance))?;
+    Ok(fit)
 }
 
 impl GyroUndetermined {
