@@ -4,7 +4,7 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
+use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix, median};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Linear, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
@@ -184,9 +184,8 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     if poses.is_empty() || !poses.iter().all(is_finite) {
         return None;
     }
-    let mut lengths: Vec<f64> = poses.iter().map(|p| matrix3::norm(&p.mean)).collect();
-    lengths.sort_by(f64::total_cmp);
-    let usual = lengths[lengths.len() / 2] / options.gravity;
+    let lengths = poses.iter().map(|p| matrix3::norm(&p.mean));
+    let usual = median(lengths.collect()) / options.gravity;
     if usual.is_nan() || usual <= 0.0 {
         return None;
     }

@@ -21,7 +21,8 @@ mod tests;
 use gravical_core::calibration::Calibration;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use motions::{FLOOR, Path, Problem, Square, median};
+use crate::model::median;
+use motions::{FLOOR, Path, Problem, Square};
 use rest::at_rest;
 
 /// A static interval.
@@ -235,7 +236,8 @@ fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
     let start = problem.start(&Matrix3::identity());
     // By noise alone: what the motions can determine at best.
     let weights = problem.weights(&vec![true; problem.motions.len()], 0.0);
-    check(problem.solve(&start, &weights).map(|s| s.covariance))?;
+    let expected = problem.solve(&start, &weights);
+    check(&expected.ok_or(GyroUndetermined::NOTHING)?.covariance)?;
     let mut robust = problem.robust(start);
     if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
         // Perhaps the axes are not the accelerometer's.
@@ -247,7 +249,7 @@ fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
     }
     let settled = robust.and_then(|robust| problem.settle(robust));
     let (covariance, fit) = settled.ok_or(GyroUndetermined::NOTHING)?;
-    check(Some(covariance))?;
+    check(&covariance)?;
     Ok(fit)
 }
 
@@ -260,9 +262,7 @@ impl GyroUndetermined {
 }
 
 /// Whether all nine elements are known to [`MAX_SD`] in every direction, and which axes lack a turn if not.
-fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
-    let covariance = covariance.filter(|c| c.iter().all(|v| v.is_finite()));
-    let covariance = covariance.ok_or(GyroUndetermined::NOTHING)?;
+fn check(covariance: &Square) -> Result<(), GyroUndetermined> {
     let eigen = SymmetricEigen::new(covariance.fixed_view::<9, 9>(0, 0).into_owned());
     let mut load = [0.0; 3];
     let directions = eigen.eigenvectors.column_iter();
@@ -272,15 +272,13 @@ fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
         }
     }
     let total: f64 = load.iter().sum();
-    let undetermined = GyroUndetermined {
-        axes: load.map(|l| l > 0.1 * total),
-        sd: eigen.eigenvalues.max().sqrt(),
-    };
     if total > 0.0 {
-        Err(undetermined)
-    } else {
-        Ok(())
+        return Err(GyroUndetermined {
+            axes: load.map(|l| l > 0.1 * total),
+            sd: eigen.eigenvalues.max().sqrt(),
+        });
     }
+    Ok(())
 }
 
 /// Rad/s per input unit, negative for a gyroscope that counts the other way round; axes as the

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use super::rest::unexplained;
 use super::{FittedMotion, GyroRest, MotionFit};
+use crate::model::median;
 
 /// Nine elements of E, row-major, then β.
 pub(super) type Parameters = SVector<f64, 12>;
@@ -342,12 +343,6 @@ impl Problem<'_> {
         let root = (known + Matrix3::from_diagonal_element(own)).cholesky();
         root.map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
     }
-}
-
-/// The upper of two middle values; NaN of none.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Inverse by columns of length one: parameters differ in unit.
