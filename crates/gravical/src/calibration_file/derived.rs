@@ -1,4 +1,4 @@
-//! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, and what
+//! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, drifts, and what
 //! of a result needs attention.
 
 use gravical_core::matrix3;
@@ -6,8 +6,8 @@ use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT,
 use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
-    AccelerometerSection, CalibrationFile, Covariance, GyroscopeSection, NextPose, PoseKind,
-    PoseResult, TiltSource,
+    AccelerometerSection, CHANNELS, CalibrationFile, ChannelDrift, Covariance, DriftVerdict,
+    GyroscopeSection, NextPose, PoseKind, PoseResult, TemperatureModel, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
@@ -67,6 +67,12 @@ impl CalibrationFile {
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
         Some(sensor)
+    }
+
+    /// The temperature model, if it corrects a channel.
+    pub(crate) fn drift_model(&self) -> Option<&TemperatureModel> {
+        let model = self.temperature_model.as_ref();
+        model.filter(|m| m.any_corrected())
     }
 }
 
@@ -213,5 +219,45 @@ impl GyroscopeSection {
     pub(crate) fn zero_offset(&self) -> f64 {
         let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
         unsigned_offset(self.bias, counts)
+    }
+}
+
+impl ChannelDrift {
+    /// True if its drift is subtracted.
+    pub fn is_corrected(&self) -> bool {
+        self.verdict == DriftVerdict::Corrected
+    }
+}
+
+impl TemperatureModel {
+    /// The channel with this name.
+    pub fn channel(&self, name: &str) -> Option<&ChannelDrift> {
+        self.channels.iter().find(|c| c.channel == name)
+    }
+
+    /// True if at least one channel is corrected.
+    pub fn any_corrected(&self) -> bool {
+        self.channels.iter().any(ChannelDrift::is_corrected)
+    }
+
+    /// Drift of `ax` … `gz` at `t_c`, input unit; outside the range that at the nearer edge. Zero for
+    /// a channel that is not corrected.
+    pub fn drift_at(&self, t_c: f64) -> [f64; 6] {
+        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
+        CHANNELS.map(|name| {
+            let channel = self.channel(name).filter(|c| c.is_corrected());
+            channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
+        })
+    }
+
+    /// False where its range is none, or a corrected channel has no slope or is none.
+    pub(super) fn is_applicable(&self) -> bool {
+        let is_channel = |c: &ChannelDrift| {
+            let has_slope = c.per_c.is_some_and(f64::is_finite);
+            (!c.is_corrected() || has_slope) && CHANNELS.contains(&c.channel.as_str())
+        };
+        // Not where one is no number, either.
+        let is_range = self.range_c[0] <= self.range_c[1] && self.reference_c.is_finite();
+        is_range && self.channels.iter().all(is_channel)
     }
 }
