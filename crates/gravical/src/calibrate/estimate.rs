@@ -146,7 +146,7 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
         drift,
     };
     if session.recordings.len() > 1 {
-        one_sensor(session, &poses, &fit_options)?;
+        one_sensor(session, &poses, fit_options)?;
     }
     match options.method {
         Method::Ferraris => by_ferraris(session),
@@ -225,22 +225,22 @@ fn is_called(pose: &Pose, name: &str) -> bool {
 fn check_names(session: &Session<'_>) -> Result<()> {
     let (poses, options) = (&session.segmentation.poses, &session.options.estimate);
     for (option, names) in [("free_pose", &options.free), ("face_pose", &options.face)] {
+        let refuse = |what: String, hint: &str| {
+            let error = Error::usage("no-such-pose", what).of_option(option);
+            Err(error.with_hint(hint))
+        };
         for name in names {
             let Some(pose) = poses.iter().find(|p| is_called(p, name)) else {
                 let known: Vec<&str> = poses.iter().map(|p| p.label.as_str()).collect();
-                let what = format!("there is no pose {name}");
-                return Err(Error::usage("no-such-pose", what)
-                    .of_option(option)
-                    .with_hint(format!("give one of: {}", known.join(", "))));
+                let hint = format!("give one of: {}", known.join(", "));
+                return refuse(format!("there is no pose {name}"), &hint);
             };
             if option == "face_pose" && pose.face.is_none() {
                 let what = format!(
                     "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
                     pose.angle_deg
                 );
-                return Err(Error::usage("no-such-pose", what)
-                    .of_option(option)
-                    .with_hint("leave it to the fit, which treats it as a free pose"));
+                return refuse(what, "leave it to the fit, which treats it as a free pose");
             }
         }
     }
@@ -252,11 +252,8 @@ fn by_fit(
     mut options: Options,
     poses: &[gravical_fit::Pose],
 ) -> Result<Estimate> {
-    let drift_test = if options.drift {
-        gravical_fit::test_drift(poses, &options).ok()
-    } else {
-        None
-    };
+    let test = || gravical_fit::test_drift(poses, &options).ok();
+    let drift_test = options.drift.then(test).flatten();
     options.drift = drift_test.is_some_and(|test| test.helps);
     let fit = fit(poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
