@@ -2,7 +2,7 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_fit::deviations;
+use gravical_fit::{BiasDrift, deviations};
 
 use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source};
 use crate::poses::Pose;
@@ -29,10 +29,14 @@ fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budget> {
     let gravity = estimate.section.gravity_sd_mps2;
     let placements = session.segmentation.poses.iter();
     let temperatures: Vec<f64> = placements.filter_map(|p| p.temperature_c).collect();
+    // What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
+    let scale = estimate.section.scale;
+    let per_c = |drift: BiasDrift| rms((0..3).map(|i| drift.sd[i] / scale[i]));
+    let per_c = estimate.drift().map_or(DRIFT_MPS2_PER_C, per_c);
     let drift = match &temperatures[..] {
         [] => None,
         [_] => Some(0.0),
-        several => Some(pooled_deviation([several].into_iter()) * drift_sd(estimate)),
+        several => Some(pooled_deviation([several].into_iter()) * per_c),
     };
     let mut contributions = if let Some((_, trust)) = &estimate.fit {
         let (budget, rounding) = (trust.budget?, rounding_share(session));
@@ -71,15 +75,6 @@ fn rounding_share(session: &Session<'_>) -> f64 {
     let rounding = session.segmentation.noise.rounding.map(|q| q * q);
     let rounding = rounding.iter().sum::<f64>() * poses.len() as f64;
     (rounding / all).sqrt().min(1.0)
-}
-
-/// What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
-fn drift_sd(estimate: &Estimate) -> f64 {
-    let Some(drift) = estimate.drift() else {
-        return DRIFT_MPS2_PER_C;
-    };
-    let scale = estimate.section.scale;
-    rms((0..3).map(|i| drift.sd[i] / scale[i]))
 }
 
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along
