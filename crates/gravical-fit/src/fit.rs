@@ -233,7 +233,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
     };
-    search.first_roles();
+    search.assign_first_roles();
     Some(search)
 }
 

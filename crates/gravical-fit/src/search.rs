@@ -99,14 +99,14 @@ impl Search {
         self.poses.iter_mut().for_each(|p| p.shortfall = 0.0);
         for _ in 0..MAX_ROUNDS {
             let before: Vec<Option<Face>> = self.poses.iter().map(|p| p.face).collect();
-            self.variances()?;
-            self.roles();
+            self.estimate_variances()?;
+            self.assign_roles();
             if self.poses.iter().map(|p| p.face).eq(before) {
                 break;
             }
         }
         let found = self.fit(&self.estimating())?;
-        self.shortfalls(&found);
+        self.estimate_shortfalls(&found);
         let linear = self.fit(&self.estimating())?.linear;
         self.x = linear.x;
         let solution = linear.solve_poses(&self.held, |_| true)?;
@@ -115,7 +115,7 @@ impl Search {
 
     /// What ‖a‖ of the faces falls short of by angles that the stretch of M leaves open. A rotation of
     /// the frame changes no length and does not count.
-    fn shortfalls(&mut self, found: &Found) {
+    fn estimate_shortfalls(&mut self, found: &Found) {
         let by_case = inverse(&found.linear.x).transpose();
         let gravity = self.held.gravity;
         let covariance = &found.solution.covariance;
@@ -174,7 +174,7 @@ const CLOSE: f64 = 2e-3;
 impl Search {
     /// Tilt, bends and model error by restricted maximum likelihood (Patterson and Thompson, Biometrika 58,
     /// 1971) of the linearised problem.
-    fn variances(&mut self) -> Option<()> {
+    fn estimate_variances(&mut self) -> Option<()> {
         for _ in 0..MAX_ROUNDS {
             let before = self.held;
             let found = self.fit(&self.held)?;
@@ -278,7 +278,7 @@ const MAX_FACE_DEG: f64 = 25.0;
 impl Search {
     /// First roles: of the poses that may be a face the nearest to it, however far off the names are;
     /// the others follow when the fit knows how faces lie.
-    pub fn first_roles(&mut self) {
+    pub fn assign_first_roles(&mut self) {
         for pose in &mut self.poses {
             if let Hint::Face(face) = pose.hint {
                 pose.face = Some(face);
@@ -316,7 +316,7 @@ impl Search {
     /// A pose is a face where that is likelier than that it points anywhere. Faces have the spread
     /// that makes all angles together likeliest: an estimate from what was taken for faces would grow
     /// with every deliberate tilt among them.
-    fn roles(&mut self) {
+    fn assign_roles(&mut self) {
         let candidates = self.candidates();
         let is_named = |pose: &Placed| matches!(pose.hint, Hint::Named(_));
         let counted = self.poses.iter().zip(&candidates);

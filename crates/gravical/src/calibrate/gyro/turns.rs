@@ -88,6 +88,7 @@ pub(super) fn by_turns(
 fn find_turns(session: &Session<'_>, readings: &Readings<'_>) -> Vec<Turn> {
     let rates = session.axes().of_rates();
     let turn = |(motion, place): (&Motion, &Place)| {
+        let nominal = readings.nominal()?;
         let [before, after] = [motion.before, motion.after].map(|i| &readings.intervals[i]);
         let [from, to] = [before, after].map(|rest| matrix3::unit(&rest.accel));
         if matrix3::dot(&from, &to) < COS_BACK {
@@ -97,7 +98,6 @@ fn find_turns(session: &Session<'_>, readings: &Readings<'_>) -> Vec<Turn> {
             |rate: [f64; 3], _| from_fn(|i| rate[i] - 0.5 * (before.rate[i] + after.rate[i]));
         let track = readings.tracks[place.recording].as_ref()?;
         let integral = track.integral(&place.rows, less_bias)?;
-        let nominal = readings.nominal()?;
         let rotation = rates.to_case(integral).map(|v| v / nominal);
         let angle = matrix3::norm(&rotation);
         let axis = (0..3).find(|&axis| rotation[axis].abs() > MIN_SHARE * angle)?;
