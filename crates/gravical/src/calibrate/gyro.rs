@@ -176,17 +176,17 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
 /// Names the motions that take no part, recording by recording and reason by reason.
 fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
     let gap = format!(
-        "last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods"
+        "last longer than {MAX_MOTION_S} s, have a break, or miss its readings for more than {GAP_PERIODS} periods"
     );
     let reasons = [
         (FindingKind::GyroMotionGap, &*gap),
         (
             FindingKind::GyroMotionClipped,
-            "reach the end of the gyroscope's range: turned too fast",
+            "reach the end of its range, turned too fast",
         ),
         (
             FindingKind::GyroMotionOutlier,
-            "contradict the others: a bump, lost samples, or turned too fast",
+            "contradict the others, by a bump, lost samples, or too fast a turn",
         ),
     ];
     let mut findings = Vec::new();
@@ -202,7 +202,7 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
             }
             if count > 0 {
                 let message = format!(
-                    "{count} of the motions between static intervals {what}; left out of the gyroscope's fit"
+                    "motions between static intervals are left out of the gyroscope's fit ({count}): they {what}"
                 );
                 let finding = Finding::new(why, message).at_lines(&lines);
                 findings.push(finding.in_file(&recording.name));
