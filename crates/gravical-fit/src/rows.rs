@@ -68,10 +68,8 @@ struct Point {
 impl Point {
     fn new(x: &Parameters) -> Option<Point> {
         let inverse = matrix(x).try_inverse()?;
-        inverse
-            .iter()
-            .all(|v| v.is_finite())
-            .then_some(Point { x: *x, inverse })
+        let is_finite = inverse.iter().all(|v| v.is_finite());
+        is_finite.then_some(Point { x: *x, inverse })
     }
 
     fn force(&self, pose: &Placed) -> Vector3<f64> {

@@ -155,9 +155,8 @@ impl AccelerometerSection {
     pub fn proposed_poses(&self) -> &[NextPose] {
         let (now, next) = (self.predicted_norm_error_mps2, &self.next_poses);
         let then = next.last().map(|p| p.predicted_norm_error_mps2);
-        let lowers_error = now
-            .zip(then)
-            .is_some_and(|(now, then)| then < MATTERS * now);
+        let both = now.zip(then);
+        let lowers_error = both.is_some_and(|(now, then)| then < MATTERS * now);
         let now = self.undetected.map(|u| u.effect_mps2);
         let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
         let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
