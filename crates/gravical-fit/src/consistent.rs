@@ -52,7 +52,6 @@ impl Test {
 /// χ² of `difference` (n) by its `covariance` (n × n) whatever its rank: C⁺ is the pseudo-inverse,
 /// so that what no reading determines is not tested. Components have to be of similar size. Rank 0
 /// where the covariance is zero, not finite, or of another size.
-#[must_use]
 pub fn consistent(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> Test {
     let n = difference.len();
     let mut values = difference.iter().chain(covariance.iter());

@@ -4,7 +4,7 @@ use gravical_core::matrix3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix};
+use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix, median};
 use crate::pose::{Face, Pose};
 use crate::rows::{Held, Linear, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
@@ -54,7 +54,7 @@ pub struct Undetermined {
 }
 
 /// What became of a pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FittedPose {
     /// The face that it was fitted as.
     pub face: Option<Face>,
@@ -152,7 +152,7 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
         sensor: Sensor {
-            parameters: *found.x(),
+            parameters: linear.x,
             covariance: found.solution.covariance,
             gravity: Gravity {
                 value_mps2: options.gravity,
@@ -184,9 +184,8 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     if poses.is_empty() || !poses.iter().all(is_finite) {
         return None;
     }
-    let mut lengths: Vec<f64> = poses.iter().map(|p| matrix3::norm(&p.mean)).collect();
-    lengths.sort_by(f64::total_cmp);
-    let usual = lengths[lengths.len() / 2] / options.gravity;
+    let lengths = poses.iter().map(|p| matrix3::norm(&p.mean));
+    let usual = median(lengths.collect()) / options.gravity;
     if usual.is_nan() || usual <= 0.0 {
         return None;
     }
@@ -234,7 +233,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
         x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
     };
-    search.first_roles();
+    search.assign_first_roles();
     Some(search)
 }
 

@@ -21,7 +21,8 @@ mod tests;
 use gravical_core::calibration::Calibration;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use motions::{FLOOR, Path, Problem, Square, median};
+use crate::model::median;
+use motions::{FLOOR, Path, Problem, Square};
 use rest::at_rest;
 
 /// A static interval.
@@ -137,14 +138,7 @@ pub const MIN_MOTIONS: usize = 6;
 /// Known worse than this, a matrix is no better than the data sheet's.
 const MAX_SD: f64 = 0.03;
 /// A typical motion that misses by more was fitted from a wrong start, or not at all, rad.
-const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
-
-impl MotionFit {
-    /// True if a typical motion misses by so much (3°) that the motions are not those of this sensor.
-    pub fn is_misfit(&self) -> bool {
-        self.typical_rad > MISFIT_RAD
-    }
-}
+pub const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 
 /// Estimates the gyroscope. `accelerometer` calibrates the readings of the accelerometer to m/s²; an error
 /// of it is in the covariance only as far as the residuals show it.
@@ -242,7 +236,8 @@ fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
     let start = problem.start(&Matrix3::identity());
     // By noise alone: what the motions can determine at best.
     let weights = problem.weights(&vec![true; problem.motions.len()], 0.0);
-    check(problem.solve(&start, &weights).map(|s| s.covariance))?;
+    let expected = problem.solve(&start, &weights);
+    check(&expected.ok_or(GyroUndetermined::NOTHING)?.covariance)?;
     let mut robust = problem.robust(start);
     if robust.as_ref().is_none_or(|r| r.typical > MISFIT_RAD) {
         // Perhaps the axes are not the accelerometer's.
@@ -252,10 +247,10 @@ fn solve(problem: &Problem<'_>) -> Result<MotionFit, GyroUndetermined> {
         let both = [robust, other].into_iter().flatten();
         robust = both.min_by(|a, b| a.typical.total_cmp(&b.typical));
     }
-    let fitted = robust.and_then(|robust| problem.settle(robust));
-    check(fitted.as_ref().map(|f| f.covariance))?;
-    let result = fitted.and_then(|fitted| problem.result(fitted));
-    result.ok_or(GyroUndetermined::NOTHING)
+    let settled = robust.and_then(|robust| problem.settle(robust));
+    let (covariance, fit) = settled.ok_or(GyroUndetermined::NOTHING)?;
+    check(&covariance)?;
+    Ok(fit)
 }
 
 impl GyroUndetermined {
@@ -267,9 +262,7 @@ impl GyroUndetermined {
 }
 
 /// Whether all nine elements are known to [`MAX_SD`] in every direction, and which axes lack a turn if not.
-fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
-    let covariance = covariance.filter(|c| c.iter().all(|v| v.is_finite()));
-    let covariance = covariance.ok_or(GyroUndetermined::NOTHING)?;
+fn check(covariance: &Square) -> Result<(), GyroUndetermined> {
     let eigen = SymmetricEigen::new(covariance.fixed_view::<9, 9>(0, 0).into_owned());
     let mut load = [0.0; 3];
     let directions = eigen.eigenvectors.column_iter();
@@ -279,15 +272,13 @@ fn check(covariance: Option<Square>) -> Result<(), GyroUndetermined> {
         }
     }
     let total: f64 = load.iter().sum();
-    let undetermined = GyroUndetermined {
-        axes: load.map(|l| l > 0.1 * total),
-        sd: eigen.eigenvalues.max().sqrt(),
-    };
     if total > 0.0 {
-        Err(undetermined)
-    } else {
-        Ok(())
+        return Err(GyroUndetermined {
+            axes: load.map(|l| l > 0.1 * total),
+            sd: eigen.eigenvalues.max().sqrt(),
+        });
     }
+    Ok(())
 }
 
 /// Rad/s per input unit, negative for a gyroscope that counts the other way round; axes as the

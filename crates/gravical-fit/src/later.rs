@@ -214,10 +214,8 @@ impl Pair {
             covariances[i] -= by_bends * with_bends.transpose();
             steps[i] = by_bends * root;
         }
-        let columns = steps[0].column_iter().zip(steps[1].column_iter());
-        let mut common: Vec<[Parameters; 2]> = columns
-            .map(|(of_a, of_b)| [of_a.into_owned(), of_b.into_owned()])
-            .collect();
+        let one = |k: usize| steps.map(|step| step.column(k).into_owned());
+        let mut common: Vec<[Parameters; 2]> = (0..6).map(one).collect();
         if a.gravity != b.gravity {
             let none = Parameters::zeros();
             let by = |s: &Sensor| derivative_by_gravity(&s.parameters) * s.gravity.relative_sd();

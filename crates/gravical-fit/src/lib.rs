@@ -31,8 +31,8 @@ pub use bias_drift::{DriftTest, test_drift};
 pub use consistent::{SIGNIFICANCE, Test, consistent};
 pub use fit::{BiasDrift, Fit, FitQuality, FittedPose, Options, Undetermined, fit};
 pub use gyro::{
-    FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, Motion, MotionFit,
-    Sample, StaticInterval, gyro,
+    FittedMotion, GyroFit, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MISFIT_RAD,
+    Motion, MotionFit, Sample, StaticInterval, gyro,
 };
 pub use pose::{Face, Hint, Pose, angle_deg};
 pub use sensor::{

@@ -121,3 +121,9 @@ pub fn tangents(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let t = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
     [t, n.cross(&t)]
 }
+
+/// The upper of two middle values; NaN of none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

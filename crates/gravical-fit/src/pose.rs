@@ -21,23 +21,17 @@ impl Face {
     }
 
     /// `+x`, `-z` ….
-    #[must_use]
     pub fn name(self) -> String {
-        format!(
-            "{}{}",
-            if self.up { '+' } else { '-' },
-            ['x', 'y', 'z'][self.axis]
-        )
+        let sign = if self.up { '+' } else { '-' };
+        format!("{sign}{}", ['x', 'y', 'z'][self.axis])
     }
 
     /// Its number in [`Face::all`].
-    #[must_use]
     pub fn index(self) -> usize {
         2 * self.axis + usize::from(!self.up)
     }
 
     /// Unit vector of the specific force at rest.
-    #[must_use]
     pub fn direction(self) -> [f64; 3] {
         let mut direction = [0.0; 3];
         direction[self.axis] = if self.up { 1.0 } else { -1.0 };
@@ -45,7 +39,6 @@ impl Face {
     }
 
     /// The opposite face.
-    #[must_use]
     pub fn opposite(self) -> Face {
         Face {
             axis: self.axis,

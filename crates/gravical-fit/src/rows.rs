@@ -68,10 +68,8 @@ struct Point {
 impl Point {
     fn new(x: &Parameters) -> Option<Point> {
         let inverse = matrix(x).try_inverse()?;
-        inverse
-            .iter()
-            .all(|v| v.is_finite())
-            .then_some(Point { x: *x, inverse })
+        let is_finite = inverse.iter().all(|v| v.is_finite());
+        is_finite.then_some(Point { x: *x, inverse })
     }
 
     fn force(&self, pose: &Placed) -> Vector3<f64> {
@@ -170,7 +168,7 @@ pub(crate) struct Linear {
 }
 
 /// Sums of squares over poses: what a solution needs of them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Normal {
     matrix: Covariance,
     gradient: Parameters,
@@ -192,7 +190,7 @@ pub(crate) struct Solution {
 }
 
 /// χ² of the lengths, and their degrees of freedom.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Lengths {
     pub chi2: f64,
     pub freedom: f64,
@@ -251,12 +249,7 @@ impl Linear {
 
     /// Sums over the poses that are `kept`.
     pub fn normal(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Normal> {
-        let mut sum = Normal {
-            matrix: Covariance::zeros(),
-            gradient: Parameters::zeros(),
-            cost: 0.0,
-            log_determinant: 0.0,
-        };
+        let mut sum = Normal::default();
         for row in self.kept(keep) {
             let whitener = row.whitener(held)?;
             let residual = whitener * row.residual;
@@ -340,10 +333,7 @@ impl Linear {
         solution: &Solution,
         keep: impl Fn(usize) -> bool,
     ) -> Lengths {
-        let mut sum = Lengths {
-            chi2: 0.0,
-            freedom: 0.0,
-        };
+        let mut sum = Lengths::default();
         for row in self.kept(keep) {
             let variance = row.noise[(0, 0)] + row.error[(0, 0)] * held.model_error.powi(2);
             let derivative = row.jacobian.row(0);

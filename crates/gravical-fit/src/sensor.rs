@@ -127,7 +127,6 @@ impl Sensor {
     }
 
     /// The same for readings divided by `unit`.
-    #[must_use]
     pub fn rescaled(mut self, unit: f64) -> Sensor {
         for i in 0..BENDS {
             self.parameters[i] /= unit;
@@ -161,10 +160,8 @@ impl Sensor {
     /// Predicted error of ‖a‖, root mean square over the sphere, m/s².
     pub fn predicted_mps2(&self) -> f64 {
         let claims = self.claims(sphere(DIRECTIONS));
-        let squares = claims
-            .iter()
-            .map(|c| c.bent_mps2.powi(2) + c.sd_mps2.powi(2));
-        (squares.sum::<f64>() / DIRECTIONS as f64).sqrt()
+        let square = |claim: &Claim| claim.bent_mps2.powi(2) + claim.sd_mps2.powi(2);
+        (claims.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest, standard deviations counting `factor` times.

@@ -34,19 +34,12 @@ pub struct Block {
 /// A drift in proportion to temperature, and how well it predicts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
-    /// Unit of the readings per °C.
-    pub per_c: f64,
+    /// Unit of the readings per °C; none where one direction does not predict the other.
+    pub per_c: Option<f64>,
     /// R² on the means while warming of the slope fitted to those while cooling.
     pub r2_cooling_to_warming: f64,
     /// R² the other way round.
     pub r2_warming_to_cooling: f64,
-}
-
-impl Drift {
-    /// True if each direction predicts the other.
-    pub fn is_predictable(&self) -> bool {
-        self.r2_cooling_to_warming.min(self.r2_warming_to_cooling) >= MIN_R2
-    }
 }
 
 /// Direction of each of the temperatures `t_c` (in order of time): it changes at the extreme from
@@ -92,10 +85,13 @@ pub fn fit_drift(blocks: &[Block], channel: usize) -> Option<Drift> {
     if cooling.len().min(warming.len()) < MIN_BINS {
         return None;
     }
+    let per_c = fit_slope(&bins)?;
+    let of_warming = predict_r2(&cooling, &warming)?;
+    let of_cooling = predict_r2(&warming, &cooling)?;
     Some(Drift {
-        per_c: fit_slope(&bins)?,
-        r2_cooling_to_warming: predict_r2(&cooling, &warming)?,
-        r2_warming_to_cooling: predict_r2(&warming, &cooling)?,
+        per_c: (of_warming.min(of_cooling) >= MIN_R2).then_some(per_c),
+        r2_cooling_to_warming: of_warming,
+        r2_warming_to_cooling: of_cooling,
     })
 }
 

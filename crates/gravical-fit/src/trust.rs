@@ -8,7 +8,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::fit::Fit;
 use crate::model::{
-    BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, sensitivity, sphere,
+    BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, median, sensitivity,
+    sphere,
 };
 use crate::rows::{Held, Placed, Row, force};
 use crate::search::{USUAL_CHI2, USUAL_FREEDOM};
@@ -189,7 +190,10 @@ impl Fit {
         let mut without_sheet = *held;
         without_sheet.prior = false;
         let bare = linear.solve(&normal, &without_sheet)?;
-        let claims = self.sensor_with(bare.covariance).claims(sphere(DIRECTIONS));
+        let mut sensor = self.sensor_with(bare.covariance);
+        // An error of gravity is one of all poses alike.
+        sensor.gravity.sd_mps2 = 0.0;
+        let claims = sensor.claims(sphere(DIRECTIONS));
         if claims.iter().any(|c| c.sd_mps2 > MAX_UNDETERMINED_MPS2) {
             return None;
         }
@@ -334,10 +338,8 @@ impl Fit {
 
     /// Standard deviation of the length of one more mean, m/s².
     fn usual_sd_mps2(&self) -> f64 {
-        let poses = self.search.poses.iter();
-        let mut all: Vec<f64> = poses.flat_map(|p| [p.sd[0], p.sd[1], p.sd[2]]).collect();
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2].hypot(self.search.held.model_error)
+        let errors = self.search.poses.iter().flat_map(|pose| pose.sd.iter());
+        median(errors.copied().collect()).hypot(self.search.held.model_error)
     }
 
     /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is

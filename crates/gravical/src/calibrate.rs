@@ -195,11 +195,13 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let soak = InputFile::of(&options.thermal).into_iter();
     let role = InputRole::Soak;
     inputs.extend(soak.map(|file| InputFile { role, ..file }));
+    let first = || recordings.iter().filter_map(Recording::recorded_at).min();
+    let recorded = options.record.recorded.or_else(first);
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: crate::TOOL.to_owned(),
-        recorded: recorded(recordings, options),
+        recorded: recorded.map(|time| RecordingTime { time }),
         sensor: SensorInfo {
             id: sensor_id,
             model: options.record.sensor_model.clone(),
@@ -216,13 +218,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         temperature_model,
     };
     // Numbers that no sensor has make no calibration.
-    file.check()?;
+    let check = file.check();
+    check
+        .map_err(|error| lost(error.with_hint("`gravical inspect` shows what each pose reads")))?;
     Ok(Calibrated { file, segmentation })
-}
-
-/// When a session was recorded, as far as that is known.
-fn recorded(recordings: &[Recording], options: &CalibrateOptions) -> Option<RecordingTime> {
-    let first = || recordings.iter().filter_map(Recording::recorded_at).min();
-    let time = options.record.recorded.or_else(first)?;
-    Some(RecordingTime { time })
 }

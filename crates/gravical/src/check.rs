@@ -29,7 +29,7 @@ use crate::numfmt::{mg, milli_g};
 use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::recording::{Finding, Recording, after_losses, already_calibrated};
-use crate::stats::median;
+use crate::stats::{median, rms};
 
 use intervals::static_intervals;
 
@@ -246,10 +246,6 @@ pub fn check(
         Judgement::Fits
     };
     let used = || static_intervals.iter().filter(|s| s.counts);
-    let rms = |value: fn(&StillCheck) -> f64| {
-        let squares: f64 = used().map(|s| value(s).powi(2)).sum();
-        (squares / used().count() as f64).sqrt()
-    };
     let size = |i: &usize| static_intervals[*i].z.abs();
     let counted = (0..counts.len()).filter(|i| counts[*i]);
     let worst = counted.max_by(|i, j| size(i).total_cmp(&size(j)));
@@ -265,8 +261,8 @@ pub fn check(
         gravity_source: gravity.source,
         gravity_of_calibration: options.gravity.is_none(),
         worst: worst.unwrap_or(0),
-        rms_mps2: rms(|s| s.error_mps2),
-        predicted_rms_mps2: rms(|s| s.sigma_mps2),
+        rms_mps2: rms(used().map(|s| s.error_mps2)),
+        predicted_rms_mps2: rms(used().map(|s| s.sigma_mps2)),
         test: result.test,
         untested_axes: axes_where(|axis| ways(axis) == 0),
         one_way_axes: axes_where(|axis| ways(axis) == 1),

@@ -63,7 +63,6 @@ pub enum Judgement {
 
 impl Judgement {
     /// The calibration does not fit, or the two differ.
-    #[must_use]
     pub fn is_change(self) -> bool {
         matches!(self, Judgement::DoesNotFit | Judgement::Differ)
     }

@@ -44,6 +44,12 @@ pub(crate) fn mean_of_finite<'a>(values: impl IntoIterator<Item = &'a f64>) -> f
     sum / count
 }
 
+/// Root of the mean square; NaN without any value.
+pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (squares, count) = values.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
+    (squares / count).sqrt()
+}
+
 /// Mean of each axis and the sum of the variances; empty cells are left out.
 pub(crate) fn moments(channels: &[Vec<f64>; 3], rows: Range<usize>) -> ([f64; 3], f64) {
     let mut means = [f64::NAN; 3];

@@ -219,17 +219,18 @@ fn test_channel(blocks: &[Block], channel: usize) -> ChannelDrift {
     let Some(fit) = fit_drift(blocks, channel) else {
         return refuse("its means determine no slope, or do not vary");
     };
-    let (verdict, reason) = if fit.is_predictable() {
-        (DriftVerdict::Corrected, "each direction predicts the other")
-    } else {
-        let why = "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise";
-        (DriftVerdict::NotCorrected, why)
+    let (verdict, reason) = match fit.per_c {
+        Some(_) => (DriftVerdict::Corrected, "each direction predicts the other"),
+        None => (
+            DriftVerdict::NotCorrected,
+            "one direction does not predict the other: hysteresis or drift with time, or no drift beyond the noise",
+        ),
     };
     ChannelDrift {
         verdict,
         r2_cooling_to_warming: Some(fit.r2_cooling_to_warming),
         r2_warming_to_cooling: Some(fit.r2_warming_to_cooling),
-        per_c: (verdict == DriftVerdict::Corrected).then_some(fit.per_c),
+        per_c: fit.per_c,
         ..refuse(reason)
     }
 }

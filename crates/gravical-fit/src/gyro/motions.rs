@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 use super::rest::unexplained;
 use super::{FittedMotion, GyroRest, MotionFit};
+use crate::model::median;
 
 /// Nine elements of E, row-major, then β.
 pub(super) type Parameters = SVector<f64, 12>;
@@ -18,16 +19,6 @@ pub(super) struct Path {
     pub gravity: [Vector3<f64>; 2],
     /// Standard deviation of each component of what is left, rad: directions of gravity, noise, drift.
     pub sd: f64,
-}
-
-/// E, β and how well they are known.
-pub(super) struct Fitted {
-    x: Parameters,
-    pub covariance: Square,
-    /// Of every motion.
-    motions: Vec<FittedMotion>,
-    /// Median length of what is left of the motions by the robust fit, rad.
-    typical: f64,
 }
 
 /// A residual this many times the usual one contradicts the others.
@@ -251,8 +242,9 @@ impl Problem<'_> {
     }
 
     /// Least squares of the motions that agree. Where motions are few, a robust fit may follow some of them
-    /// too closely: a motion that it rejected is admitted again if the others predict it.
-    pub fn settle(&self, robust: At) -> Option<Fitted> {
+    /// too closely: a motion that it rejected is admitted again if the others predict it. The covariance is that
+    /// of E and β.
+    pub fn settle(&self, robust: At) -> Option<(Square, MotionFit)> {
         let typical = robust.typical;
         let mut used = self.judge(&robust.lengths(&Parameters::zeros()));
         let mut at = robust;
@@ -302,39 +294,43 @@ impl Problem<'_> {
                         .map(|inverse| (inverse * residual).norm()),
                 }
             };
-            return Some(Fitted {
-                x: at.x + solved.step,
-                covariance: solved.covariance * wider,
-                motions: (0..used.len()).map(motion).collect(),
-                typical,
-            });
+            let covariance = solved.covariance * wider;
+            let motions = (0..used.len()).map(motion).collect();
+            let fit = self.result(at.x + solved.step, covariance, motions, typical)?;
+            return Some((covariance, fit));
         }
         None
     }
 
     /// In input units: δM = −E⁻¹ δE E⁻¹ / unit, δb = δβ / unit. None where a number is none.
-    pub fn result(&self, fitted: Fitted) -> Option<MotionFit> {
+    fn result(
+        &self,
+        x: Parameters,
+        covariance: Square,
+        motions: Vec<FittedMotion>,
+        typical_rad: f64,
+    ) -> Option<MotionFit> {
         let (rest, unit) = (self.rest, self.unit);
-        let e = Matrix3::from_row_slice(&fitted.x.as_slice()[..9]);
+        let e = Matrix3::from_row_slice(&x.as_slice()[..9]);
         let inverse = e.try_inverse()?;
         let to_model = Square::from_fn(|to, from| match (to, from) {
             (0..9, 0..9) => -inverse[(to / 3, from / 3)] * inverse[(from % 3, to % 3)] / unit,
             _ => f64::from(to == from) / unit,
         });
-        let mut covariance = to_model * fitted.covariance * to_model.transpose();
+        let mut covariance = to_model * covariance * to_model.transpose();
         for i in 0..3 {
             let drift = rest.bias_sd[i].powi(2) - rest.noise_sd[i].powi(2);
             covariance[(9 + i, 9 + i)] += drift.max(0.0);
         }
         let covariance = 0.5 * (covariance + covariance.transpose());
-        let numbers = covariance.iter().chain(&fitted.x);
+        let numbers = covariance.iter().chain(&x);
         let is_finite = numbers.chain(&inverse).all(|v| v.is_finite());
         is_finite.then(|| MotionFit {
             matrix: (e * unit).transpose().into(),
-            bias: std::array::from_fn(|i| rest.bias[i] + fitted.x[9 + i] / unit),
+            bias: std::array::from_fn(|i| rest.bias[i] + x[9 + i] / unit),
             covariance: covariance.into(),
-            motions: fitted.motions,
-            typical_rad: fitted.typical,
+            motions,
+            typical_rad,
         })
     }
 
@@ -347,12 +343,6 @@ impl Problem<'_> {
         let root = (known + Matrix3::from_diagonal_element(own)).cholesky();
         root.map_or(f64::INFINITY, |c| c.solve(&residual).dot(&residual).sqrt())
     }
-}
-
-/// The upper of two middle values; NaN of none.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// Inverse by columns of length one: parameters differ in unit.

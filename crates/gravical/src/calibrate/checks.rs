@@ -1,7 +1,7 @@
 //! Checks that can show a calibration wrong.
 
 use gravical_core::matrix3::unit;
-use gravical_fit::Fit;
+use gravical_fit::{Fit, FittedPose};
 
 use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
@@ -92,9 +92,8 @@ fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option
 /// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
 fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let fit = estimate.fit.as_ref();
-    let fitted = fit.map(|(fit, _)| fit.poses()).unwrap_or_default();
-    for (index, (placement, pose)) in placements.iter().zip(&estimate.section.poses).enumerate() {
+    let poses = estimate.section.poses.iter().zip(&estimate.poses);
+    for (placement, (pose, fitted)) in placements.iter().zip(poses) {
         let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
         if pose.fitted && placement.clipped > 0 {
             tell(finding!(
@@ -105,14 +104,14 @@ fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
             ));
         }
         let is_named = matches!(placement.claim, Some(Claim::Face(_))) && placement.face.is_some();
-        if let Some(chance) = fitted.get(index).and_then(|p| p.bad) {
+        if let Some(chance) = fitted.bad {
             tell(finding!(
                 BadPose,
                 "{}: reads {:+.1} mg off the magnitude that all others agree on (chance {chance:.0e}); left out. Was it moving?",
                 pose.called(),
                 milli_g(pose.magnitude_error_mps2.unwrap_or(f64::NAN))
             ));
-        } else if is_named && estimate.faces[index].is_none() {
+        } else if is_named && fitted.face.is_none() {
             let no_face = finding!(
                 NoFace,
                 "{} is named a face but lies {:.1}° off it, much further than the others: taken as a free pose, unless it is given as a face",
@@ -159,8 +158,8 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
             "each row is a mean of unknown standard error: 4 mm/s² were assumed for the uncertainty"
         ));
     }
-    let twice = face_twice(&estimate.faces, placements);
-    findings.extend(twice.or_else(|| missing_face(fit)));
+    let twice = face_twice(&estimate.poses, placements);
+    findings.extend(twice.or_else(|| missing_face(fit, &estimate.poses)));
     if fit.quality.model_error_mps2 > MODEL_ERROR_NOTE {
         findings.push(finding!(
             ModelError,
@@ -178,21 +177,22 @@ fn of_fit(estimate: &Estimate, fit: &Fit, placements: &[Pose]) -> Vec<Finding> {
 }
 
 /// The faces that none of some poses has up.
-fn missing(up: &[Option<Face>]) -> Vec<Face> {
-    let faces = Face::all().into_iter();
-    faces.filter(|face| !up.contains(&Some(*face))).collect()
+fn missing<'a>(poses: impl Iterator<Item = &'a FittedPose> + Clone) -> Vec<Face> {
+    let is_missing = |face: &Face| poses.clone().all(|pose| pose.face != Some(*face));
+    Face::all().into_iter().filter(is_missing).collect()
 }
 
 /// A face that was recorded twice, once under the name of one that is missing.
-fn face_twice(up: &[Option<Face>], placements: &[Pose]) -> Option<Finding> {
-    let missing = missing(up);
-    (0..up.len()).rev().find_map(|index| {
+fn face_twice(poses: &[FittedPose], placements: &[Pose]) -> Option<Finding> {
+    let missing = missing(poses.iter());
+    (0..poses.len()).rev().find_map(|index| {
         let again = &placements[index];
         let Some(Claim::Face(meant)) = again.claim else {
             return None;
         };
-        let face = up[index].filter(|_| missing.contains(&meant))?;
-        let first = (0..up.len()).find(|k| *k != index && up[*k] == Some(face))?;
+        let face = poses[index].face.filter(|_| missing.contains(&meant))?;
+        let is_first = |k: &usize| *k != index && poses[*k].face == Some(face);
+        let first = (0..poses.len()).find(is_first)?;
         let (one, other) = (&placements[first].label, &again.label);
         let (face, meant) = (face.name(), meant.name());
         let twice = finding!(
@@ -204,12 +204,10 @@ fn face_twice(up: &[Option<Face>], placements: &[Pose]) -> Option<Finding> {
 }
 
 /// Faces only, and one of them missing: what that costs.
-fn missing_face(fit: &Fit) -> Option<Finding> {
-    let poses = fit.poses();
-    let fitted = poses.iter().filter(|p| p.bad.is_none());
-    let up: Vec<Option<Face>> = fitted.map(|p| p.face).collect();
-    let missing = missing(&up);
-    if missing.is_empty() || up.contains(&None) {
+fn missing_face(fit: &Fit, poses: &[FittedPose]) -> Option<Finding> {
+    let mut fitted = poses.iter().filter(|p| p.bad.is_none());
+    let missing = missing(fitted.clone());
+    if missing.is_empty() || fitted.any(|p| p.face.is_none()) {
         return None;
     }
     let directions = missing.iter().map(|face| face.direction().into());

@@ -5,12 +5,12 @@ use std::array::from_fn;
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{BiasDrift, DriftTest, Fit, Hint, Options, Trust, fit};
+use gravical_fit::{BiasDrift, DriftTest, Fit, FittedPose, Hint, Options, Trust, fit};
 use serde::Deserialize;
 
 use crate::calibration_file::{AccelerometerSection, Covariance, Method, PoseTilt, TiltSource};
 use crate::poses::Pose;
-use crate::poses::face::{Claim, Face};
+use crate::poses::face::Claim;
 use crate::recording::AccelUnit;
 use crate::{Error, Result};
 
@@ -97,8 +97,8 @@ pub(crate) struct Estimate {
     pub section: AccelerometerSection,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
-    /// The face that each placement was fitted as, axes of the case; by the closed form the others are not fitted.
-    pub faces: Vec<Option<Face>>,
+    /// What became of each placement, axes of the case; by the closed form only faces are fitted.
+    pub poses: Vec<FittedPose>,
     /// The joint fit, and how far it can be trusted; none by the closed form.
     pub fit: Option<(Fit, Trust)>,
     /// Where many poses tell: whether a drift of the bias with temperature helps.
@@ -146,7 +146,7 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
         drift,
     };
     if session.recordings.len() > 1 {
-        one_sensor(session, &poses, &fit_options)?;
+        one_sensor(session, &poses, fit_options)?;
     }
     match options.method {
         Method::Ferraris => by_ferraris(session),
@@ -225,22 +225,22 @@ fn is_called(pose: &Pose, name: &str) -> bool {
 fn check_names(session: &Session<'_>) -> Result<()> {
     let (poses, options) = (&session.segmentation.poses, &session.options.estimate);
     for (option, names) in [("free_pose", &options.free), ("face_pose", &options.face)] {
+        let refuse = |what: String, hint: &str| {
+            let error = Error::usage("no-such-pose", what).of_option(option);
+            Err(error.with_hint(hint))
+        };
         for name in names {
             let Some(pose) = poses.iter().find(|p| is_called(p, name)) else {
                 let known: Vec<&str> = poses.iter().map(|p| p.label.as_str()).collect();
-                let what = format!("there is no pose {name}");
-                return Err(Error::usage("no-such-pose", what)
-                    .of_option(option)
-                    .with_hint(format!("give one of: {}", known.join(", "))));
+                let hint = format!("give one of: {}", known.join(", "));
+                return refuse(format!("there is no pose {name}"), &hint);
             };
             if option == "face_pose" && pose.face.is_none() {
                 let what = format!(
                     "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
                     pose.angle_deg
                 );
-                return Err(Error::usage("no-such-pose", what)
-                    .of_option(option)
-                    .with_hint("leave it to the fit, which treats it as a free pose"));
+                return refuse(what, "leave it to the fit, which treats it as a free pose");
             }
         }
     }
@@ -252,11 +252,8 @@ fn by_fit(
     mut options: Options,
     poses: &[gravical_fit::Pose],
 ) -> Result<Estimate> {
-    let drift_test = if options.drift {
-        gravical_fit::test_drift(poses, &options).ok()
-    } else {
-        None
-    };
+    let test = || gravical_fit::test_drift(poses, &options).ok();
+    let drift_test = options.drift.then(test).flatten();
     options.drift = drift_test.is_some_and(|test| test.helps);
     let fit = fit(poses, &options).map_err(|open| explain(open, session))?;
     let (model, bias) = (fit.model(), fit.bias());
@@ -269,14 +266,14 @@ fn by_fit(
         let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
         Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
     })?;
-    let faces: Vec<Option<Face>> = fit.poses().iter().map(|pose| pose.face).collect();
+    let fitted = fit.poses();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,
         // From fewer components it is mostly what is usual.
         None if fit.quality.tilt_degrees_of_freedom >= 4.0 => TiltSource::Estimated,
         None => TiltSource::Assumed,
     };
-    let has_faces = faces.iter().any(Option::is_some);
+    let has_faces = fitted.iter().any(|pose| pose.face.is_some());
     let tilt = has_faces.then(|| PoseTilt {
         value: fit.tilt().to_degrees(),
         source,
@@ -299,7 +296,7 @@ fn by_fit(
     Ok(Estimate {
         section,
         calibration,
-        faces,
+        poses: fitted,
         fit: Some((fit, trust)),
         drift_test,
     })
@@ -342,10 +339,14 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         let row = |i: usize| from_fn(|k| all[(i, k)]);
         section.covariance = Some(Covariance::new::<DRIFT>(from_fn(row)));
     }
+    let pose = |face| FittedPose {
+        face,
+        ..FittedPose::default()
+    };
     Ok(Estimate {
         section,
         calibration,
-        faces: faces.of_placements,
+        poses: faces.of_placements.into_iter().map(pose).collect(),
         fit: None,
         drift_test: None,
     })

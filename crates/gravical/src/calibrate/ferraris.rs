@@ -12,6 +12,7 @@ use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 use crate::poses::face::{Face, angle_deg, in_words};
 use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
 use crate::recording::Recording;
+use crate::stats::rms;
 use crate::{Error, Result};
 
 use super::session::at_only;
@@ -50,9 +51,8 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
         let there = placements.iter().filter(|p| p.face == Some(face));
         there.min_by(|a, b| a.angle_deg.total_cmp(&b.angle_deg))
     });
-    let missing = Face::all().into_iter().zip(best);
-    let missing = missing.filter_map(|(face, best)| best.is_none().then_some(face));
-    let missing: Vec<Face> = missing.collect();
+    let mut missing = Face::all().to_vec();
+    missing.retain(|face| best[face.index()].is_none());
     if !missing.is_empty() {
         return Err(incomplete(placements, &missing, recordings));
     }
@@ -111,11 +111,11 @@ impl Faces {
     /// cannot tell the two apart, so this bounds the tilt from above.
     pub fn angle_rms_deg(&self, parameters: &AccelerometerParameters<f64>) -> f64 {
         let AccelerometerParameters { scale, bias, .. } = parameters;
-        let squares = self.means.iter().map(|reading| {
+        let angle_deg = |reading: &[f64; 3]| {
             let channels = std::array::from_fn(|i| (reading[i] - bias[i]) / scale[i]);
-            Face::nearest(channels).1.powi(2)
-        });
-        (squares.sum::<f64>() / 6.0).sqrt()
+            Face::nearest(channels).1
+        };
+        rms(self.means.iter().map(angle_deg))
     }
 
     /// Covariance of `model`, M, and b by the standard errors of the means and a tilt of the faces (standard

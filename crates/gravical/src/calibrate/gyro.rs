@@ -16,8 +16,9 @@ use crate::finding::{Finding, FindingKind, finding};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
+use crate::stats::rms;
 
-use readings::{GAP_PERIODS, LeftOut, MAX_MOTION_S, Readings};
+use readings::{GAP_PERIODS, MAX_MOTION_S, Readings};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -69,12 +70,15 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
         return Gyroscope::default();
     };
     let mut odd = Vec::new();
-    let section = match &fit.by_motions {
+    let mut section = match &fit.by_motions {
         Some(Ok(motions)) => {
-            let section = by_motions(&readings, motions);
-            leave_out(&mut readings, motions);
+            let each = readings.places.iter().zip(&motions.motions);
+            let outliers = each.filter(|(_, motion)| !motion.used);
+            let outliers =
+                outliers.map(|(place, _)| (FindingKind::GyroMotionOutlier, place.clone()));
+            readings.left_out.extend(outliers);
             odd.extend(oddities(motions, nominal));
-            section
+            by_motions(&readings, motions)
         }
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
@@ -98,14 +102,10 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     let mut findings = std::mem::take(&mut readings.findings);
     findings.extend(motions_left_out(&readings));
     findings.extend(odd.into_iter().map(in_file));
-    let g_sensitivity = fit.rest.g_sensitivity;
-    Gyroscope {
-        section: section.map(|section| GyroscopeSection {
-            g_sensitivity,
-            ..section
-        }),
-        findings,
+    if let Some(section) = &mut section {
+        section.g_sensitivity = fit.rest.g_sensitivity;
     }
+    Gyroscope { section, findings }
 }
 
 /// The section of u = M ω + b, and of the inverse of M.
@@ -132,16 +132,15 @@ fn section(
 fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
     let model = matrix3::inverse(&fit.matrix)?;
     let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
-    let rms_deg = |chords: Vec<f64>| rms(chords.into_iter().map(chord_deg));
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
         covariance: Some(Covariance::new(fit.covariance)),
-        residual_deg: Some(rms_deg(used.iter().map(|m| m.residual).collect())),
+        residual_deg: Some(rms(used.iter().map(|m| chord_deg(m.residual)))),
         motions: Some(MotionCounts {
             used: used.len() as u32,
-            left_out: (readings.left_out.len() + fit.motions.len() - used.len()) as u32,
+            left_out: readings.left_out.len() as u32,
         }),
-        leave_one_out_deg: without.map(rms_deg),
+        leave_one_out_deg: without.map(|chords| rms(chords.into_iter().map(chord_deg))),
         ..section(readings, GyroMethod::Motion, &model, fit.matrix, fit.bias)
     })
 }
@@ -174,53 +173,36 @@ fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -
     )
 }
 
-/// Adds the motions that contradict the others to those that take no part.
-fn leave_out(readings: &mut Readings<'_>, fit: &MotionFit) {
-    for (place, motion) in readings.places.iter().zip(&fit.motions) {
-        if !motion.used {
-            readings.left_out.push(LeftOut {
-                why: FindingKind::GyroMotionOutlier,
-                place: place.clone(),
-                clipped: 0,
-            });
-        }
-    }
-}
-
 /// Names the motions that take no part, recording by recording and reason by reason.
 fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
     let gap = format!(
-        "last longer than {MAX_MOTION_S} s, have a break, or miss readings of the gyroscope for more than {GAP_PERIODS} periods"
+        "last longer than {MAX_MOTION_S} s, have a break, or miss its readings for more than {GAP_PERIODS} periods"
     );
     let reasons = [
         (FindingKind::GyroMotionGap, &*gap),
         (
             FindingKind::GyroMotionClipped,
-            "reach the end of the gyroscope's range: turned too fast",
+            "reach the end of its range, turned too fast",
         ),
         (
             FindingKind::GyroMotionOutlier,
-            "contradict the others: a bump, lost samples, or turned too fast",
+            "contradict the others, by a bump, lost samples, or too fast a turn",
         ),
     ];
     let mut findings = Vec::new();
     for (index, recording) in readings.recordings.iter().enumerate() {
         for (why, what) in reasons {
-            let is_meant = |m: &&LeftOut| m.place.recording == index && m.why == why;
+            let left_out = readings.left_out.iter();
+            let meant = left_out.filter(|(kind, place)| *kind == why && place.recording == index);
             let (mut count, mut lines) = (0, LineSpans::default());
-            for LeftOut { place, clipped, .. } in readings.left_out.iter().filter(is_meant) {
+            for (_, place) in meant {
                 let [from, to] = place.lines;
-                let concerned = if *clipped > 0 {
-                    *clipped
-                } else {
-                    to - from + 1
-                };
-                lines.push_range(from, to, concerned);
+                lines.push_range(from, to, to - from + 1);
                 count += 1;
             }
             if count > 0 {
                 let message = format!(
-                    "{count} of the motions between static intervals {what}; left out of the gyroscope's fit"
+                    "motions between static intervals are left out of the gyroscope's fit ({count}): they {what}"
                 );
                 let finding = Finding::new(why, message).at_lines(&lines);
                 findings.push(finding.in_file(&recording.name));
@@ -233,7 +215,7 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
 /// What is odd about the fit itself.
 fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if fit.is_misfit() {
+    if fit.typical_rad > gravical_fit::MISFIT_RAD {
         findings.push(finding!(
             GyroMisfit,
             "after a typical motion, gravity rotated by the integrated rate is wrong by {:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
@@ -258,12 +240,6 @@ fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
         ));
     }
     findings
-}
-
-/// Root of the mean square.
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (squares, count) = values.fold((0.0, 0.0), |(sum, n), v| (sum + v * v, n + 1.0));
-    (squares / count).sqrt()
 }
 
 /// Angle whose chord has this length, degrees.

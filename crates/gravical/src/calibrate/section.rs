@@ -2,11 +2,11 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_fit::deviations;
+use gravical_fit::{BiasDrift, deviations};
 
 use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source};
 use crate::poses::Pose;
-use crate::stats::pooled_deviation;
+use crate::stats::{pooled_deviation, rms};
 
 use super::estimate::{COVERAGE, Estimate, standard_error};
 use super::session::Session;
@@ -29,10 +29,14 @@ fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budget> {
     let gravity = estimate.section.gravity_sd_mps2;
     let placements = session.segmentation.poses.iter();
     let temperatures: Vec<f64> = placements.filter_map(|p| p.temperature_c).collect();
+    // What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
+    let scale = estimate.section.scale;
+    let per_c = |drift: BiasDrift| rms((0..3).map(|i| drift.sd[i] / scale[i]));
+    let per_c = estimate.drift().map_or(DRIFT_MPS2_PER_C, per_c);
     let drift = match &temperatures[..] {
         [] => None,
         [_] => Some(0.0),
-        several => Some(pooled_deviation([several].into_iter()) * drift_sd(estimate)),
+        several => Some(pooled_deviation([several].into_iter()) * per_c),
     };
     let mut contributions = if let Some((_, trust)) = &estimate.fit {
         let (budget, rounding) = (trust.budget?, rounding_share(session));
@@ -73,35 +77,21 @@ fn rounding_share(session: &Session<'_>) -> f64 {
     (rounding / all).sqrt().min(1.0)
 }
 
-/// What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
-fn drift_sd(estimate: &Estimate) -> f64 {
-    let Some(drift) = estimate.drift() else {
-        return DRIFT_MPS2_PER_C;
-    };
-    let scale = estimate.section.scale;
-    let squares = (0..3).map(|i| (drift.sd[i] / scale[i]).powi(2));
-    (squares.sum::<f64>() / 3.0).sqrt()
-}
-
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along
 /// their own direction. The zero offset is added back to the raw means, so that they are the file's numbers.
 fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
     let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
     let fit = estimate.fit.as_ref();
-    let fitted = fit.map(|(fit, trust)| (fit.poses(), &trust.left_out));
     let one = |(index, placement): (usize, &Pose)| {
-        let by_fit = fitted.as_ref();
-        let by_fit = by_fit.map(|(poses, left_out)| (poses[index], left_out[index]));
-        let face = estimate.faces[index];
-        let degrees = |(tilt, sd): (f64, f64)| (tilt.to_degrees(), sd.to_degrees());
-        let (tilt_deg, tilt_sd_deg) = match by_fit {
-            Some((pose, _)) => pose.tilt.map(degrees).unzip(),
-            None => (face.map(|_| placement.angle_deg), None),
+        let pose = &estimate.poses[index];
+        let left_out = fit.and_then(|(_, trust)| trust.left_out[index]);
+        let (tilt_deg, tilt_sd_deg) = match pose.tilt {
+            Some((tilt, sd)) => (Some(tilt.to_degrees()), Some(sd.to_degrees())),
+            None => (pose.face.map(|_| placement.angle_deg), None),
         };
-        let left_out = by_fit.and_then(|(_, left_out)| left_out);
         let calibrated = estimate.calibration.apply(placement.mean);
         let length = matrix3::norm(&calibrated).max(f64::MIN_POSITIVE);
-        let (label, kind, expected) = match face {
+        let (label, kind, expected) = match pose.face {
             Some(face) => {
                 let expected = face.direction().map(|d| d * gravity);
                 (face.name(), PoseKind::Face, expected)
@@ -128,7 +118,7 @@ fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
             magnitude_error_mps2: Some(length - gravity),
             left_out_error_mps2: left_out.map(|l| l.error_mps2),
             left_out_sd_mps2: left_out.map(|l| l.sd_mps2),
-            fitted: by_fit.map_or(face.is_some(), |(pose, _)| pose.bad.is_none()),
+            fitted: fit.map_or(pose.face.is_some(), |_| pose.bad.is_none()),
         }
     };
     let placements = session.segmentation.poses.iter();

@@ -66,13 +66,10 @@ const CHANGES: [f64; 2] = [2e-3, 0.05];
 pub(super) fn one_sensor(
     session: &Session<'_>,
     poses: &[gravical_fit::Pose],
-    options: &Options,
+    mut options: Options,
 ) -> Result<()> {
     let placements = &session.segmentation.poses;
-    let without_drift = Options {
-        drift: false,
-        ..*options
-    };
+    options.drift = false;
     let mut alone: Vec<(&str, Sensor)> = Vec::new();
     for (index, recording) in session.recordings.iter().enumerate() {
         let each = poses.iter().zip(placements);
@@ -80,7 +77,7 @@ pub(super) fn one_sensor(
         let own: Vec<_> = own.map(|(pose, _)| pose.clone()).collect();
         let Some(fit) = Some(own)
             .filter(|own| own.len() >= MIN_POSES)
-            .and_then(|own| fit(&own, &without_drift).ok())
+            .and_then(|own| fit(&own, &options).ok())
         else {
             continue;
         };

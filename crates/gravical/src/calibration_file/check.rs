@@ -88,14 +88,9 @@ fn sensor(
 }
 
 fn sizes(field: &str, values: &[f64]) -> Result<()> {
-    let mut within = values
-        .iter()
-        .map(|v| (-MAX_PARAMETER..MAX_PARAMETER).contains(v));
-    require(
-        within.all(|is_within| is_within),
-        field,
-        "a value is beyond any sensor",
-    )
+    let possible = -MAX_PARAMETER..MAX_PARAMETER;
+    let are_possible = values.iter().all(|v| possible.contains(v));
+    require(are_possible, field, "a value is beyond any sensor")
 }
 
 impl Covariance {

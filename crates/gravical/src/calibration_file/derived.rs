@@ -1,4 +1,4 @@
-//! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, and what
+//! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, drifts, and what
 //! of a result needs attention.
 
 use gravical_core::matrix3;
@@ -6,14 +6,19 @@ use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT,
 use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
-    AccelerometerSection, CalibrationFile, Covariance, GyroscopeSection, NextPose, PoseKind,
-    PoseResult, TiltSource,
+    AccelerometerSection, CHANNELS, CalibrationFile, ChannelDrift, Covariance, DriftVerdict,
+    GyroscopeSection, NextPose, PoseKind, PoseResult, TemperatureModel, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
+use crate::stats::rms;
 
 /// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
 /// an MTi, some 40 poses each.
 const USUAL_MODEL_ERROR_MPS2: f64 = 0.002;
+/// The value of zero in unsigned 16-bit counts.
+const UNSIGNED_OFFSET: f64 = 32768.0;
+/// Poses are proposed if all of them together bring an error below this share.
+const MATTERS: f64 = 0.8;
 
 /// None where the matrix is singular.
 fn parameters(matrix: &[[f64; 3]; 3], bias: &[f64; 3], bends: [f64; 6]) -> Option<Parameters> {
@@ -46,16 +51,28 @@ impl Covariance {
     }
 }
 
-impl GyroscopeSection {
-    /// Standard deviations of bias and scale; the scale has none where only the bias was estimated.
-    pub fn deviations(&self) -> Option<([f64; 3], Option<[f64; 3]>)> {
-        let covariance = self.covariance.as_ref()?;
-        if let [x, y, z] = &covariance.values[..] {
-            return Some(([*x.first()?, *y.get(1)?, *z.get(2)?].map(f64::sqrt), None));
-        }
-        let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
-        let sd = deviations(&parameters, &covariance.of_parameters()?);
-        Some((sd.bias, Some(sd.scale)))
+impl CalibrationFile {
+    /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
+    /// matrix is singular or the file has no covariance.
+    pub fn sensor(&self) -> Option<Sensor> {
+        let section = &self.accelerometer;
+        let all = section.covariance_of_parameters()?;
+        // What the fit says of itself, or what is usual where none can tell.
+        let model_error_mps2 = match section.fit {
+            Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
+            Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
+            None => USUAL_MODEL_ERROR_MPS2,
+        };
+        let mut sensor = section.sensor(self.gravity_mps2, all, model_error_mps2)?;
+        let relative_sd = sensor.gravity.relative_sd();
+        sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
+        Some(sensor)
+    }
+
+    /// The temperature model, if it corrects a channel.
+    pub(crate) fn drift_model(&self) -> Option<&TemperatureModel> {
+        let model = self.temperature_model.as_ref();
+        model.filter(|m| m.any_corrected())
     }
 }
 
@@ -96,31 +113,7 @@ impl AccelerometerSection {
             tilt_freedom,
         })
     }
-}
 
-impl CalibrationFile {
-    /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
-    /// matrix is singular or the file has no covariance.
-    pub fn sensor(&self) -> Option<Sensor> {
-        let section = &self.accelerometer;
-        let all = section.covariance_of_parameters()?;
-        // What the fit says of itself, or what is usual where none can tell.
-        let model_error_mps2 = match section.fit {
-            Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
-            Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
-            None => USUAL_MODEL_ERROR_MPS2,
-        };
-        let mut sensor = section.sensor(self.gravity_mps2, all, model_error_mps2)?;
-        let relative_sd = sensor.gravity.relative_sd();
-        sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
-        Some(sensor)
-    }
-}
-
-/// The value of zero in unsigned 16-bit counts.
-const UNSIGNED_OFFSET: f64 = 32768.0;
-
-impl AccelerometerSection {
     /// Input units per m/s², mean of the axes.
     pub(crate) fn mean_scale(&self) -> f64 {
         self.scale.iter().sum::<f64>() / 3.0
@@ -156,42 +149,14 @@ impl AccelerometerSection {
         let zero_known = values(self.bias).iter().all(|b| b.abs() < 40.0);
         zero_known.then(|| values(raw))
     }
-}
 
-fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
-    let around = |b: f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
-    if counts && bias.into_iter().all(around) {
-        UNSIGNED_OFFSET
-    } else {
-        0.0
-    }
-}
-
-impl GyroscopeSection {
-    /// Input units per °/s, mean of the axes.
-    pub(crate) fn mean_per_deg_s(&self) -> f64 {
-        self.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
-    }
-
-    /// The offset of unsigned counts, where the bias shows that it contains one.
-    pub(crate) fn zero_offset(&self) -> f64 {
-        let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
-        unsigned_offset(self.bias, counts)
-    }
-}
-
-/// Poses are proposed if all of them together bring an error below this share.
-const MATTERS: f64 = 0.8;
-
-impl AccelerometerSection {
     /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
     /// where that is above 5 mg, the error that one pose can cause undetected.
     pub fn proposed_poses(&self) -> &[NextPose] {
         let (now, next) = (self.predicted_norm_error_mps2, &self.next_poses);
         let then = next.last().map(|p| p.predicted_norm_error_mps2);
-        let lowers_error = now
-            .zip(then)
-            .is_some_and(|(now, then)| then < MATTERS * now);
+        let both = now.zip(then);
+        let lowers_error = both.is_some_and(|(now, then)| then < MATTERS * now);
         let now = self.undetected.map(|u| u.effect_mps2);
         let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
         let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
@@ -219,7 +184,79 @@ impl AccelerometerSection {
         let free = self.poses.iter();
         let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
         let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
-        let squares: f64 = errors.iter().map(|e| e * e).sum();
-        (!errors.is_empty()).then(|| ((squares / errors.len() as f64).sqrt(), errors.len()))
+        (!errors.is_empty()).then(|| (rms(errors.iter().copied()), errors.len()))
+    }
+}
+
+fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
+    let around = |b: f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
+    if counts && bias.into_iter().all(around) {
+        UNSIGNED_OFFSET
+    } else {
+        0.0
+    }
+}
+
+impl GyroscopeSection {
+    /// Standard deviations of bias and scale; the scale has none where only the bias was estimated.
+    pub fn deviations(&self) -> Option<([f64; 3], Option<[f64; 3]>)> {
+        let covariance = self.covariance.as_ref()?;
+        if let [x, y, z] = &covariance.values[..] {
+            return Some(([*x.first()?, *y.get(1)?, *z.get(2)?].map(f64::sqrt), None));
+        }
+        let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
+        let sd = deviations(&parameters, &covariance.of_parameters()?);
+        Some((sd.bias, Some(sd.scale)))
+    }
+
+    /// Input units per °/s, mean of the axes.
+    pub(crate) fn mean_per_deg_s(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
+    }
+
+    /// The offset of unsigned counts, where the bias shows that it contains one.
+    pub(crate) fn zero_offset(&self) -> f64 {
+        let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
+        unsigned_offset(self.bias, counts)
+    }
+}
+
+impl ChannelDrift {
+    /// True if its drift is subtracted.
+    pub fn is_corrected(&self) -> bool {
+        self.verdict == DriftVerdict::Corrected
+    }
+}
+
+impl TemperatureModel {
+    /// The channel with this name.
+    pub fn channel(&self, name: &str) -> Option<&ChannelDrift> {
+        self.channels.iter().find(|c| c.channel == name)
+    }
+
+    /// True if at least one channel is corrected.
+    pub fn any_corrected(&self) -> bool {
+        self.channels.iter().any(ChannelDrift::is_corrected)
+    }
+
+    /// Drift of `ax` … `gz` at `t_c`, input unit; outside the range that at the nearer edge. Zero for
+    /// a channel that is not corrected.
+    pub fn drift_at(&self, t_c: f64) -> [f64; 6] {
+        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
+        CHANNELS.map(|name| {
+            let channel = self.channel(name).filter(|c| c.is_corrected());
+            channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
+        })
+    }
+
+    /// False where its range is none, or a corrected channel has no slope or is none.
+    pub(super) fn is_applicable(&self) -> bool {
+        let is_channel = |c: &ChannelDrift| {
+            let has_slope = c.per_c.is_some_and(f64::is_finite);
+            (!c.is_corrected() || has_slope) && CHANNELS.contains(&c.channel.as_str())
+        };
+        // Not where one is no number, either.
+        let is_range = self.range_c[0] <= self.range_c[1] && self.reference_c.is_finite();
+        is_range && self.channels.iter().all(is_channel)
     }
 }

@@ -10,7 +10,6 @@ mod derived;
 mod folder;
 mod imucal;
 mod input;
-mod temperature;
 mod types;
 mod unit;
 
@@ -30,7 +29,6 @@ pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
 pub use input::*;
-pub use temperature::*;
 pub use types::*;
 pub(crate) use unit::judge_unit;
 

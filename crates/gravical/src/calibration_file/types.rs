@@ -3,7 +3,7 @@
 use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::{InputFile, TemperatureModel};
+use super::InputFile;
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
@@ -423,3 +423,57 @@ pub struct Verdict {
     /// Reasons.
     pub reasons: Vec<String>,
 }
+
+/// Drift of a sensor's readings with its temperature T.
+///
+/// ```text
+/// calibrated = matrix · (raw − drift(T) − bias), drift(T) = per_c · (T − reference_c)
+/// ```
+///
+/// The drift is zero at `reference_c`. Outside `range_c` the value at its nearer edge is used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TemperatureModel {
+    /// Temperature at which bias and matrix are valid, °C: the mean of the poses; of a soak alone its middle.
+    pub reference_c: f64,
+    /// Lowest and highest temperature at which the model was fitted and tested, °C.
+    pub range_c: [f64; 2],
+    /// Every channel; refused ones have no slope.
+    pub channels: Vec<ChannelDrift>,
+}
+
+/// Whether the drift of a channel is subtracted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum DriftVerdict {
+    /// Each direction predicts the other.
+    Corrected,
+    /// One direction does not predict the other, or it was not tested.
+    #[default]
+    NotCorrected,
+}
+
+/// Temperature drift of one channel, in the unit of the recording and °C.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ChannelDrift {
+    /// `ax` … `gz`, axes of the board.
+    pub channel: String,
+    /// Unit of the recording.
+    pub input_unit: String,
+    /// Whether it is corrected.
+    pub verdict: DriftVerdict,
+    /// Reason.
+    pub reason: String,
+    /// R² on the means while warming of the line fitted to those while cooling; null if it could
+    /// not be tested.
+    pub r2_cooling_to_warming: Option<f64>,
+    /// R² the other way round.
+    pub r2_warming_to_cooling: Option<f64>,
+    /// Slope, input unit per °C; null if refused.
+    pub per_c: Option<f64>,
+}
+
+/// Names of the channels, in the order of a row.
+pub const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];

@@ -35,8 +35,8 @@ pub(super) struct Readings<'a> {
     pub motions: Vec<Motion>,
     /// Of each motion.
     pub places: Vec<Place>,
-    /// Motions that cannot be used: too long, gaps, clipped samples.
-    pub left_out: Vec<LeftOut>,
+    /// Motions that take no part in the fit, and why.
+    pub left_out: Vec<(FindingKind, Place)>,
     /// Allan N, input unit · √s.
     pub noise: [f64; 3],
     /// What rounding leaves of every mean alike, input unit.
@@ -52,14 +52,6 @@ pub(super) struct Place {
     pub rows: Range<usize>,
     /// From a reading at rest to one at rest.
     pub lines: [u64; 2],
-}
-
-/// A motion that takes no part in the fit.
-pub(super) struct LeftOut {
-    pub why: FindingKind,
-    pub place: Place,
-    /// Rows at the end of the range.
-    pub clipped: u64,
 }
 
 /// A gyroscope whose rates can be integrated: samples at a known rate.
@@ -167,15 +159,7 @@ impl<'a> Readings<'a> {
                     });
                     self.places.push(place);
                 }
-                Err(clipped) => self.left_out.push(LeftOut {
-                    why: if clipped > 0 {
-                        FindingKind::GyroMotionClipped
-                    } else {
-                        FindingKind::GyroMotionGap
-                    },
-                    place,
-                    clipped,
-                }),
+                Err(why) => self.left_out.push((why, place)),
             }
         }
     }
@@ -228,27 +212,26 @@ impl<'a> Track<'a> {
         Some((inner, from..to + 1))
     }
 
-    /// The readings in `rows`. A motion that cannot be used is the number of its rows at the end of the
-    /// range, or 0 where it has a gap or is too long.
-    fn samples(&self, rows: Range<usize>) -> Result<Vec<Sample>, u64> {
+    /// The readings in `rows`, or why they cannot be used.
+    fn samples(&self, rows: Range<usize>) -> Result<Vec<Sample>, FindingKind> {
         let seconds = |from: usize, to: usize| match &self.recording.time_s {
             Some(t) => t[to] - t[from],
             None => (to - from) as f64 / self.rate_hz,
         };
         if self.recording.is_broken(&rows) || seconds(rows.start, rows.end - 1) > MAX_MOTION_S {
-            return Err(0);
+            return Err(FindingKind::GyroMotionGap);
         }
-        let (mut samples, mut clipped): (Vec<Sample>, u64) = (Vec::new(), 0);
-        let mut before = rows.start;
+        let mut samples: Vec<Sample> = Vec::new();
+        let (mut before, mut is_clipped) = (rows.start, false);
         for row in rows {
             let rate = self.rate_at(row);
-            clipped += u64::from(self.is_at_end(rate));
+            is_clipped |= self.is_at_end(rate);
             let step_s = seconds(before, row);
             if !(step_s.is_finite() && rate.iter().all(|v| v.is_finite())) {
                 continue;
             }
             if step_s.abs() >= GAP_PERIODS / self.rate_hz {
-                return Err(0);
+                return Err(FindingKind::GyroMotionGap);
             }
             if let Some(last) = samples.last_mut() {
                 last.step_s = step_s;
@@ -260,8 +243,8 @@ impl<'a> Track<'a> {
             });
             before = row;
         }
-        if clipped > 0 {
-            Err(clipped)
+        if is_clipped {
+            Err(FindingKind::GyroMotionClipped)
         } else {
             Ok(samples)
         }

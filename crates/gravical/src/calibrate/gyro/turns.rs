@@ -36,25 +36,20 @@ pub(super) fn by_turns(
     accelerometer: &Calibration<f64>,
 ) -> Option<GyroscopeSection> {
     let (cut, recordings) = (session.segmentation, session.recordings);
-    let found: Vec<Turn>;
-    let turns = if cut.turns.is_empty() {
-        found = find_turns(session, readings);
-        &found
-    } else {
-        &cut.turns
-    };
+    let mut turns = cut.turns.clone();
+    if turns.is_empty() {
+        turns = find_turns(session, readings);
+    }
+    let both = |(a, n): ([f64; 3], usize), (b, m): ([f64; 3], usize)| (matrix3::add(&a, &b), n + m);
     let of_face = |face: Face| {
         let poses = cut.poses.iter().filter(|p| p.face == Some(face));
         let sums = poses
             .filter_map(|p| sum_of_rows(recordings[p.recording].gyro.as_ref()?, p.rows.clone()));
-        sums.reduce(|(a, n), (b, m)| (matrix3::add(&a, &b), n + m))
+        sums.reduce(both)
     };
     let faces = Face::all().into_iter().map(of_face);
     let faces: Vec<([f64; 3], usize)> = faces.collect::<Option<_>>()?;
-    let total = faces
-        .iter()
-        .fold([0.0; 3], |sum, (s, _)| matrix3::add(&sum, s));
-    let count: usize = faces.iter().map(|(_, n)| n).sum();
+    let (total, count) = faces.iter().copied().reduce(both)?;
     let bias = total.map(|t| t / count as f64);
     let mean = |face: usize, channel: usize| faces[face].0[channel] / faces[face].1 as f64;
     let two_g = 2.0 * session.gravity_mps2();
@@ -93,6 +88,7 @@ pub(super) fn by_turns(
 fn find_turns(session: &Session<'_>, readings: &Readings<'_>) -> Vec<Turn> {
     let rates = session.axes().of_rates();
     let turn = |(motion, place): (&Motion, &Place)| {
+        let nominal = readings.nominal()?;
         let [before, after] = [motion.before, motion.after].map(|i| &readings.intervals[i]);
         let [from, to] = [before, after].map(|rest| matrix3::unit(&rest.accel));
         if matrix3::dot(&from, &to) < COS_BACK {
@@ -102,7 +98,6 @@ fn find_turns(session: &Session<'_>, readings: &Readings<'_>) -> Vec<Turn> {
             |rate: [f64; 3], _| from_fn(|i| rate[i] - 0.5 * (before.rate[i] + after.rate[i]));
         let track = readings.tracks[place.recording].as_ref()?;
         let integral = track.integral(&place.rows, less_bias)?;
-        let nominal = readings.nominal()?;
         let rotation = rates.to_case(integral).map(|v| v / nominal);
         let angle = matrix3::norm(&rotation);
         let axis = (0..3).find(|&axis| rotation[axis].abs() > MIN_SHARE * angle)?;
