@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use gravical::calibration_file::CalibrationFile;
+use gravical::core::matrix3::{add, mul_vec, norm};
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
 use gravical::live::event::{Command, Event, Loss};
@@ -15,7 +16,6 @@ use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
 use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
 use gravical::{Error, Result};
-use gravical_core::matrix3::{add, mul_vec, norm};
 
 use crate::cmd::log::{self, Existing, LogFile};
 
