@@ -19,7 +19,6 @@ pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};
 pub(crate) use dialect::Delimiter;
 pub use format::Format;
-pub(crate) use format::Layout;
 pub use names::Column;
 pub use number::parse_cell;
 pub(crate) use roles::sensor_unknown;

@@ -11,7 +11,7 @@ pub use fixed::{write_fixed, write_trimmed};
 use std::io::{self, Write};
 
 use crate::role::Role;
-use crate::text::{CopiedText, Delimiter, Format, Layout};
+use crate::text::{CopiedText, Delimiter, Format};
 
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -52,16 +52,13 @@ impl Table {
         decimals: u32,
         keep_replaced: bool,
     ) -> Self {
-        let (delimiter, decimal_comma) = match &format.layout {
-            Layout::Table(dialect) => (dialect.delimiter, dialect.decimal_comma),
-            Layout::Sentences(_) => (Delimiter::Byte(b','), false),
-        };
+        let delimiter = format.dialect.delimiter;
         let mut table = Table {
             delimiter: match delimiter {
                 Delimiter::Byte(byte) => byte,
                 Delimiter::Whitespace => b'\t',
             },
-            decimal_comma,
+            decimal_comma: format.dialect.decimal_comma,
             ..Table::default()
         };
         let fields = format.columns.len();

@@ -5,10 +5,11 @@ use std::io::{self, BufRead};
 
 use super::batch::{Batch, CopiedText, Reason, word_code};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::{Format, Layout};
+use super::format::Format;
 use super::header::Header;
 use super::lines::Lines;
 use super::number::parse_cell;
+use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::error::Error;
 
@@ -139,8 +140,8 @@ impl<R: BufRead> Iterator for Batches<R> {
 impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
-        let (rows, layout) = (self.batch.rows(), &self.format.layout);
-        let is_whole = || self.place.is_none_or(|place| place == layout.last_place());
+        let (rows, sentences) = (self.batch.rows(), self.format.sentences.as_ref());
+        let is_whole = || self.place == sentences.map(Sentences::last_place);
         rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
     }
 
@@ -200,9 +201,10 @@ impl RowParser {
         if is_comment(line) {
             return self.read_comment(line).map(Some);
         }
-        let Layout::Table(dialect) = self.format.layout else {
+        if self.format.sentences.is_some() {
             return Ok(self.read_sentence(line));
-        };
+        }
+        let dialect = self.format.dialect;
         let reason = self.read_fields(line, dialect);
         match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
             None => Ok(reason),
@@ -290,10 +292,8 @@ impl RowParser {
     }
 
     fn read_sentence(&mut self, line: &str) -> Option<Reason> {
-        let Layout::Sentences(sentences) = &self.format.layout else {
-            return None;
-        };
-        let Some(sentence) = sentences.parse(line) else {
+        let sentences = self.format.sentences.as_ref();
+        let Some(sentence) = sentences.and_then(|s| s.parse(line)) else {
             return Some(Reason::NotANumber);
         };
         let begins = self.place.is_none_or(|last| sentence.place <= last);
@@ -302,10 +302,8 @@ impl RowParser {
                 self.push_slots();
             }
             self.begin_row();
-            let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-            columns
-                .filter(|(_, is_read)| **is_read)
-                .for_each(|(c, _)| c.push(f64::NAN));
+            let columns = self.batch.columns.iter_mut();
+            columns.for_each(|column| column.push(f64::NAN));
         } else {
             self.blanks = 0;
         }

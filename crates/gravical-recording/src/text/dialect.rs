@@ -141,6 +141,15 @@ impl Tally {
 }
 
 impl Dialect {
+    /// Of cells that are not parted by text: in memory, or once they are out of their sentences.
+    pub(crate) fn of_commas(fields: usize) -> Self {
+        Dialect {
+            delimiter: Delimiter::Byte(b','),
+            fields,
+            ..Dialect::default()
+        }
+    }
+
     /// What stands between whole numbers and decimals.
     pub(crate) fn point(self) -> u8 {
         if self.decimal_comma { b',' } else { b'.' }

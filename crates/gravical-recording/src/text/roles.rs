@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::batch::Batch;
-use super::format::{Format, Layout};
+use super::format::Format;
 use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
@@ -476,7 +476,7 @@ fn counts_mostly(values: &[f64]) -> bool {
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
     const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
-        let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
+        let is_text = sample.is_text(c);
         let role = format.columns[c].role;
         let is_axis = matches!(role, Role::Accel(_) | Role::Gyro(_));
         if is_axis || role == Role::Label || role != Role::Other && !is_text {

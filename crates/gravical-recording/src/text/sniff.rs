@@ -2,8 +2,8 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::{Format, Layout};
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
+use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::names::Column;
@@ -125,12 +125,9 @@ fn ros_imu() -> Vec<String> {
 
 /// Whether the rows are a few among lines of words or of markup.
 fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
-    let Layout::Table(dialect) = &format.layout else {
-        return false;
-    };
     let below = lines[format.head_lines..].iter();
     let below = below.filter(|l| !l.trim().is_empty());
-    let rows = below.clone().filter(|l| dialect.is_row(l)).count();
+    let rows = below.clone().filter(|l| format.dialect.is_row(l)).count();
     let is_markup = head.trim_start().starts_with(['{', '<']);
     rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
 }
@@ -153,12 +150,7 @@ impl Format {
         if columns == 0 {
             return Err(no_rows("no row could be read: 0 lines = 0 rows"));
         }
-        let dialect = Dialect {
-            delimiter: Delimiter::Byte(b','),
-            fields: columns,
-            ..Dialect::default()
-        };
-        let mut format = Format::new(Layout::Table(dialect), b'\n', names.to_vec(), columns);
+        let mut format = Format::new(Dialect::of_commas(columns), b'\n', names.to_vec());
         format.options = options.clone();
         roles::assign(&mut format, sample, "")?;
         Ok(format)
@@ -179,8 +171,7 @@ impl Format {
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
         dialect.day_first = metadata::is_day_first(&lines[..head_lines]);
         let header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
-        let layout = Layout::Table(dialect);
-        let mut format = Format::new(layout, line_end, header.names, dialect.fields);
+        let mut format = Format::new(dialect, line_end, header.names);
         format.header_line = header.line;
         let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
         if format.names.is_empty() {
@@ -242,13 +233,13 @@ impl Format {
         if names.iter().all(String::is_empty) {
             names.clear();
         }
-        let layout = Layout::Sentences(sentences.clone());
-        let mut format = Format::new(layout, line_end, names, sentences.slots);
+        let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
         let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
-        let sentences = first_row.filter_map(|line| sentences.parse(line));
-        for (slot, number) in sentences.flat_map(|s| s.numbers) {
+        let first_row = first_row.filter_map(|line| sentences.parse(line));
+        for (slot, number) in first_row.flat_map(|s| s.numbers) {
             format.columns[slot].is_dated = number.contains(':');
         }
+        format.sentences = Some(sentences);
         Some(format.with_head(lines, head_lines))
     }
 
