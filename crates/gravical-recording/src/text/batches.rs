@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, CopiedText, Reason, word_code};
+use super::batch::{Batch, CopiedText, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::Header;
@@ -41,8 +41,6 @@ struct RowParser {
     /// Lines read.
     line_number: usize,
     batch: Batch,
-    /// Words of each column, in order of appearance.
-    words: Vec<Vec<String>>,
     /// Blank lines since the last row.
     blanks: usize,
     has_break: bool,
@@ -78,7 +76,6 @@ impl<R: BufRead> Batches<R> {
             lines: Lines::new(bytes, format.line_end),
             parser: RowParser {
                 batch: Batch::new(fields),
-                words: vec![Vec::new(); fields],
                 slots: vec![String::new(); fields],
                 format,
                 ..RowParser::default()
@@ -154,7 +151,6 @@ impl RowParser {
         let rows = batch.rows();
         let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| t.resize(rows, 0));
-        batch.words.clone_from(&self.words);
         batch.ledger.lines = self.line_number;
         self.place = None;
         batch
@@ -169,6 +165,7 @@ impl RowParser {
             column.reserve_exact(rows);
         }
         next.lines.reserve_exact(rows);
+        next.words.clone_from(&self.batch.words);
         next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
         next
     }
@@ -284,9 +281,8 @@ impl RowParser {
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
         for (column, word) in texts {
-            let code = word_code(&mut self.words[column], word);
             self.batch.texts[column].resize(row, 0);
-            self.batch.texts[column].push(code);
+            self.batch.push_word(column, word);
         }
         None
     }
