@@ -10,8 +10,9 @@ fn words(line: &str) -> Vec<&str> {
         .collect()
 }
 
-/// Words for the sampling rate.
-const NAMES: &str = "fs rate odr sampling frequency";
+/// Words before the sampling rate; those of [`WITH_UNIT`] only if a unit stands beside it.
+const NAMES: &str = "fs rate odr sampling frequency at";
+const WITH_UNIT: &str = "sampling frequency at";
 /// Words before `rate` that make it another one.
 const OTHER_RATES: &str = "baud bit heart data";
 /// Words before a number that make it a property of a filter.
@@ -19,39 +20,37 @@ const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
-/// the word `sampling` need the unit; those of a filter and of other rates are ignored.
+/// the words `sampling` and `at` need the unit; those of a filter and of other rates are ignored.
 #[must_use]
 pub fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
         let words = words(&line);
-        let number = |word: &str| -> Option<f64> {
-            let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
-            POSSIBLE.contains(&rate).then_some(rate)
-        };
-        (0..words.len()).find_map(|i| {
-            if is_listed(NAMES, words[i]) {
-                // The number follows, possibly after its unit or another word.
-                let at = (i + 1..words.len().min(i + 4)).find(|at| number(words[*at]).is_some())?;
-                let beside = &words[i.saturating_sub(2)..at];
-                let before = &words[i.saturating_sub(2)..i];
-                let other_rate = match before {
-                    ["output", "data"] => false,
-                    [.., last] => is_listed(OTHER_RATES, last),
-                    [] => false,
-                };
-                let of_filter = beside.iter().any(|w| is_listed(OF_FILTER, w));
-                let with_unit = words[at].ends_with("hz")
-                    || words[i + 1..words.len().min(at + 2)].contains(&"hz");
-                let clear = with_unit || !matches!(words[i], "sampling" | "frequency");
-                return number(words[at]).filter(|_| clear && !of_filter && !other_rate);
-            }
-            // `at 100 Hz`: only with the unit.
-            let rate = words.get(i + 1).filter(|_| words[i] == "at")?;
-            let unit = words.get(i + 2).is_some_and(|w| *w == "hz") || rate.ends_with("hz");
-            number(rate).filter(|_| unit)
-        })
+        let mut names = (0..words.len()).filter(|at| is_listed(NAMES, words[*at]));
+        names.find_map(|name| rate_behind(&words, name))
     })
+}
+
+fn rate_behind(words: &[&str], name: usize) -> Option<f64> {
+    let number = |word: &str| -> Option<f64> {
+        let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
+        POSSIBLE.contains(&rate).then_some(rate)
+    };
+    // The number follows, possibly after its unit or another word.
+    let at = (name + 1..words.len().min(name + 4)).find(|at| number(words[*at]).is_some())?;
+    let (before, between) = (&words[name.saturating_sub(2)..name], &words[name + 1..at]);
+    let is_other_rate = match before {
+        ["output", "data"] | [] => false,
+        [.., last] => words[name] == "rate" && is_listed(OTHER_RATES, last),
+    };
+    let is_of_filter = before
+        .iter()
+        .chain(between)
+        .any(|w| is_listed(OF_FILTER, w));
+    let has_unit =
+        words[at].ends_with("hz") || between.contains(&"hz") || words.get(at + 1) == Some(&"hz");
+    let is_clear = has_unit || !is_listed(WITH_UNIT, words[name]);
+    number(words[at]).filter(|_| is_clear && !is_of_filter && !is_other_rate)
 }
 
 /// Plausible ranges of accelerometers, g.
@@ -110,10 +109,8 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
         let line = line.as_ref().to_ascii_lowercase();
-        let order = line
-            .split_once("date format")
-            .map(|(_, order)| order.trim_start());
-        order.is_some_and(|order| order.starts_with('d'))
+        let order = line.split_once("date format");
+        order.is_some_and(|(_, order)| order.trim_start().starts_with('d'))
     })
 }
 
