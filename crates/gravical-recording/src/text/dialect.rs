@@ -113,31 +113,22 @@ fn trim(field: &str) -> &str {
     }
 }
 
-/// Counts of fields, finite numbers and texts of a line.
-#[derive(Default)]
-struct Tally {
-    fields: usize,
-    numbers: usize,
-    texts: usize,
-}
-
-impl Tally {
-    fn count(line: &str, delimiter: Delimiter, decimal_comma: bool) -> Self {
-        let mut tally = Tally::default();
-        for field in fields(line, delimiter) {
-            tally.fields += 1;
-            match parse_cell(field, decimal_comma) {
-                Some(v) if v.is_finite() => tally.numbers += 1,
-                Some(_) => {}
-                None => tally.texts += 1,
-            }
+/// Fields and finite numbers of a line, if it is a row.
+fn count_row(line: &str, delimiter: Delimiter, decimal_comma: bool) -> Option<(usize, usize)> {
+    if is_comment(line) {
+        return None;
+    }
+    let (mut count, mut numbers, mut texts) = (0, 0, 0);
+    for field in fields(line, delimiter) {
+        count += 1;
+        match parse_cell(field, decimal_comma) {
+            Some(v) if v.is_finite() => numbers += 1,
+            Some(_) => {}
+            None => texts += 1,
         }
-        tally
     }
-
-    fn is_row(&self) -> bool {
-        self.numbers >= 3 || self.numbers >= 2 && self.numbers > self.texts
-    }
+    let is_row = numbers >= 3 || numbers >= 2 && numbers > texts;
+    is_row.then_some((count, numbers))
 }
 
 impl Dialect {
@@ -165,8 +156,8 @@ impl Dialect {
     }
 
     pub(crate) fn is_row(self, line: &str) -> bool {
-        let tally = Tally::count(line, self.delimiter, self.decimal_comma);
-        tally.fields == self.fields && tally.is_row() && !is_comment(line)
+        let row = count_row(line, self.delimiter, self.decimal_comma);
+        row.is_some_and(|(fields, _)| fields == self.fields)
     }
 
     /// The delimiter and decimal sign under which most lines are rows of one width.
@@ -184,13 +175,12 @@ impl Dialect {
         let score = |(delimiter, decimal_comma): (Delimiter, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-            for line in lines.iter().filter(|l| !is_comment(l)) {
-                let tally = Tally::count(line, delimiter, decimal_comma);
-                if tally.fields >= 3 && tally.is_row() {
-                    let (rows, numbers) = widths.entry(tally.fields).or_default();
-                    *rows += 1;
-                    *numbers += tally.numbers;
-                }
+            let rows = lines.iter();
+            let rows = rows.filter_map(|line| count_row(line, delimiter, decimal_comma));
+            for (fields, count) in rows.filter(|(fields, _)| *fields >= 3) {
+                let (rows, numbers) = widths.entry(fields).or_default();
+                *rows += 1;
+                *numbers += count;
             }
             let widths = widths.into_iter();
             let (fields, score) = widths.max_by_key(|(fields, score)| (score.0, *fields))?;

@@ -51,10 +51,8 @@ fn is_glued(rest: &str) -> bool {
     let is_end = |(_, c): &(usize, char)| c.is_whitespace() || ",;|)]}".contains(*c);
     let end = rest.char_indices().take(MAX_WORD).find(is_end);
     let is_word = rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
-    match end {
-        Some((end, _)) => is_word && !is_unit(&rest[..end]),
-        None => is_word && (rest.len() > MAX_WORD || !is_unit(rest)),
-    }
+    let word = end.map_or(rest, |(end, _)| &rest[..end]);
+    is_word && (word.len() > MAX_WORD || !is_unit(word))
 }
 
 /// Whether there is more between the slots than delimiters and fields of text.
