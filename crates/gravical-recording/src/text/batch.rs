@@ -97,11 +97,16 @@ const SHOWN: usize = 60;
 impl Ledger {
     /// Counts a line.
     pub(crate) fn add(&mut self, reason: Reason, line: usize, text: &str) {
-        let lines = self.reasons.entry(reason).or_insert_with(|| AsideLines {
+        let first = || text.chars().take(SHOWN).collect();
+        self.lines_of(reason, first).push(line as u64);
+    }
+
+    fn lines_of(&mut self, reason: Reason, first: impl FnOnce() -> String) -> &mut LineSpans {
+        let aside = self.reasons.entry(reason).or_insert_with(|| AsideLines {
             lines: LineSpans::default(),
-            first: text.chars().take(SHOWN).collect(),
+            first: first(),
         });
-        lines.lines.push(line as u64);
+        &mut aside.lines
     }
 
     /// Lines set aside for a reason.
@@ -143,12 +148,7 @@ impl Ledger {
     pub fn append(&mut self, later: Ledger) {
         self.lines = self.lines.max(later.lines);
         for (reason, AsideLines { lines, first }) in later.reasons {
-            let known = self.reasons.entry(reason);
-            let known = known.or_insert_with(|| AsideLines {
-                lines: LineSpans::default(),
-                first,
-            });
-            known.lines.append(&lines);
+            self.lines_of(reason, || first).append(&lines);
         }
     }
 }

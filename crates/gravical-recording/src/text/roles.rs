@@ -325,20 +325,22 @@ fn find_sensor(
     found: &[[usize; 3]],
 ) -> Result<usize, Error> {
     let asked = words(wanted);
-    let has_words = |t: &[usize; 3]| {
-        let sensor = &format.columns[t[0]].sensor;
+    let has_name = |i: &usize| names[*i] == wanted;
+    let has_words = |i: &usize| {
+        let sensor = &format.columns[found[*i][0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let ways: [&dyn Fn(&usize) -> bool; 3] =
-        [&|i| names[*i] == wanted, &|i| has_words(&found[*i]), &|i| {
-            wanted == (i + 1).to_string()
-        }];
-    let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
-    let fits = fits.into_iter().find(|fits| !fits.is_empty());
-    match fits.unwrap_or_default()[..] {
-        [one] => Ok(one),
-        _ => Err(sensor_unknown(wanted, names)),
+    let has_number = |i: &usize| wanted == (i + 1).to_string();
+    let ways: [&dyn Fn(&usize) -> bool; 3] = [&has_name, &has_words, &has_number];
+    for way in ways {
+        let mut sensors = (0..found.len()).filter(way);
+        match (sensors.next(), sensors.next()) {
+            (Some(only), None) => return Ok(only),
+            (None, _) => {}
+            _ => break,
+        }
     }
+    Err(sensor_unknown(wanted, names))
 }
 
 /// Accelerometer and gyroscope behind the clocks and counters, told by gravity.

@@ -70,10 +70,6 @@ pub(crate) fn is_decorated(skeleton: &str) -> bool {
         })
 }
 
-fn digits(bytes: &[u8]) -> usize {
-    bytes.iter().take_while(|b| b.is_ascii_digit()).count()
-}
-
 /// How many of the first bytes are of a kind.
 fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
     let bytes = bytes.iter().take(MAX_WORD);
@@ -115,7 +111,7 @@ fn time_length(bytes: &[u8]) -> Option<usize> {
         _ => false,
     };
     is_time.then(|| match bytes.get(n) {
-        Some(b'.') => n + 1 + digits(&bytes[n + 1..]),
+        Some(b'.') => n + 1 + prefix(&bytes[n + 1..], u8::is_ascii_digit),
         _ => n,
     })
 }
