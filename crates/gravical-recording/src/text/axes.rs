@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
-use super::names::{Column, FileSensor, sensor_of_file};
+use super::names::{Column, sensor_of_file};
 use super::number::parse_cell;
 use crate::bytes::{self, Input};
 use crate::error::Error;
@@ -38,7 +38,7 @@ pub fn group(paths: &[PathBuf]) -> Vec<PathBuf> {
 #[must_use]
 pub fn group_of(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
-    if sensor_of_file(name) == Some(FileSensor::Other) {
+    if sensor_of_file(name) == Some(Role::Other) {
         return None;
     }
     let is_part = |c: Option<char>| c.is_some_and(char::is_alphanumeric);

@@ -189,40 +189,30 @@ fn time_unit(word: &str) -> Option<&'static str> {
     })
 }
 
-/// The sensor that the name of a file tells.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum FileSensor {
-    Accel { is_linear: bool },
-    Gyro,
-    Other,
-}
-
-/// The sensor that the name of a file tells. Short words are ambiguous in file names.
-pub(crate) fn sensor_of_file(name: &str) -> Option<FileSensor> {
+/// The sensor that the name of a file tells: a role of its first axis, [`Role::Other`] for one that is
+/// not read. Short words are ambiguous in file names.
+pub(crate) fn sensor_of_file(name: &str) -> Option<Role> {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let mut words = words(file.split('.').next().unwrap_or(file));
     words.retain(|w| w.len() > 2);
-    let is = |role: Role| {
-        let of = |w: &String| sensor(w).map(|r| r(0)) == Some(role);
-        words.iter().any(of)
+    let is_named = |role: &Role| {
+        words
+            .iter()
+            .any(|w| sensor(w).map(|of| of(0)) == Some(*role))
     };
-    if is(Role::Accel(0)) {
-        let is_linear = words.iter().any(|w| is_linear(w));
-        return Some(FileSensor::Accel { is_linear });
-    }
-    if is(Role::Gyro(0)) {
-        return Some(FileSensor::Gyro);
-    }
-    let is_other = words.iter().any(|w| is_listed(FOREIGN, w));
-    is_other.then_some(FileSensor::Other)
+    let is_other = || words.iter().any(|w| is_listed(FOREIGN, w));
+    let mut sensors = [Role::Accel(0), Role::Gyro(0)].into_iter();
+    sensors
+        .find(is_named)
+        .or_else(|| is_other().then_some(Role::Other))
 }
 
-fn is_linear(word: &str) -> bool {
+pub(crate) fn is_linear(word: &str) -> bool {
     matches!(word, "linear" | "lin" | "user" | "free")
 }
 
 /// What unit and last letter say where no word is known: `Beschleunigung x (m/s^2)`, `x_g`.
-pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -> Option<Role> {
+pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<Role>) -> Option<Role> {
     let (outside, _) = split_unit(name);
     let mut words = words(&outside);
     if words.iter().any(|w| is_listed(FOREIGN, w)) {
@@ -248,8 +238,8 @@ pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -
         _ if is_axis_word && !is_accel && GyroUnit::parse(&unit).is_some() => {
             Some(Role::Gyro(axis))
         }
-        _ if is_bare && may_be_gyro && file == Some(FileSensor::Gyro) => Some(Role::Gyro(axis)),
-        _ if is_bare && !is_accel && file == Some(FileSensor::Other) => None,
+        _ if is_bare && may_be_gyro && file == Some(Role::Gyro(0)) => Some(Role::Gyro(axis)),
+        _ if is_bare && !is_accel && file == Some(Role::Other) => None,
         _ if is_bare || is_accel && is_axis_word => Some(Role::Accel(axis)),
         _ => None,
     }

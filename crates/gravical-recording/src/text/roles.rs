@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::batch::Batch;
 use super::format::Format;
-use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
+use super::names::{Column, is_linear, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::options::ColumnsSpec;
@@ -25,7 +25,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     let is_gyroscope = format.options.is_gyroscope;
     assign_given(format)?;
     let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
-    let file = file.or(is_gyroscope.then_some(FileSensor::Gyro));
+    let file = file.or(is_gyroscope.then_some(Role::Gyro(0)));
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
@@ -246,12 +246,13 @@ fn is_gyro(column: &Column) -> bool {
     matches!(column.role, Role::Gyro(_))
 }
 
-fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name: &str) {
+fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str) {
     // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
     // acceleration to TotalAcceleration.csv.
     let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
         && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
-    let is_linear_file = is_sensor_logger || file == Some(FileSensor::Accel { is_linear: true });
+    let is_linear_file = is_sensor_logger
+        || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
     let has_accel = format.columns.iter().any(is_accel);
     let has_gyro = format.columns.iter().any(is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
