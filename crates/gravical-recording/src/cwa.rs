@@ -9,7 +9,6 @@ use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
 use crate::error::Error;
-use crate::metadata;
 use crate::options::ReadOptions;
 use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
@@ -98,7 +97,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         format!("Serial number: {}", header.device),
         format!("Sampling rate: {rate_hz} Hz"),
     ];
-    format.rate_hz = metadata::rate_hz(&format.metadata);
+    format.rate_hz = Some(rate_hz);
     Ok((format, samples))
 }
 

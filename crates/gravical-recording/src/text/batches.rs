@@ -31,7 +31,6 @@ pub struct Batches<R> {
     lines: Lines<R>,
     parser: RowParser,
     error: Option<io::Error>,
-    is_done: bool,
 }
 
 /// Lines on their way into a batch.
@@ -81,7 +80,6 @@ impl<R: BufRead> Batches<R> {
                 ..RowParser::default()
             },
             error: None,
-            is_done: false,
         }
     }
 
@@ -110,7 +108,6 @@ impl<R: BufRead> Batches<R> {
         if batch.rows() > 0 || batch.ledger.total() > 0 {
             return Ok(Some(self.parser.finish_batch()));
         }
-        self.is_done = true;
         self.error.take().map_or(Ok(None), Err)
     }
 }
@@ -126,11 +123,7 @@ impl<R: BufRead> Iterator for Batches<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.is_done {
-            return None;
-        }
-        let batch = self.read_batch();
-        batch.transpose()
+        self.read_batch().transpose()
     }
 }
 
@@ -142,32 +135,24 @@ impl RowParser {
         rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
     }
 
+    /// The batch; the next one has room for as many rows.
     fn finish_batch(&mut self) -> Batch {
-        if self.place.is_some() {
+        if self.place.take().is_some() {
             self.push_slots();
         }
-        let next = self.next_batch();
+        let next = Batch::new(self.batch.columns.len());
         let mut batch = std::mem::replace(&mut self.batch, next);
-        let rows = batch.rows();
+        let (next, rows) = (&mut self.batch, batch.rows());
+        for (column, last) in next.columns.iter_mut().zip(&batch.columns) {
+            column.reserve_exact(last.len());
+        }
+        next.lines.reserve_exact(rows);
+        next.words.clone_from(&batch.words);
+        next.text = CopiedText::new(self.copied.len(), batch.text.len(), rows);
         let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| t.resize(rows, 0));
         batch.ledger.lines = self.line_number;
-        self.place = None;
         batch
-    }
-
-    /// An empty batch with room for as many rows as this one has.
-    fn next_batch(&self) -> Batch {
-        let mut next = Batch::new(self.format.columns.len());
-        let rows = self.batch.rows();
-        let columns = next.columns.iter_mut().zip(&self.format.is_read);
-        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
-            column.reserve_exact(rows);
-        }
-        next.lines.reserve_exact(rows);
-        next.words.clone_from(&self.batch.words);
-        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
-        next
     }
 
     fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
