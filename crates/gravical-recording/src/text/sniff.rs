@@ -62,28 +62,26 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
             .with_hint("record again: nothing was written to this file"));
     }
     let (line_end, lines) = split_lines(head);
-    let table = Format::table(&lines, line_end)
+    let with_roles = |format: Format| format.with_roles(head, file_name, options);
+    let table = Format::table(&lines, line_end, true)
         .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
-            let is_prose = options.columns.is_none() && has_few_rows(&format, &lines, head);
-            if is_prose {
+            if options.columns.is_none() && has_few_rows(&format, &lines, head) {
                 return Err(no_table(head, "only a few lines of numbers among others"));
             }
-            let unnamed = format.without_comment_as_header(&lines);
-            let named = format.with_roles(head, file_name, options);
-            match (named, unnamed) {
-                (Err(e), Some(unnamed)) if e.code() == "no-accelerometer" => {
-                    unnamed.with_roles(head, file_name, options).map_err(|_| e)
-                }
-                (named, _) => named,
-            }
+            with_roles(format).or_else(|e| {
+                // A comment above the rows may as well be about something else.
+                let is_unnamed = e.code() == "no-accelerometer";
+                let unnamed = Format::table(&lines, line_end, false).filter(|_| is_unnamed);
+                unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
+            })
         });
     match &table {
         Ok((_, is_wordy)) if !is_wordy => {}
         Err(e) if !MAY_BE_WORDS.contains(&e.code()) => {}
         _ => {
             let words = Format::sentences(&lines, line_end);
-            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name, options)) {
+            if let Some(Ok((format, _))) = words.map(with_roles) {
                 return Ok(format);
             }
         }
@@ -98,7 +96,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
 /// There is no table.
 pub fn sniff_table(head: &str) -> Result<Format, Error> {
     let (line_end, lines) = split_lines(head);
-    Format::table(&lines, line_end).ok_or_else(|| no_table(head, NO_ROWS))
+    Format::table(&lines, line_end, true).ok_or_else(|| no_table(head, NO_ROWS))
 }
 
 /// What ends the lines of a text, and these.
@@ -165,12 +163,17 @@ impl Format {
         self
     }
 
-    fn table(lines: &[&str], line_end: u8) -> Option<Self> {
+    /// The format of a table; its columns may be named by a comment or not.
+    fn table(lines: &[&str], line_end: u8, is_named_by_comment: bool) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
         let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
         dialect.day_first = metadata::is_day_first(&lines[..head_lines]);
-        let header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
+        let mut header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
+        let header_line = header.line.checked_sub(1).map(|at| lines[at].trim_start());
+        if !is_named_by_comment && header_line.is_some_and(is_comment) {
+            header = Header::default();
+        }
         let mut format = Format::new(dialect, line_end, header.names);
         format.header_line = header.line;
         let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
@@ -188,22 +191,6 @@ impl Format {
             column.is_dated = cell.contains(':');
         }
         Some(format.with_head(lines, head_lines))
-    }
-
-    /// The same where the line with the names is a comment: it may as well be about something else.
-    fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
-        let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
-        is_comment(line).then(|| {
-            let mut unnamed = self.clone();
-            (unnamed.header_line, unnamed.names) = (0, Vec::new());
-            for column in &mut unnamed.columns {
-                *column = Column {
-                    is_dated: column.is_dated,
-                    ..Column::default()
-                };
-            }
-            unnamed
-        })
     }
 
     /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
@@ -259,16 +246,12 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let read_sample = |format: &Format| {
-            let sample = format.batches(head.as_bytes()).next();
-            let sample = sample.and_then(Result::ok);
-            sample.ok_or_else(|| no_table(head, NO_ROWS))
-        };
-        let mut sample = read_sample(&self)?;
+        let sample = self.batches(head.as_bytes()).next().and_then(Result::ok);
+        let mut sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
-            sample = read_sample(&self)?;
+            sample.crop(2..usize::MAX);
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
