@@ -6,7 +6,6 @@ use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
-use super::names::Column;
 use super::number::parse_cell;
 use super::roles::{self, GYROSCOPE_ALONE};
 use super::words::Sentences;
@@ -121,6 +120,22 @@ fn ros_imu() -> Vec<String> {
     stamp.into_iter().chain(fields).collect()
 }
 
+/// Names of the columns below another head: of the CSV that the PC software of GENEActiv writes below
+/// its hundred lines, and of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
+fn known_names(above: &[&str], first_row: &[&str]) -> Vec<String> {
+    const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
+    let geneactiv = GENEACTIV.split(',').map(str::to_owned).collect();
+    let is_geneactiv = above.iter().any(|line| {
+        let mut words = line.split(|c: char| !c.is_alphanumeric());
+        line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
+    });
+    let frame = first_row.get(2);
+    let is_ros = frame.is_some_and(|frame| frame.parse::<f64>().is_err());
+    let mut known = vec![(is_geneactiv, geneactiv), (is_ros, ros_imu())];
+    known.retain(|(is_it, names)| *is_it && names.len() == first_row.len());
+    known.pop().unwrap_or_default().1
+}
+
 /// Whether the rows are a few among lines of words or of markup.
 fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let below = lines[format.head_lines..].iter();
@@ -168,19 +183,21 @@ impl Format {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
         let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
-        dialect.day_first = metadata::is_day_first(&lines[..head_lines]);
-        let mut header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
+        let above = &lines[..head_lines];
+        dialect.day_first = metadata::is_day_first(above);
+        let mut header = Header::parse(above, &lines[head_lines..], dialect);
         let header_line = header.line.checked_sub(1).map(|at| lines[at].trim_start());
         if !is_named_by_comment && header_line.is_some_and(is_comment) {
             header = Header::default();
         }
-        let mut format = Format::new(dialect, line_end, header.names);
-        format.header_line = header.line;
         let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
-        if format.names.is_empty() {
-            format.name_known_columns(&lines[..head_lines], &first_row);
-            format.misfit = find_misfit(&lines[..head_lines], dialect);
+        let mut misfit = None;
+        if header.names.is_empty() {
+            header.names = known_names(above, &first_row);
+            misfit = find_misfit(above, dialect);
         }
+        let mut format = Format::new(dialect, line_end, header.names);
+        (format.header_line, format.misfit) = (header.line, misfit);
         for (column, unit) in format.columns.iter_mut().zip(&header.units) {
             // `S_Timestamp_CAL` is not in seconds if the row of units says ms.
             if column.unit.is_empty() || is_unit(unit) {
@@ -191,26 +208,6 @@ impl Format {
             column.is_dated = cell.contains(':');
         }
         Some(format.with_head(lines, head_lines))
-    }
-
-    /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
-    /// of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
-    fn name_known_columns(&mut self, above: &[&str], first_row: &[&str]) {
-        const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
-        let geneactiv: Vec<String> = GENEACTIV.split(',').map(str::to_owned).collect();
-        let is_geneactiv = above.iter().any(|line| {
-            let mut words = line.split(|c: char| !c.is_alphanumeric());
-            line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
-        });
-        let is_ros = first_row
-            .get(2)
-            .is_some_and(|frame| frame.parse::<f64>().is_err());
-        let mut known = [(is_geneactiv, geneactiv), (is_ros, ros_imu())].into_iter();
-        let columns = self.columns.len();
-        if let Some((_, names)) = known.find(|(is_it, names)| *is_it && names.len() == columns) {
-            self.columns = names.iter().map(|name| Column::from_name(name)).collect();
-            self.names = names;
-        }
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
