@@ -333,15 +333,11 @@ fn find_sensor(
     };
     let has_number = |i: &usize| wanted == (i + 1).to_string();
     let ways: [&dyn Fn(&usize) -> bool; 3] = [&has_name, &has_words, &has_number];
-    for way in ways {
-        let mut sensors = (0..found.len()).filter(way);
-        match (sensors.next(), sensors.next()) {
-            (Some(only), None) => return Ok(only),
-            (None, _) => {}
-            _ => break,
-        }
+    let fits = ways.map(|way| (0..found.len()).filter(way).collect::<Vec<_>>());
+    match fits.iter().find(|fits| !fits.is_empty()).map(Vec::as_slice) {
+        Some([only]) => Ok(*only),
+        _ => Err(sensor_unknown(wanted, names)),
     }
-    Err(sensor_unknown(wanted, names))
 }
 
 /// Accelerometer and gyroscope behind the clocks and counters, told by gravity.
@@ -501,12 +497,11 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             name.is_some_and(|n| words(n).iter().any(|w| is_listed(NAMES, w)))
         };
         let has_pairs = || {
-            let stamps =
-                (0..format.columns.len()).filter(|c| format.columns[*c].role == Role::Time);
-            stamps.map(|c| &sample.columns[c]).any(|v| {
-                let rows = v.len();
-                let same = v.windows(2).filter(|w| w[0] == w[1]).count();
-                same * kinds * 5 >= rows * (kinds - 1) * 4
+            let columns = format.columns.iter().zip(&sample.columns);
+            let mut clocks = columns.filter(|(column, _)| column.role == Role::Time);
+            clocks.any(|(_, stamps)| {
+                let same = stamps.windows(2).filter(|w| w[0] == w[1]).count();
+                same * kinds * 5 >= stamps.len() * (kinds - 1) * 4
             })
         };
         (takes_turns && (is_text || is_named() || has_pairs())).then_some((c, kinds))
