@@ -14,9 +14,6 @@ use crate::units::is_listed;
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
 
-/// Code of the error of a file whose only sensor is a gyroscope.
-pub(super) const GYROSCOPE_ALONE: &str = "gyroscope-alone";
-
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
 
@@ -211,12 +208,11 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
 
 fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
     if has_gyroscope {
-        return Error::input(
-            GYROSCOPE_ALONE,
-            "this file holds a gyroscope and no accelerometer",
-        )
-        .with_hint("give the accelerometer's recording as the input, and this file beside it")
-        .advise("gyro", "");
+        let text = "this file holds a gyroscope and no accelerometer";
+        let error = Error::input("gyroscope-alone", text);
+        return error
+            .with_hint("give the accelerometer's recording as the input, and this file beside it")
+            .advise("gyro", "");
     }
     let text = "no three columns are named as an accelerometer's x, y and z";
     let error = Error::input("no-accelerometer", text)

@@ -7,7 +7,7 @@ use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::number::parse_cell;
-use super::roles::{self, GYROSCOPE_ALONE};
+use super::roles;
 use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::error::Error;
@@ -22,15 +22,6 @@ const LINES_PER_ROW: usize = 10;
 
 /// Lines by which the dialect is told.
 const DIALECT_LINES: usize = 400;
-
-/// Codes of errors that numbers wrapped in words cause.
-const MAY_BE_WORDS: [&str; 5] = [
-    "no-rows",
-    "columns-unknown",
-    "columns-missing",
-    "no-accelerometer",
-    GYROSCOPE_ALONE,
-];
 
 /// `no-rows` with what a recording is.
 pub(crate) fn no_rows(text: impl Into<String>) -> Error {
@@ -75,15 +66,10 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
                 unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
             })
         });
-    match &table {
-        Ok((_, is_wordy)) if !is_wordy => {}
-        Err(e) if !MAY_BE_WORDS.contains(&e.code()) => {}
-        _ => {
-            let words = Format::sentences(&lines, line_end);
-            if let Some(Ok((format, _))) = words.map(with_roles) {
-                return Ok(format);
-            }
-        }
+    if matches!(table, Ok((_, true)) | Err(_))
+        && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
+    {
+        return Ok(format);
     }
     table.map(|(format, _)| format)
 }
