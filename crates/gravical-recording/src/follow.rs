@@ -12,7 +12,7 @@ use crate::options::ReadOptions;
 use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Batch, Batches, Delimiter, Format, Reason, no_table, sniff};
+use crate::text::{Batch, Batches, Format, Reason, no_table, sniff};
 
 /// The format is looked for each time that so many lines more are there.
 const LOOK_LINES: usize = 50;
@@ -214,10 +214,9 @@ impl Follow {
         let columns = 0..format.columns.len();
         Some(Form {
             has_clock: format.columns.iter().any(|c| is_clock(c.role)),
-            delimiter: match format.dialect.delimiter {
-                _ if format.sentences.is_some() => None,
-                Delimiter::Byte(byte) => Some(byte),
-                Delimiter::Whitespace => Some(b' '),
+            delimiter: match format.sentences {
+                Some(_) => None,
+                None => format.dialect.delimiter.or(Some(b' ')),
             },
             header_line: format.header_line,
             head_lines: format.head_lines,

@@ -17,7 +17,6 @@ mod words;
 pub use batch::{AsideLines, Batch, CopiedText, Ledger, Reason};
 pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};
-pub(crate) use dialect::Delimiter;
 pub use format::Format;
 pub use names::Column;
 pub use number::parse_cell;

@@ -11,7 +11,7 @@ pub use fixed::{write_fixed, write_trimmed};
 use std::io::{self, Write};
 
 use crate::role::Role;
-use crate::text::{CopiedText, Delimiter, Format};
+use crate::text::{CopiedText, Format};
 
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -54,10 +54,7 @@ impl Table {
     ) -> Self {
         let delimiter = format.dialect.delimiter;
         let mut table = Table {
-            delimiter: match delimiter {
-                Delimiter::Byte(byte) => byte,
-                Delimiter::Whitespace => b'\t',
-            },
+            delimiter: delimiter.unwrap_or(b'\t'),
             decimal_comma: format.dialect.decimal_comma,
             ..Table::default()
         };
@@ -112,10 +109,10 @@ impl Table {
 
     /// Copies a column, together with the one before it if that is copied too and one byte parts
     /// them.
-    fn copy(&mut self, field: usize, name: String, delimiter: Delimiter) {
+    fn copy(&mut self, field: usize, name: String, delimiter: Option<u8>) {
         let follows = matches!(self.cells.last(), Some(Cell::Copied(_)));
         match self.copied.last_mut() {
-            Some((_, last)) if follows && matches!(delimiter, Delimiter::Byte(_)) => {
+            Some((_, last)) if follows && delimiter.is_some() => {
                 *last = field;
                 self.names.push(name);
             }

@@ -137,9 +137,7 @@ impl RowParser {
 
     /// The batch; the next one has room for as many rows.
     fn finish_batch(&mut self) -> Batch {
-        if self.place.take().is_some() {
-            self.push_slots();
-        }
+        self.push_slots();
         let next = Batch::new(self.batch.columns.len());
         let mut batch = std::mem::replace(&mut self.batch, next);
         let (next, rows) = (&mut self.batch, batch.rows());
@@ -279,9 +277,7 @@ impl RowParser {
         };
         let begins = self.place.is_none_or(|last| sentence.place <= last);
         if begins {
-            if self.place.is_some() {
-                self.push_slots();
-            }
+            self.push_slots();
             self.begin_row();
             let columns = self.batch.columns.iter_mut();
             columns.for_each(|column| column.push(f64::NAN));
@@ -316,8 +312,11 @@ impl RowParser {
             .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
     }
 
-    /// Copies the numbers of a row that was wrapped in words.
+    /// Copies the numbers of a row that was wrapped in words, if one has begun.
     fn push_slots(&mut self) {
+        if self.place.take().is_none() {
+            return;
+        }
         for (first, last) in &self.copied {
             let text = self.slots[*first..=*last].join(",");
             self.batch.text.push(text.as_bytes());

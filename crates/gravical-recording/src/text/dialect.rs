@@ -6,27 +6,9 @@ use super::number::{parse_cell, parse_plain};
 use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(crate) enum Delimiter {
-    Byte(u8),
-    #[default]
-    Whitespace,
-}
-
-impl Delimiter {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Delimiter::Byte(b',') => "comma",
-            Delimiter::Byte(b';') => "semicolon",
-            Delimiter::Byte(b'\t') => "tab",
-            Delimiter::Byte(_) => "bar",
-            Delimiter::Whitespace => "white space",
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Dialect {
-    pub delimiter: Delimiter,
+    /// The byte between two fields; none where white space parts them.
+    pub delimiter: Option<u8>,
     pub decimal_comma: bool,
     /// Dates have the day before the month.
     pub day_first: bool,
@@ -34,7 +16,7 @@ pub(crate) struct Dialect {
 }
 
 /// The fields of a line, without blanks and quotes around them.
-pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
+pub(crate) fn fields(line: &str, delimiter: Option<u8>) -> Fields<'_> {
     Fields {
         line,
         delimiter,
@@ -45,7 +27,7 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
 
 pub(crate) struct Fields<'a> {
     line: &'a str,
-    delimiter: Delimiter,
+    delimiter: Option<u8>,
     /// Where the next field begins: after the last one, beyond the end of the line.
     at: usize,
     /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
@@ -66,8 +48,8 @@ impl Fields<'_> {
         let (value, length) = parse_plain(rest, point)?;
         let ends = match (rest.get(length), self.delimiter) {
             (None, _) => true,
-            (Some(byte), Delimiter::Byte(delimiter)) => *byte == delimiter,
-            (Some(byte), Delimiter::Whitespace) => byte.is_ascii_whitespace(),
+            (Some(byte), Some(delimiter)) => *byte == delimiter,
+            (Some(byte), None) => byte.is_ascii_whitespace(),
         };
         ends.then(|| {
             self.step_over(self.at + length);
@@ -82,7 +64,7 @@ impl<'a> Iterator for Fields<'a> {
     fn next(&mut self) -> Option<&'a str> {
         let mut rest = self.line.get(self.at..)?;
         match self.delimiter {
-            Delimiter::Whitespace => {
+            None => {
                 rest = rest.trim_ascii_start();
                 self.at = self.line.len() - rest.len();
                 let end = rest.bytes().position(|b| b.is_ascii_whitespace());
@@ -90,7 +72,7 @@ impl<'a> Iterator for Fields<'a> {
                 self.step_over(self.at + field.len());
                 Some(field).filter(|f| !f.is_empty())
             }
-            Delimiter::Byte(delimiter) => {
+            Some(delimiter) => {
                 let mut quoted = false;
                 let end = rest.bytes().position(|b| {
                     quoted ^= b == b'"';
@@ -114,7 +96,7 @@ fn trim(field: &str) -> &str {
 }
 
 /// Fields and finite numbers of a line, if it is a row.
-fn count_row(line: &str, delimiter: Delimiter, decimal_comma: bool) -> Option<(usize, usize)> {
+fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(usize, usize)> {
     if is_comment(line) {
         return None;
     }
@@ -135,9 +117,19 @@ impl Dialect {
     /// Of cells that are not parted by text: in memory, or once they are out of their sentences.
     pub(crate) fn of_commas(fields: usize) -> Self {
         Dialect {
-            delimiter: Delimiter::Byte(b','),
+            delimiter: Some(b','),
             fields,
             ..Dialect::default()
+        }
+    }
+
+    pub(crate) fn delimiter_name(self) -> &'static str {
+        match self.delimiter {
+            Some(b',') => "comma",
+            Some(b';') => "semicolon",
+            Some(b'\t') => "tab",
+            Some(_) => "bar",
+            None => "white space",
         }
     }
 
@@ -162,17 +154,17 @@ impl Dialect {
 
     /// The delimiter and decimal sign under which most lines are rows of one width.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
-        const CANDIDATES: [(Delimiter, bool); 8] = [
-            (Delimiter::Byte(b','), false),
-            (Delimiter::Byte(b';'), false),
-            (Delimiter::Byte(b'\t'), false),
-            (Delimiter::Byte(b'|'), false),
-            (Delimiter::Whitespace, false),
-            (Delimiter::Byte(b';'), true),
-            (Delimiter::Byte(b'\t'), true),
-            (Delimiter::Whitespace, true),
+        const CANDIDATES: [(Option<u8>, bool); 8] = [
+            (Some(b','), false),
+            (Some(b';'), false),
+            (Some(b'\t'), false),
+            (Some(b'|'), false),
+            (None, false),
+            (Some(b';'), true),
+            (Some(b'\t'), true),
+            (None, true),
         ];
-        let score = |(delimiter, decimal_comma): (Delimiter, bool)| {
+        let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
             let rows = lines.iter();

@@ -78,7 +78,7 @@ impl Format {
         if self.sentences.is_some() {
             return format!("numbers in sentences, {header}");
         }
-        let delimiter = self.dialect.delimiter.name();
+        let delimiter = self.dialect.delimiter_name();
         let decimals = if self.dialect.decimal_comma {
             " decimal comma,"
         } else {

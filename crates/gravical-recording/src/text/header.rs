@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Delimiter, Dialect, fields, is_blank, uncommented};
+use super::dialect::{Dialect, fields, is_blank, uncommented};
 use super::format::Format;
 use super::names::Column;
 use super::number::parse_cell;
@@ -61,7 +61,7 @@ impl Header {
             return Some(true);
         }
         let text = uncommented(line);
-        let others = [b',', b';', b'\t'].map(Delimiter::Byte);
+        let others = [b',', b';', b'\t'].map(Some);
         let mut delimiters = [dialect.delimiter].into_iter().chain(others);
         let (delimiter, names) = delimiters.find_map(|delimiter| {
             let names: Vec<&str> = fields(text, delimiter).collect();
@@ -128,7 +128,7 @@ pub(crate) fn names_sensor(names: &[&str]) -> bool {
 /// The fields of a line of the header, which may have another delimiter than the rows.
 fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
     let text = uncommented(line);
-    let others = [b'\t', b',', b';'].map(Delimiter::Byte);
+    let others = [b'\t', b',', b';'].map(Some);
     for delimiter in [dialect.delimiter].into_iter().chain(others) {
         let mut parts: Vec<String> = fields(text, delimiter).map(str::to_owned).collect();
         if parts.len() == dialect.fields + 1 {
@@ -147,8 +147,8 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
 }
 
 /// Words of a sentence: `calibrating, keep it still...`.
-fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
-    delimiter == Delimiter::Whitespace && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
+fn is_prose(parts: &[String], delimiter: Option<u8>) -> bool {
+    delimiter.is_none() && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {
