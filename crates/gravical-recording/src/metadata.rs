@@ -68,9 +68,7 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
             .iter()
             .position(|w| *w == "range" || *w == "scale")
             .filter(|_| !words.iter().any(foreign))?;
-        let [number, rest @ ..] = &words[at + 1..] else {
-            return None;
-        };
+        let (number, rest) = words[at + 1..].split_first()?;
         let has_unit = number.ends_with('g') || rest.first() == Some(&"g");
         let range: f64 = number.strip_suffix('g').unwrap_or(number).parse().ok()?;
         (has_unit && RANGES_G.contains(&range)).then_some(range)
@@ -120,12 +118,9 @@ pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
 pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {
-            let start = line.get(..name.len())?;
-            let value = line.get(name.len()..)?;
-            let value = value.trim_start_matches([' ', ':', ',', ';', '\t']);
-            start
-                .eq_ignore_ascii_case(name)
-                .then(|| value.trim_end_matches([',', ';', ' ']))
+            let (start, value) = line.split_at_checked(name.len())?;
+            let value = value.trim_matches([' ', ':', ',', ';', '\t']);
+            start.eq_ignore_ascii_case(name).then_some(value)
         })
     };
     let time = after("start time")?;

@@ -217,9 +217,12 @@ impl<W: Write> Writer<W> {
                     write_quoted(out, unquoted(text.piece(row, piece)), self.table.delimiter);
                 }
                 Cell::Fixed(column, decimals) => {
+                    let from = out.len();
                     write_fixed(out, values[column][row], decimals);
-                    if self.table.decimal_comma {
-                        set_decimal_comma(out, decimals);
+                    if self.table.decimal_comma
+                        && let Some(point) = out[from..].iter_mut().find(|b| **b == b'.')
+                    {
+                        *point = b',';
                     }
                 }
                 Cell::Trimmed(column, decimals) => {
@@ -263,14 +266,4 @@ fn write_quoted(out: &mut Vec<u8>, text: &[u8], delimiter: u8) {
         }
     }
     out.push(b'"');
-}
-
-/// Replaces the point of the last number by a comma.
-fn set_decimal_comma(out: &mut [u8], decimals: u32) {
-    let at = out.len().wrapping_sub(decimals as usize + 1);
-    if let Some(point) = out.get_mut(at)
-        && *point == b'.'
-    {
-        *point = b',';
-    }
 }

@@ -88,12 +88,8 @@ impl Format {
     }
 
     pub(crate) fn asks_for(&self, column: usize) -> bool {
-        self.is_axis(column)
+        self.role(column) != Role::Other
             || self.sensor.is_some_and(|s| s.0 == column)
-            || matches!(
-                self.columns[column].role,
-                Role::Time | Role::Step | Role::Temperature | Role::Label
-            )
             || self.sentences.is_some()
     }
 
