@@ -260,37 +260,30 @@ fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str
             Some(role @ Role::Gyro(_)) if !has_gyro => column.role = role,
             _ => continue,
         }
-        let is_accel = is_accel(column);
-        column.is_linear =
-            words(name).iter().any(|w| w.starts_with("linea")) || is_linear_file && is_accel;
+        column.is_linear = is_linear_file && is_accel(column)
+            || words(name).iter().any(|w| w.starts_with("linea"));
     }
 }
 
 /// The axes of all sensors of a kind; those without gravity are only there if no other is.
 fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
-    let axis_of = |c: usize| (0..3).find(|i| columns[c].role == role(*i));
-    let is_given = |c: &usize| columns[*c].is_given;
-    let axes = (0..columns.len()).filter(|c| axis_of(*c).is_some());
-    let mut axes: Vec<usize> = axes.collect();
+    let axis_of = |c: usize| Some((c, (0..3).find(|i| columns[c].role == role(*i))?));
+    let mut axes: Vec<(usize, usize)> = (0..columns.len()).filter_map(axis_of).collect();
     // Where the user names an axis, the others need not be of a sensor of that name.
-    let any_given = axes.iter().any(is_given);
-    axes.sort_by_key(|c| !is_given(c));
+    axes.sort_by_key(|(c, _)| !columns[*c].is_given);
+    let any_given = axes.first().is_some_and(|(c, _)| columns[*c].is_given);
     let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
-    for c in axes {
-        let column = &columns[c];
-        let (name, unit) = (column.sensor.as_str(), column.unit.as_str());
-        let sensor = (name, column.is_linear, unit);
+    for (c, axis) in axes {
+        let sensor = (&columns[c].sensor, columns[c].is_linear, &columns[c].unit);
         let own = sensors.entry((!any_given).then_some(sensor)).or_default();
-        if let Some(axis) = axis_of(c) {
-            own[axis].get_or_insert(c);
-        }
+        own[axis].get_or_insert(c);
     }
     let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
     let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
-    let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
-    if !found.iter().all(is_linear) {
-        found.retain(|t| !is_linear(t));
+    let has_gravity = |axes: &[usize; 3]| !columns[axes[0]].is_linear;
+    if found.iter().any(has_gravity) {
+        found.retain(has_gravity);
     }
     found
 }
