@@ -22,7 +22,17 @@ pub(crate) const MANY_WORDS: u8 = 32;
 impl Format {
     /// Reads a text from its first line on in batches of 65,536 rows.
     pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<R> {
-        Batches::new(self.clone(), bytes)
+        let fields = self.columns.len();
+        Batches {
+            lines: Lines::new(bytes, self.line_end),
+            parser: RowParser {
+                format: self.clone(),
+                batch: Batch::new(fields),
+                slots: vec![String::new(); fields],
+                ..RowParser::default()
+            },
+            error: None,
+        }
     }
 }
 
@@ -61,7 +71,7 @@ pub fn split_hint(line: u64) -> String {
 }
 
 /// Marks rows that are written under other columns.
-pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
+fn header_differs(line: usize, why: &str) -> io::Error {
     let error = Error::input("header-differs", format!("the header in line {line} {why}"))
         .at_line(line)
         .with_hint(split_hint(line as u64));
@@ -69,20 +79,6 @@ pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
 }
 
 impl<R: BufRead> Batches<R> {
-    pub(crate) fn new(format: Format, bytes: R) -> Self {
-        let fields = format.columns.len();
-        Batches {
-            lines: Lines::new(bytes, format.line_end),
-            parser: RowParser {
-                batch: Batch::new(fields),
-                slots: vec![String::new(); fields],
-                format,
-                ..RowParser::default()
-            },
-            error: None,
-        }
-    }
-
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
     #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {

@@ -87,12 +87,6 @@ impl Format {
         format!("{delimiter} separated,{decimals} {header}")
     }
 
-    pub(crate) fn asks_for(&self, column: usize) -> bool {
-        self.role(column) != Role::Other
-            || self.sensor.is_some_and(|s| s.0 == column)
-            || self.sentences.is_some()
-    }
-
     /// What a column is read as.
     pub(crate) fn role(&self, column: usize) -> Role {
         let axis = |axes: [usize; 3]| axes.iter().position(|c| *c == column);

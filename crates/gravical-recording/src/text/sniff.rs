@@ -13,6 +13,7 @@ use crate::board::BoardSettings;
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
+use crate::role::Role;
 use crate::units::is_unit;
 
 const NO_ROWS: &str = "no rows of at least three numbers";
@@ -238,7 +239,10 @@ impl Format {
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
-        self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
+        let sensor = self.sensor.map(|(column, _)| column);
+        let is_asked = |c: usize| self.role(c) != Role::Other || sensor == Some(c);
+        let is_read = |c: usize| self.sentences.is_some() || is_asked(c);
+        self.is_read = (0..self.columns.len()).map(is_read).collect();
         Ok((self, is_wordy))
     }
 }
