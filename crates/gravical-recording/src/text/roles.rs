@@ -145,7 +145,7 @@ fn choose_sensors(
     sample: &Batch,
 ) -> Result<(), Error> {
     if format.options.is_gyroscope {
-        let none = || no_gyroscope(!accel.is_empty(), &format.names);
+        let none = || no_gyroscope(&format.names);
         format.accel = *gyro.first().ok_or_else(none)?;
         return Ok(());
     }
@@ -190,12 +190,8 @@ fn columns_unknown(format: &Format) -> Error {
         .advise("columns", "")
 }
 
-fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
-    let text = if has_accelerometer {
-        "this file has an accelerometer, but no gyroscope"
-    } else {
-        "no three columns of this file are a gyroscope's x, y and z"
-    };
+fn no_gyroscope(names: &[String]) -> Error {
+    let text = "no three columns of this file are a gyroscope's x, y and z";
     let columns = list_columns(names);
     let columns = columns.split(';').next().unwrap_or_default();
     Error::input("no-gyroscope", text)
