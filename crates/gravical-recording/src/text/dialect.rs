@@ -154,16 +154,10 @@ impl Dialect {
 
     /// The delimiter and decimal sign under which most lines are rows of one width.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
-        const CANDIDATES: [(Option<u8>, bool); 8] = [
-            (Some(b','), false),
-            (Some(b';'), false),
-            (Some(b'\t'), false),
-            (Some(b'|'), false),
-            (None, false),
-            (Some(b';'), true),
-            (Some(b'\t'), true),
-            (None, true),
-        ];
+        let delimiters = [Some(b','), Some(b';'), Some(b'\t'), Some(b'|'), None];
+        let with_points = delimiters.map(|delimiter| (delimiter, false));
+        let with_commas = [Some(b';'), Some(b'\t'), None].map(|delimiter| (delimiter, true));
+        let candidates = with_points.into_iter().chain(with_commas);
         let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
@@ -185,7 +179,7 @@ impl Dialect {
             Some((score, dialect))
         };
         // `max_by_key` returns the last of equals.
-        let scored = CANDIDATES.into_iter().rev().filter_map(score);
+        let scored = candidates.rev().filter_map(score);
         let best = scored.max_by_key(|(score, _)| *score);
         best.map(|(_, dialect)| dialect)
     }
