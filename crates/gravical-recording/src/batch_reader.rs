@@ -51,7 +51,7 @@ pub struct BatchReader {
     /// The only column of time stamps, unless the recording is judged as a whole.
     stamps: Option<usize>,
     /// Rows by which it was judged; those that are measurements are the rows of the recording.
-    held: VecDeque<Batch>,
+    held: VecDeque<Rows>,
     /// Their channels, once the first rows are taken.
     head: Option<Readings>,
     batches: Batches,
@@ -59,8 +59,6 @@ pub struct BatchReader {
     /// Lines without a row, and the first rows that are no measurements.
     ledger: Ledger,
     input: Input,
-    /// Findings about later rows.
-    findings: Vec<Finding>,
 }
 
 impl BatchReader {
@@ -95,11 +93,11 @@ impl BatchReader {
             && let Some(batch) = batches.next()
         {
             let mut batch = batch.map_err(|e| in_file(e, here))?;
-            held.push_back(Batch {
+            held.push_back(Rows {
                 text: std::mem::take(&mut batch.text),
                 lines: batch.lines.clone(),
-                columns: stamps.iter().map(|c| batch.columns[*c].clone()).collect(),
-                ..Batch::default()
+                readings: Readings::default(),
+                stamps: stamps.map(|c| batch.columns[c].clone()),
             });
             head.append(batch);
             head.check_size().map_err(|e| in_file(e, here))?;
@@ -115,7 +113,6 @@ impl BatchReader {
             batches,
             later,
             input,
-            findings: Vec::new(),
         })
     }
 
@@ -125,19 +122,14 @@ impl BatchReader {
     ///
     /// Errors of reading; rows that contradict those before them, with their line.
     pub fn next_rows(&mut self) -> Result<Option<Rows>> {
-        if let Some(batch) = self.held.pop_front() {
+        if let Some(mut rows) = self.held.pop_front() {
             let recording = &mut self.recording;
             let head = self.head.get_or_insert_with(|| Readings::take(recording));
-            let readings = head.in_lines(&recording.lines, &batch.lines);
+            rows.readings = head.in_lines(&recording.lines, &rows.lines);
             if self.held.is_empty() {
                 self.head = None;
             }
-            return Ok(Some(Rows {
-                readings,
-                stamps: batch.columns.into_iter().next(),
-                text: batch.text,
-                lines: batch.lines,
-            }));
+            return Ok(Some(rows));
         }
         let Some(batch) = self.batches.next() else {
             return Ok(None);
@@ -145,7 +137,6 @@ impl BatchReader {
         let here = Path::new(&self.recording.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
         self.ledger.append(std::mem::take(&mut batch.ledger));
-        self.findings.append(&mut batch.findings);
         let readings = self.later.read(&batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
@@ -165,9 +156,8 @@ impl BatchReader {
         if !only_measured {
             ledger.reasons.retain(|reason, _| !reason.is_of_row());
         }
-        let mut findings = self.findings;
         let cut_off = note_input(&mut self.recording, &self.input, ledger.rows());
-        findings.extend(cut_off.into_iter().chain(later_findings));
+        let findings = cut_off.into_iter().chain(later_findings).collect();
         (self.recording, ledger, findings)
     }
 }

@@ -76,7 +76,6 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         // Several gzip members in one file are one recording (a log packed piece by piece).
         Box::new(UntilCut {
             inner: MultiGzDecoder::new(raw),
-            ended: false,
             cut_off: Arc::clone(&cut_off),
         })
     } else {
@@ -100,19 +99,16 @@ pub(crate) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, 
 /// Passes bytes on and stops, without an error, where a packed file ends in the middle.
 struct UntilCut<R> {
     inner: R,
-    /// It is this one that ends; others may end as well.
-    ended: bool,
     cut_off: Arc<AtomicBool>,
 }
 
 impl<R: Read> Read for UntilCut<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.ended {
+        if self.cut_off.load(Ordering::Relaxed) {
             return Ok(0);
         }
         match self.inner.read(buffer) {
             Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
-                self.ended = true;
                 self.cut_off.store(true, Ordering::Relaxed);
                 Ok(0)
             }

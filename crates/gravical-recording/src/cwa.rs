@@ -9,7 +9,6 @@ use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
 use crate::error::Error;
-use crate::metadata;
 use crate::options::ReadOptions;
 use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
@@ -70,11 +69,9 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         blocks: 0,
         last: None,
         stamp_before: None,
-        is_at_end: false,
         line: 0,
         batch: Batch::default(),
         copied: Vec::new(),
-        error: None,
     };
     for _ in 0..MAX_FIRST_BLOCKS {
         if !samples.read_block()? || samples.last.is_some() {
@@ -100,7 +97,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         format!("Serial number: {}", header.device),
         format!("Sampling rate: {rate_hz} Hz"),
     ];
-    format.rate_hz = metadata::rate_hz(&format.metadata);
+    format.rate_hz = Some(rate_hz);
     Ok((format, samples))
 }
 
@@ -147,12 +144,10 @@ pub struct Samples<R> {
     last: Option<Placed>,
     /// The stamp of the block before that.
     stamp_before: Option<(i64, f64)>,
-    is_at_end: bool,
     /// Lines so far.
     line: usize,
     batch: Batch,
     copied: Vec<(usize, usize)>,
-    error: Option<io::Error>,
 }
 
 impl<R: Read> Samples<R> {
@@ -163,25 +158,23 @@ impl<R: Read> Samples<R> {
         self
     }
 
-    /// The next batch; what was read before an error is one of its own.
-    fn read_batch(&mut self) -> Option<Batch> {
-        while self.batch.rows() < BATCH_ROWS && !self.is_at_end && self.error.is_none() {
-            self.error = self.read_block().err();
-        }
+    fn read_batch(&mut self) -> io::Result<Option<Batch>> {
+        while self.batch.rows() < BATCH_ROWS && self.read_block()? {}
         if self.batch.rows() == 0 && self.batch.ledger.total() == 0 {
-            return None;
+            return Ok(None);
         }
         let waiting = self.last.as_ref().map_or(0, |placed| placed.block.samples);
-        self.batch.ledger.lines = self.line - waiting;
         let next = Batch::new(self.batch.columns.len());
-        Some(std::mem::replace(&mut self.batch, next))
+        let mut batch = std::mem::replace(&mut self.batch, next);
+        batch.ledger.lines = self.line - waiting;
+        batch.text = self.text(&batch);
+        Ok(Some(batch))
     }
 
     /// Reads the next block, and adds the samples of the one before; false at the end.
     fn read_block(&mut self) -> io::Result<bool> {
         let bytes = read_head(&mut self.reader, BLOCK_BYTES)?;
         if bytes.is_empty() {
-            self.is_at_end = true;
             if let Some(last) = self.last.take() {
                 self.add_samples(&last, None);
             }
@@ -299,10 +292,6 @@ impl<R: Read> Iterator for Samples<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let Some(mut batch) = self.read_batch() else {
-            return self.error.take().map(Err);
-        };
-        batch.text = self.text(&batch);
-        Some(Ok(batch))
+        self.read_batch().transpose()
     }
 }

@@ -12,7 +12,7 @@ use crate::options::ReadOptions;
 use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Batch, Batches, Delimiter, Format, Layout, Reason, no_table, sniff};
+use crate::text::{Batch, Batches, Format, Reason, no_table, sniff};
 
 /// The format is looked for each time that so many lines more are there.
 const LOOK_LINES: usize = 50;
@@ -206,12 +206,9 @@ impl Follow {
         let columns = 0..format.columns.len();
         Some(Form {
             has_clock: format.columns.iter().any(|c| is_clock(c.role)),
-            delimiter: match &format.layout {
-                Layout::Table(dialect) => Some(match dialect.delimiter {
-                    Delimiter::Byte(byte) => byte,
-                    Delimiter::Whitespace => b' ',
-                }),
-                Layout::Sentences(_) => None,
+            delimiter: match format.sentences {
+                Some(_) => None,
+                None => format.dialect.delimiter.or(Some(b' ')),
             },
             header_line: format.header_line,
             head_lines: format.head_lines,
@@ -295,7 +292,7 @@ fn line_end(bytes: &[u8]) -> Option<usize> {
 /// Bytes up to the end of the last whole row.
 fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     let mut end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
-    let Layout::Sentences(sentences) = &format.layout else {
+    let Some(sentences) = &format.sentences else {
         return end;
     };
     let mut at = end;

@@ -10,8 +10,9 @@ fn words(line: &str) -> Vec<&str> {
         .collect()
 }
 
-/// Words for the sampling rate.
-const NAMES: &str = "fs rate odr sampling frequency";
+/// Words before the sampling rate; those of [`WITH_UNIT`] only if a unit stands beside it.
+const NAMES: &str = "fs rate odr sampling frequency at";
+const WITH_UNIT: &str = "sampling frequency at";
 /// Words before `rate` that make it another one.
 const OTHER_RATES: &str = "baud bit heart data";
 /// Words before a number that make it a property of a filter.
@@ -19,34 +20,36 @@ const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 
 /// The sampling rate in the metadata, Hz: `Fs,100`, `# rate: 62.5 Hz`, `Sample Rate:,128,Hz`, `//
 /// Update Rate: 40.0Hz`, `# output data rate: 104 Hz`, `… at 100 Hz Filter Normal`. A frequency and
-/// the word `sampling` need the unit; those of a filter and of other rates are ignored.
+/// the words `sampling` and `at` need the unit; those of a filter and of other rates are ignored.
 pub fn rate_hz(metadata: &[String]) -> Option<f64> {
     metadata.iter().find_map(|line| {
         let line = line.to_lowercase();
         let words = words(&line);
-        let number = |word: &str| -> Option<f64> {
-            let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
-            POSSIBLE.contains(&rate).then_some(rate)
-        };
-        (0..words.len()).find_map(|i| {
-            let is_at = words[i] == "at";
-            if !is_at && !is_listed(NAMES, words[i]) {
-                return None;
-            }
-            // The number follows; after a name possibly behind its unit or another word.
-            let end = words.len().min(if is_at { i + 2 } else { i + 4 });
-            let at = (i + 1..end).find(|at| number(words[*at]).is_some())?;
-            let before = &words[i.saturating_sub(2)..i];
-            let is_other = *before != ["output", "data"]
-                && before.last().is_some_and(|w| is_listed(OTHER_RATES, w));
-            let mut beside = words[i.saturating_sub(2)..at].iter();
-            let of_filter = beside.any(|w| is_listed(OF_FILTER, w));
-            let has_unit =
-                words[at].ends_with("hz") || words[i + 1..words.len().min(at + 2)].contains(&"hz");
-            let is_clear = has_unit || !matches!(words[i], "sampling" | "frequency" | "at");
-            number(words[at]).filter(|_| is_clear && !of_filter && !is_other)
-        })
+        let mut names = (0..words.len()).filter(|at| is_listed(NAMES, words[*at]));
+        names.find_map(|name| rate_behind(&words, name))
     })
+}
+
+fn rate_behind(words: &[&str], name: usize) -> Option<f64> {
+    let number = |word: &str| -> Option<f64> {
+        let rate: f64 = word.strip_suffix("hz").unwrap_or(word).parse().ok()?;
+        POSSIBLE.contains(&rate).then_some(rate)
+    };
+    // The number follows, possibly after its unit or another word.
+    let at = (name + 1..words.len().min(name + 4)).find(|at| number(words[*at]).is_some())?;
+    let (before, between) = (&words[name.saturating_sub(2)..name], &words[name + 1..at]);
+    let is_other_rate = match before {
+        ["output", "data"] | [] => false,
+        [.., last] => words[name] == "rate" && is_listed(OTHER_RATES, last),
+    };
+    let is_of_filter = before
+        .iter()
+        .chain(between)
+        .any(|w| is_listed(OF_FILTER, w));
+    let has_unit =
+        words[at].ends_with("hz") || between.contains(&"hz") || words.get(at + 1) == Some(&"hz");
+    let is_clear = has_unit || !is_listed(WITH_UNIT, words[name]);
+    number(words[at]).filter(|_| is_clear && !is_of_filter && !is_other_rate)
 }
 
 /// Plausible ranges of accelerometers, g.
@@ -63,9 +66,7 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
             .iter()
             .position(|w| *w == "range" || *w == "scale")
             .filter(|_| !words.iter().any(foreign))?;
-        let [number, rest @ ..] = &words[at + 1..] else {
-            return None;
-        };
+        let (number, rest) = words[at + 1..].split_first()?;
         let has_unit = number.ends_with('g') || rest.first() == Some(&"g");
         let range: f64 = number.strip_suffix('g').unwrap_or(number).parse().ok()?;
         (has_unit && RANGES_G.contains(&range)).then_some(range)
@@ -102,10 +103,8 @@ pub fn serial(metadata: &[String]) -> Option<String> {
 pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
     metadata.iter().any(|line| {
         let line = line.as_ref().to_ascii_lowercase();
-        let order = line
-            .split_once("date format")
-            .map(|(_, order)| order.trim_start());
-        order.is_some_and(|order| order.starts_with('d'))
+        let order = line.split_once("date format");
+        order.is_some_and(|(_, order)| order.trim_start().starts_with('d'))
     })
 }
 
@@ -115,8 +114,8 @@ pub fn start_s(metadata: &[String]) -> Option<f64> {
     let after = |name: &str| {
         metadata.iter().find_map(|line| {
             let (start, value) = line.split_at_checked(name.len())?;
-            let is_named = start.eq_ignore_ascii_case(name);
-            is_named.then(|| value.trim_matches([' ', ':', ',', ';', '\t']))
+            let value = value.trim_matches([' ', ':', ',', ';', '\t']);
+            start.eq_ignore_ascii_case(name).then_some(value)
         })
     };
     let time = after("start time")?;

@@ -11,7 +11,7 @@ pub use fixed::{write_fixed, write_trimmed};
 use std::io::{self, Write};
 
 use crate::role::Role;
-use crate::text::{CopiedText, Delimiter, Format, Layout};
+use crate::text::{CopiedText, Format};
 
 /// Bytes that are collected before they are written.
 const BLOCK_BYTES: usize = 1 << 18;
@@ -52,16 +52,10 @@ impl Table {
         decimals: u32,
         keep_replaced: bool,
     ) -> Self {
-        let (delimiter, decimal_comma) = match &format.layout {
-            Layout::Table(dialect) => (dialect.delimiter, dialect.decimal_comma),
-            Layout::Sentences(_) => (Delimiter::Byte(b','), false),
-        };
+        let delimiter = format.dialect.delimiter;
         let mut table = Table {
-            delimiter: match delimiter {
-                Delimiter::Byte(byte) => byte,
-                Delimiter::Whitespace => b'\t',
-            },
-            decimal_comma,
+            delimiter: delimiter.unwrap_or(b'\t'),
+            decimal_comma: format.dialect.decimal_comma,
             ..Table::default()
         };
         let fields = format.columns.len();
@@ -115,10 +109,10 @@ impl Table {
 
     /// Copies a column, together with the one before it if that is copied too and one byte parts
     /// them.
-    fn copy(&mut self, field: usize, name: String, delimiter: Delimiter) {
+    fn copy(&mut self, field: usize, name: String, delimiter: Option<u8>) {
         let follows = matches!(self.cells.last(), Some(Cell::Copied(_)));
         match self.copied.last_mut() {
-            Some((_, last)) if follows && matches!(delimiter, Delimiter::Byte(_)) => {
+            Some((_, last)) if follows && delimiter.is_some() => {
                 *last = field;
                 self.names.push(name);
             }
@@ -223,9 +217,12 @@ impl<W: Write> Writer<W> {
                     write_quoted(out, unquoted(text.piece(row, piece)), self.table.delimiter);
                 }
                 Cell::Fixed(column, decimals) => {
+                    let from = out.len();
                     write_fixed(out, values[column][row], decimals);
-                    if self.table.decimal_comma {
-                        set_decimal_comma(out, decimals);
+                    if self.table.decimal_comma
+                        && let Some(point) = out[from..].iter_mut().find(|b| **b == b'.')
+                    {
+                        *point = b',';
                     }
                 }
                 Cell::Trimmed(column, decimals) => {
@@ -269,14 +266,4 @@ fn write_quoted(out: &mut Vec<u8>, text: &[u8], delimiter: u8) {
         }
     }
     out.push(b'"');
-}
-
-/// Replaces the point of the last number by a comma.
-fn set_decimal_comma(out: &mut [u8], decimals: u32) {
-    let at = out.len().wrapping_sub(decimals as usize + 1);
-    if let Some(point) = out.get_mut(at)
-        && *point == b'.'
-    {
-        *point = b',';
-    }
 }

@@ -46,99 +46,56 @@ pub fn collect(
     let count = (1.0 / (MIN_HZ * period_s)).max(2.0) as usize;
     let axes = |columns: [usize; 3]| columns.map(|c| rows.columns[c].clone());
     let resolution = resolution(&axes(format.accel), format.gyro.map(axes).as_ref());
-    let mut means = Means::new(count, rows.columns.len());
-    means.add(rows);
+    let mut means = Batch::new(rows.columns.len());
+    let columns = means.columns.iter_mut();
+    columns.for_each(|column| column.reserve_exact(USUAL_MEANS));
+    means.ledger = std::mem::take(&mut rows.ledger);
+    add_means(&mut means, &mut rows, count);
     for batch in batches {
-        means.add(batch?);
-        means.rows.check_size()?;
+        let mut batch = batch?;
+        means.ledger.append(std::mem::take(&mut batch.ledger));
+        rows.append(batch);
+        add_means(&mut means, &mut rows, count);
+        means.check_size()?;
     }
-    means.judge(format, resolution)
+    means.columns.iter_mut().for_each(Vec::shrink_to_fit);
+    let mut format = format.clone();
+    let rates = [&mut format.rate_hz, &mut format.options.rate_hz];
+    let rates = rates.into_iter().flatten();
+    rates.for_each(|rate_hz| *rate_hz /= count as f64);
+    let text = format!(
+        "{} samples are too many to hold: they are used as {} means of {count} neighbours",
+        means.ledger.rows(),
+        means.rows(),
+    );
+    let measured = Measured::new(&format, means, None, true)?;
+    let mut recording = Recording::judge_measured(&format, measured, Some(resolution))?;
+    let finding = Finding::new(FindingKind::SamplesAveraged, text);
+    recording.findings.push(finding);
+    Ok(recording)
 }
 
-/// Means of neighbouring samples.
-struct Means {
-    /// Samples of a mean.
-    count: usize,
-    rows: Batch,
-    /// The first sample of the next mean, the sums of what others differ from it, and how many
-    /// samples these are.
-    first: Vec<f64>,
-    sums: Vec<f64>,
-    held: usize,
-    line: u32,
-    is_after_break: bool,
-}
-
-impl Means {
-    fn new(count: usize, columns: usize) -> Self {
-        let mut rows = Batch::new(columns);
-        let all = rows.columns.iter_mut();
-        all.for_each(|c| c.reserve_exact(USUAL_MEANS));
-        Means {
-            count,
-            rows,
-            first: vec![0.0; columns],
-            sums: vec![0.0; columns],
-            held: 0,
-            line: 0,
-            is_after_break: false,
+/// Takes the first rows for means of `count` neighbours each, without a break between them.
+fn add_means(means: &mut Batch, rows: &mut Batch, count: usize) {
+    let mut from = 0;
+    while from + count <= rows.rows() {
+        let next_break = rows.breaks.partition_point(|row| *row <= from);
+        let (before, after) = rows.breaks.split_at(next_break);
+        if let Some(row) = after.first().filter(|row| **row < from + count) {
+            from = *row;
+            continue;
         }
-    }
-
-    fn add(&mut self, batch: Batch) {
-        let mut breaks = batch.breaks.iter().copied().peekable();
-        for (row, line) in batch.lines.iter().enumerate() {
-            if breaks.next_if_eq(&row).is_some() {
-                self.held = 0;
-                self.is_after_break = true;
-            }
-            if self.held == 0 {
-                self.line = *line;
-                self.sums.fill(0.0);
-                for (first, column) in self.first.iter_mut().zip(&batch.columns) {
-                    *first = column[row];
-                }
-            }
-            for ((sum, first), column) in self.sums.iter_mut().zip(&self.first).zip(&batch.columns)
-            {
-                *sum += column[row] - first;
-            }
-            self.held += 1;
-            if self.held == self.count {
-                self.push();
-            }
+        if before.last() == Some(&from) {
+            means.breaks.push(means.rows());
         }
-        self.rows.ledger.append(batch.ledger);
-    }
-
-    fn push(&mut self) {
-        if std::mem::take(&mut self.is_after_break) {
-            self.rows.breaks.push(self.rows.rows());
+        for (means, values) in means.columns.iter_mut().zip(&rows.columns) {
+            let first = values[from];
+            let values = values[from..from + count].iter();
+            let sum: f64 = values.map(|value| value - first).sum();
+            means.push(first + sum / count as f64);
         }
-        let values = self.first.iter().zip(&self.sums);
-        for (column, (first, sum)) in self.rows.columns.iter_mut().zip(values) {
-            column.push(first + sum / self.count as f64);
-        }
-        self.rows.lines.push(self.line);
-        self.held = 0;
+        means.lines.push(rows.lines[from]);
+        from += count;
     }
-
-    fn judge(mut self, format: &Format, resolution: [[f64; 3]; 2]) -> Result<Recording, Error> {
-        let count = self.count as f64;
-        self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
-        let mut format = format.clone();
-        let rates = [&mut format.rate_hz, &mut format.options.rate_hz];
-        rates.into_iter().flatten().for_each(|rate| *rate /= count);
-        let text = format!(
-            "{} samples are too many to hold: they are used as {} means of {} neighbours",
-            self.rows.ledger.lines - self.rows.ledger.total(),
-            self.rows.rows(),
-            self.count
-        );
-        let measured = Measured::new(&format, self.rows, None, true)?;
-        let mut recording = Recording::judge_measured(&format, measured, Some(resolution))?;
-        let finding = Finding::new(FindingKind::SamplesAveraged, text);
-        recording.findings.push(finding);
-        Ok(recording)
-    }
+    rows.crop(from..usize::MAX);
 }

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead, Read};
 use std::path::{Path, PathBuf};
 
-use super::names::{Column, FileSensor, sensor_of_file};
+use super::names::{Column, sensor_of_file};
 use super::number::parse_cell;
 use crate::bytes::{self, Input};
 use crate::error::Error;
@@ -38,7 +38,7 @@ pub fn group(paths: &[PathBuf]) -> Vec<PathBuf> {
 #[must_use]
 pub fn group_of(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
-    if sensor_of_file(name) == Some(FileSensor::Other) {
+    if sensor_of_file(name) == Some(Role::Other) {
         return None;
     }
     let is_part = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
@@ -116,8 +116,8 @@ fn read(files: &[PathBuf; 3]) -> Result<String, Error> {
                 out.push(';');
             }
             out += &[x.value, y.value, z.value].join(";");
-        } else if x.header == Some(number) {
-            out += &header([x, y, z], &texts);
+        } else if x.header.is_some_and(|(line, _)| line == number) {
+            out += &header(&channels);
         } else {
             out += line;
         }
@@ -146,22 +146,20 @@ fn open_file(path: &Path) -> io::Result<(Input, Box<dyn BufRead>)> {
 
 /// Names of the columns: as written where they name the axes, else axis and unit; the name of the
 /// file tells the sensor.
-fn header(channels: [&Channel<'_>; 3], texts: &[String; 3]) -> String {
-    let mut names: Vec<String> = Vec::new();
-    for (axis, channel) in channels.into_iter().enumerate() {
-        let line = channel.header.and_then(|at| texts[axis].lines().nth(at));
-        let (stamp, name) = channel.split(line.unwrap_or_default().trim_start_matches(['#', ' ']));
+fn header(channels: &[Channel<'_>; 3]) -> String {
+    let mut names = Vec::new();
+    for (axis, channel) in channels.iter().enumerate() {
+        let line = channel.header.map_or("", |(_, line)| line);
+        let (stamp, name) = split(line.trim_start_matches(['#', ' ']), channel.delimiter);
         if axis == 0 && channel.delimiter.is_some() {
             names.push(stamp.to_owned());
         }
         let role = Column::from_name(name).role;
-        let names_axis = role == Role::Accel(axis) || role == Role::Gyro(axis);
-        let unit = name.find(['(', '[']).map_or("", |at| &name[at..]);
-        let in_unit = || format!("{} {unit}", ["x", "y", "z"][axis]);
-        names.push(if names_axis {
+        names.push(if role == Role::Accel(axis) || role == Role::Gyro(axis) {
             name.to_owned()
         } else {
-            in_unit()
+            let unit = name.find(['(', '[']).map_or("", |at| &name[at..]);
+            format!("{} {unit}", ["x", "y", "z"][axis])
         });
     }
     names.join(";")
@@ -171,8 +169,8 @@ fn header(channels: [&Channel<'_>; 3], texts: &[String; 3]) -> String {
 struct Channel<'a> {
     /// Between a stamp and its value.
     delimiter: Option<char>,
-    /// Line of the names, from 0.
-    header: Option<usize>,
+    /// Number, from 0, and text of the line of the names.
+    header: Option<(usize, &'a str)>,
     rows: Vec<Row<'a>>,
 }
 
@@ -180,66 +178,66 @@ struct Row<'a> {
     /// From 0.
     line: usize,
     stamp: &'a str,
+    /// The stamp as a number; NaN without one.
+    time: f64,
     value: &'a str,
 }
 
 impl<'a> Channel<'a> {
     /// Reads lines of one number, or of a time stamp and a number; `None` if most are not.
     fn parse(text: &'a str) -> Option<Self> {
-        let lines = || text.lines().enumerate();
-        let is_filled = |(_, line): &(usize, &str)| !line.trim().is_empty();
-        let count = lines().filter(is_filled).count();
-        let parted_by = |delimiter: Option<char>| {
-            let mut channel = Channel {
-                delimiter,
-                header: None,
-                rows: Vec::new(),
-            };
-            for (line, text) in lines().filter(is_filled) {
-                let (stamp, value) = channel.split(text);
-                let number = |field: &str| parse_cell(field, delimiter != Some(','));
-                let is_stamp = delimiter.is_none() || number(stamp).is_some_and(f64::is_finite);
-                if is_stamp && number(value).is_some() {
-                    channel.rows.push(Row { line, stamp, value });
-                } else if channel.rows.is_empty() {
-                    channel.header = Some(line);
-                }
+        let mut delimiters = [Some(','), None, Some(';'), Some('\t'), Some(' ')].into_iter();
+        delimiters.find_map(|delimiter| Channel::parted_by(delimiter, text))
+    }
+
+    fn parted_by(delimiter: Option<char>, text: &'a str) -> Option<Self> {
+        let (mut header, mut rows, mut filled) = (None, Vec::new(), 0);
+        let number = |field: &str| parse_cell(field, delimiter != Some(','));
+        for (line, text) in text.lines().enumerate() {
+            if text.trim().is_empty() {
+                continue;
             }
-            // `0,12` is a number, or a stamp and a number if the first rises.
-            let rises = || channel.times().windows(2).filter(|t| t[0] < t[1]).count();
-            let is_clock = delimiter != Some(',') || rises() * 2 >= channel.rows.len();
-            (is_clock && channel.rows.len() * 2 > count).then_some(channel)
-        };
-        let delimiters = [Some(','), None, Some(';'), Some('\t'), Some(' ')];
-        delimiters.into_iter().find_map(parted_by)
-    }
-
-    /// Stamp and value of a line.
-    fn split(&self, line: &'a str) -> (&'a str, &'a str) {
-        let line = line.trim().trim_end_matches([',', ';']);
-        let parts = self.delimiter.and_then(|d| line.rsplit_once(d));
-        let (stamp, value) = parts.unwrap_or(("", line));
-        (stamp.trim(), value.trim())
-    }
-
-    fn times(&self) -> Vec<f64> {
-        let is_comma = self.delimiter == Some(',');
-        let cells = self.rows.iter().map(|r| parse_cell(r.stamp, !is_comma));
-        cells.map(|cell| cell.unwrap_or(f64::NAN)).collect()
+            filled += 1;
+            let (stamp, value) = split(text, delimiter);
+            let time = number(stamp).filter(|time| delimiter.is_none() || time.is_finite());
+            if let Some(time) = time.filter(|_| number(value).is_some()) {
+                rows.push(Row {
+                    line,
+                    stamp,
+                    time,
+                    value,
+                });
+            } else if rows.is_empty() {
+                header = Some((line, text));
+            }
+        }
+        // `0,12` is a number, or a stamp and a number if the first rises.
+        let rises = rows.windows(2).filter(|w| w[0].time < w[1].time).count();
+        let is_clock = delimiter != Some(',') || rises * 2 >= rows.len();
+        (is_clock && rows.len() * 2 > filled).then_some(Channel {
+            delimiter,
+            header,
+            rows,
+        })
     }
 
     /// Whether each row of the two is of one sample: by their stamps, if both have them.
     fn is_parallel(&self, other: &Channel<'_>) -> bool {
-        let rows = self.rows.len();
+        let count = self.rows.len();
         let are_stamped = self.delimiter.is_some() && other.delimiter.is_some();
-        if rows != other.rows.len() || !are_stamped {
-            return rows == other.rows.len();
-        }
-        let (times, others) = (self.times(), other.times());
-        let period = (times[rows - 1] - times[0]).abs() / rows as f64;
-        let is_same = |(a, b): (&f64, &f64)| a == b || (a - b).abs() < period / 2.0;
-        times.iter().zip(&others).all(is_same)
+        let period = (self.rows[count - 1].time - self.rows[0].time).abs() / count as f64;
+        let mut pairs = self.rows.iter().zip(&other.rows);
+        let is_same = |a: f64, b: f64| a == b || (a - b).abs() < period / 2.0;
+        count == other.rows.len() && (!are_stamped || pairs.all(|(a, b)| is_same(a.time, b.time)))
     }
+}
+
+/// Stamp and value of a line.
+fn split(line: &str, delimiter: Option<char>) -> (&str, &str) {
+    let line = line.trim().trim_end_matches([',', ';']);
+    let parts = delimiter.and_then(|d| line.rsplit_once(d));
+    let (stamp, value) = parts.unwrap_or(("", line));
+    (stamp.trim(), value.trim())
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::finding::Finding;
 use crate::spans::LineSpans;
 
 /// Bytes that the columns of a recording may take.
@@ -98,11 +97,16 @@ const SHOWN: usize = 60;
 impl Ledger {
     /// Counts a line.
     pub(crate) fn add(&mut self, reason: Reason, line: usize, text: &str) {
-        let lines = self.reasons.entry(reason).or_insert_with(|| AsideLines {
+        let first = || text.chars().take(SHOWN).collect();
+        self.lines_of(reason, first).push(line as u64);
+    }
+
+    fn lines_of(&mut self, reason: Reason, first: impl FnOnce() -> String) -> &mut LineSpans {
+        let aside = self.reasons.entry(reason).or_insert_with(|| AsideLines {
             lines: LineSpans::default(),
-            first: text.chars().take(SHOWN).collect(),
+            first: first(),
         });
-        lines.lines.push(line as u64);
+        &mut aside.lines
     }
 
     /// Lines set aside for a reason.
@@ -144,12 +148,7 @@ impl Ledger {
     pub fn append(&mut self, later: Ledger) {
         self.lines = self.lines.max(later.lines);
         for (reason, AsideLines { lines, first }) in later.reasons {
-            let known = self.reasons.entry(reason);
-            let known = known.or_insert_with(|| AsideLines {
-                lines: LineSpans::default(),
-                first,
-            });
-            known.lines.append(&lines);
+            self.lines_of(reason, || first).append(&lines);
         }
     }
 }
@@ -180,8 +179,6 @@ pub struct Batch {
     pub nul_lines: LineSpans,
     /// Lines without a row
     pub ledger: Ledger,
-    /// What was found beside that, in the last batch
-    pub findings: Vec<Finding>,
     /// Text of columns, where it was asked for
     pub text: CopiedText,
 }
@@ -244,29 +241,22 @@ impl Batch {
         columns.iter().map(|c| &self.columns[*c][..]).collect()
     }
 
-    /// Bytes that the columns take.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
-        let texts: usize = self.texts.iter().map(Vec::len).sum();
-        columns + texts + size_of_val(self.lines.as_slice())
-    }
-
     /// Refuses columns of more than a gigabyte.
     ///
     /// # Errors
     ///
     /// `too-large`, with the size.
     pub fn check_size(&self) -> Result<(), Error> {
-        match self.bytes() {
-            ..=MAX_BYTES => Ok(()),
-            bytes => {
-                let mib = bytes >> 20;
-                let text = format!("the columns take more than {mib} MiB of memory");
-                Err(Error::input("too-large", text)
-                    .with_hint("cut the file, and read the parts separately"))
-            }
+        let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
+        let texts: usize = self.texts.iter().map(Vec::len).sum();
+        let bytes = columns + texts + size_of_val(self.lines.as_slice());
+        if bytes <= MAX_BYTES {
+            return Ok(());
         }
+        let mib = bytes >> 20;
+        let text = format!("the columns take more than {mib} MiB of memory");
+        let error = Error::input("too-large", text);
+        Err(error.with_hint("cut the file, and read the parts separately"))
     }
 
     /// Adds the rows of the batch that follows, without their text.
@@ -277,14 +267,8 @@ impl Batch {
             *self = later;
             return;
         }
-        // Vectors that double would take as much again.
-        let room = later_rows.max(rows / 8);
-        for (column, later) in self.columns.iter_mut().zip(&mut later.columns) {
-            if column.capacity() < column.len() + later.len() {
-                column.reserve_exact(room);
-            }
-            column.append(later);
-        }
+        let columns = self.columns.iter_mut().zip(&mut later.columns);
+        columns.for_each(|(column, later)| append(column, later));
         for (texts, later) in self.texts.iter_mut().zip(&mut later.texts) {
             if !texts.is_empty() || !later.is_empty() {
                 texts.resize(rows, 0);
@@ -293,17 +277,13 @@ impl Batch {
             }
         }
         self.words = later.words;
-        if self.lines.capacity() < rows + later_rows {
-            self.lines.reserve_exact(room);
-        }
-        self.lines.append(&mut later.lines);
+        append(&mut self.lines, &mut later.lines);
         self.breaks.extend(later.breaks.iter().map(|b| b + rows));
         self.blanks
             .extend(later.blanks.iter().map(|(row, n)| (row + rows, *n)));
         self.headers.extend(later.headers.iter().map(|b| b + rows));
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
-        self.findings.append(&mut later.findings);
     }
 
     /// Moves the marks before rows to others, or forgets them.
@@ -318,14 +298,11 @@ impl Batch {
 
     /// Forgets the other rows, but not the lines set aside.
     pub(crate) fn crop(&mut self, rows: Range<usize>) {
-        fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
-            values.truncate(rows.end);
-            values.drain(..rows.start.min(values.len()));
-        }
-        self.columns.iter_mut().for_each(|c| cut(c, &rows));
-        self.texts.iter_mut().for_each(|t| cut(t, &rows));
-        cut(&mut self.lines, &rows);
-        self.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
+        *self = Batch {
+            nul_lines: std::mem::take(&mut self.nul_lines),
+            ledger: std::mem::take(&mut self.ledger),
+            ..self.slice(rows)
+        };
         self.ledger.lines = self.rows() + self.ledger.total();
     }
 
@@ -352,10 +329,8 @@ impl Batch {
             }
             kept_before.push(kept);
         }
-        let columns = self.columns.iter_mut().filter(|c| !c.is_empty());
-        columns.for_each(|c| retain(c, keep));
-        let texts = self.texts.iter_mut().filter(|t| !t.is_empty());
-        texts.for_each(|t| retain(t, keep));
+        self.columns.iter_mut().for_each(|c| retain(c, keep));
+        self.texts.iter_mut().for_each(|t| retain(t, keep));
         retain(&mut self.lines, keep);
         // Marks of rows at the end are gone.
         self.move_marks(|row| Some(kept_before[row]).filter(|row| *row < kept));
@@ -384,10 +359,14 @@ impl Batch {
         slice
     }
 
-    /// Adds a word to the cells of a column of text.
+    /// Adds a word to the cells of a column of text; words beyond the limit share the last code.
     pub(crate) fn push_word(&mut self, column: usize, word: &str) {
-        let code = word_code(&mut self.words[column], word);
-        self.texts[column].push(code);
+        let known = &mut self.words[column];
+        let at = known.iter().position(|w| w == word).unwrap_or(known.len());
+        if at == known.len() && at < usize::from(u8::MAX) - 1 {
+            known.push(word.to_owned());
+        }
+        self.texts[column].push(u8::try_from(at + 1).unwrap_or(u8::MAX));
     }
 
     /// Whether most cells of a column are text.
@@ -396,13 +375,12 @@ impl Batch {
     }
 }
 
-/// The number of a word, from 1; words beyond the limit share the last one.
-pub(crate) fn word_code(known: &mut Vec<String>, word: &str) -> u8 {
-    let at = known.iter().position(|w| w == word).unwrap_or(known.len());
-    if at == known.len() && at < usize::from(u8::MAX) - 1 {
-        known.push(word.to_owned());
+/// Adds values to others, in a little more room: twice as much would be too large.
+fn append<T>(values: &mut Vec<T>, later: &mut Vec<T>) {
+    if values.capacity() < values.len() + later.len() {
+        values.reserve_exact(later.len().max(values.len() / 8));
     }
-    u8::try_from(at + 1).unwrap_or(u8::MAX)
+    values.append(later);
 }
 
 /// Keeps the values that are marked.

@@ -3,12 +3,13 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, CopiedText, Reason, word_code};
+use super::batch::{Batch, CopiedText, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::{Format, Layout};
+use super::format::Format;
 use super::header::Header;
 use super::lines::Lines;
 use super::number::parse_cell;
+use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::error::Error;
 
@@ -21,7 +22,17 @@ pub(crate) const MANY_WORDS: u8 = 32;
 impl Format {
     /// Reads a text from its first line on in batches of 16,384 rows.
     pub fn batches<R: BufRead>(&self, bytes: R) -> Batches<R> {
-        Batches::new(self.clone(), bytes)
+        let fields = self.columns.len();
+        Batches {
+            lines: Lines::new(bytes, self.line_end),
+            parser: RowParser {
+                format: self.clone(),
+                batch: Batch::new(fields),
+                slots: vec![String::new(); fields],
+                ..RowParser::default()
+            },
+            error: None,
+        }
     }
 }
 
@@ -30,7 +41,6 @@ pub struct Batches<R> {
     lines: Lines<R>,
     parser: RowParser,
     error: Option<io::Error>,
-    is_done: bool,
 }
 
 /// Lines on their way into a batch.
@@ -40,8 +50,6 @@ struct RowParser {
     /// Lines read.
     line_number: usize,
     batch: Batch,
-    /// Words of each column, in order of appearance.
-    words: Vec<Vec<String>>,
     /// Blank lines since the last row.
     blanks: usize,
     has_break: bool,
@@ -63,7 +71,7 @@ pub fn split_hint(line: u64) -> String {
 }
 
 /// Marks rows that are written under other columns.
-pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
+fn header_differs(line: usize, why: &str) -> io::Error {
     let error = Error::input("header-differs", format!("the header in line {line} {why}"))
         .at_line(line)
         .with_hint(split_hint(line as u64));
@@ -71,22 +79,6 @@ pub(crate) fn header_differs(line: usize, why: &str) -> io::Error {
 }
 
 impl<R: BufRead> Batches<R> {
-    pub(crate) fn new(format: Format, bytes: R) -> Self {
-        let fields = format.columns.len();
-        Batches {
-            lines: Lines::new(bytes, format.line_end),
-            parser: RowParser {
-                batch: Batch::new(fields),
-                words: vec![Vec::new(); fields],
-                slots: vec![String::new(); fields],
-                format,
-                ..RowParser::default()
-            },
-            error: None,
-            is_done: false,
-        }
-    }
-
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
     #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
@@ -112,7 +104,6 @@ impl<R: BufRead> Batches<R> {
         if batch.rows() > 0 || batch.ledger.total() > 0 {
             return Ok(Some(self.parser.finish_batch()));
         }
-        self.is_done = true;
         self.error.take().map_or(Ok(None), Err)
     }
 }
@@ -128,48 +119,34 @@ impl<R: BufRead> Iterator for Batches<R> {
     type Item = io::Result<Batch>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.is_done {
-            return None;
-        }
-        let batch = self.read_batch();
-        batch.transpose()
+        self.read_batch().transpose()
     }
 }
 
 impl RowParser {
     /// Whether the batch has its rows; the lines of a row that has begun belong to it.
     fn is_full(&self) -> bool {
-        let (rows, layout) = (self.batch.rows(), &self.format.layout);
-        let is_whole = || self.place.is_none_or(|place| place == layout.last_place());
+        let (rows, sentences) = (self.batch.rows(), self.format.sentences.as_ref());
+        let is_whole = || self.place == sentences.map(Sentences::last_place);
         rows >= BATCH_ROWS && (rows >= 2 * BATCH_ROWS || is_whole())
     }
 
+    /// The batch; the next one has room for as many rows.
     fn finish_batch(&mut self) -> Batch {
-        if self.place.is_some() {
-            self.push_slots();
-        }
-        let next = self.next_batch();
+        self.push_slots();
+        let next = Batch::new(self.batch.columns.len());
         let mut batch = std::mem::replace(&mut self.batch, next);
-        let rows = batch.rows();
-        let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
-        texts.for_each(|t| t.resize(rows, 0));
-        batch.words.clone_from(&self.words);
-        batch.ledger.lines = self.line_number;
-        self.place = None;
-        batch
-    }
-
-    /// An empty batch with room for as many rows as this one has.
-    fn next_batch(&self) -> Batch {
-        let mut next = Batch::new(self.format.columns.len());
-        let rows = self.batch.rows();
-        let columns = next.columns.iter_mut().zip(&self.format.is_read);
-        for (column, _) in columns.filter(|(_, is_read)| **is_read) {
-            column.reserve_exact(rows);
+        let (next, rows) = (&mut self.batch, batch.rows());
+        for (column, last) in next.columns.iter_mut().zip(&batch.columns) {
+            column.reserve_exact(last.len());
         }
         next.lines.reserve_exact(rows);
-        next.text = CopiedText::new(self.copied.len(), self.batch.text.len(), rows);
-        next
+        next.words.clone_from(&batch.words);
+        next.text = CopiedText::new(self.copied.len(), batch.text.len(), rows);
+        let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| t.resize(rows, 0));
+        batch.ledger.lines = self.line_number;
+        batch
     }
 
     fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
@@ -200,9 +177,10 @@ impl RowParser {
         if is_comment(line) {
             return self.read_comment(line).map(Some);
         }
-        let Layout::Table(dialect) = self.format.layout else {
+        if self.format.sentences.is_some() {
             return Ok(self.read_sentence(line));
-        };
+        }
+        let dialect = self.format.dialect;
         let reason = self.read_fields(line, dialect);
         match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
             None => Ok(reason),
@@ -282,30 +260,23 @@ impl RowParser {
             self.batch.text.push(&line.as_bytes()[from..to]);
         }
         for (column, word) in texts {
-            let code = word_code(&mut self.words[column], word);
             self.batch.texts[column].resize(row, 0);
-            self.batch.texts[column].push(code);
+            self.batch.push_word(column, word);
         }
         None
     }
 
     fn read_sentence(&mut self, line: &str) -> Option<Reason> {
-        let Layout::Sentences(sentences) = &self.format.layout else {
-            return None;
-        };
-        let Some(sentence) = sentences.parse(line) else {
+        let sentences = self.format.sentences.as_ref();
+        let Some(sentence) = sentences.and_then(|s| s.parse(line)) else {
             return Some(Reason::NotANumber);
         };
         let begins = self.place.is_none_or(|last| sentence.place <= last);
         if begins {
-            if self.place.is_some() {
-                self.push_slots();
-            }
+            self.push_slots();
             self.begin_row();
-            let columns = self.batch.columns.iter_mut().zip(&self.format.is_read);
-            columns
-                .filter(|(_, is_read)| **is_read)
-                .for_each(|(c, _)| c.push(f64::NAN));
+            let columns = self.batch.columns.iter_mut();
+            columns.for_each(|column| column.push(f64::NAN));
         } else {
             self.blanks = 0;
         }
@@ -337,8 +308,11 @@ impl RowParser {
             .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
     }
 
-    /// Copies the numbers of a row that was wrapped in words.
+    /// Copies the numbers of a row that was wrapped in words, if one has begun.
     fn push_slots(&mut self) {
+        if self.place.take().is_none() {
+            return;
+        }
         for (first, last) in &self.copied {
             let text = self.slots[*first..=*last].join(",");
             self.batch.text.push(text.as_bytes());

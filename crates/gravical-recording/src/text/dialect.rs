@@ -6,27 +6,9 @@ use super::number::{parse_cell, parse_plain};
 use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(crate) enum Delimiter {
-    Byte(u8),
-    #[default]
-    Whitespace,
-}
-
-impl Delimiter {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Delimiter::Byte(b',') => "comma",
-            Delimiter::Byte(b';') => "semicolon",
-            Delimiter::Byte(b'\t') => "tab",
-            Delimiter::Byte(_) => "bar",
-            Delimiter::Whitespace => "white space",
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Dialect {
-    pub delimiter: Delimiter,
+    /// The byte between two fields; none where white space parts them.
+    pub delimiter: Option<u8>,
     pub decimal_comma: bool,
     /// Dates have the day before the month.
     pub day_first: bool,
@@ -34,7 +16,7 @@ pub(crate) struct Dialect {
 }
 
 /// The fields of a line, without blanks and quotes around them.
-pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
+pub(crate) fn fields(line: &str, delimiter: Option<u8>) -> Fields<'_> {
     Fields {
         line,
         delimiter,
@@ -45,7 +27,7 @@ pub(crate) fn fields(line: &str, delimiter: Delimiter) -> Fields<'_> {
 
 pub(crate) struct Fields<'a> {
     line: &'a str,
-    delimiter: Delimiter,
+    delimiter: Option<u8>,
     /// Where the next field begins: after the last one, beyond the end of the line.
     at: usize,
     /// Where the last field begins and ends, with blanks and quotes beside a delimiter.
@@ -66,8 +48,8 @@ impl Fields<'_> {
         let (value, length) = parse_plain(rest, point)?;
         let ends = match (rest.get(length), self.delimiter) {
             (None, _) => true,
-            (Some(byte), Delimiter::Byte(delimiter)) => *byte == delimiter,
-            (Some(byte), Delimiter::Whitespace) => byte.is_ascii_whitespace(),
+            (Some(byte), Some(delimiter)) => *byte == delimiter,
+            (Some(byte), None) => byte.is_ascii_whitespace(),
         };
         ends.then(|| {
             self.step_over(self.at + length);
@@ -82,7 +64,7 @@ impl<'a> Iterator for Fields<'a> {
     fn next(&mut self) -> Option<&'a str> {
         let mut rest = self.line.get(self.at..)?;
         match self.delimiter {
-            Delimiter::Whitespace => {
+            None => {
                 rest = rest.trim_ascii_start();
                 self.at = self.line.len() - rest.len();
                 let end = rest.bytes().position(|b| b.is_ascii_whitespace());
@@ -90,7 +72,7 @@ impl<'a> Iterator for Fields<'a> {
                 self.step_over(self.at + field.len());
                 Some(field).filter(|f| !f.is_empty())
             }
-            Delimiter::Byte(delimiter) => {
+            Some(delimiter) => {
                 let mut quoted = false;
                 let end = rest.bytes().position(|b| {
                     quoted ^= b == b'"';
@@ -113,34 +95,44 @@ fn trim(field: &str) -> &str {
     }
 }
 
-/// Counts of fields, finite numbers and texts of a line.
-#[derive(Default)]
-struct Tally {
-    fields: usize,
-    numbers: usize,
-    texts: usize,
-}
-
-impl Tally {
-    fn count(line: &str, delimiter: Delimiter, decimal_comma: bool) -> Self {
-        let mut tally = Tally::default();
-        for field in fields(line, delimiter) {
-            tally.fields += 1;
-            match parse_cell(field, decimal_comma) {
-                Some(v) if v.is_finite() => tally.numbers += 1,
-                Some(_) => {}
-                None => tally.texts += 1,
-            }
+/// Fields and finite numbers of a line, if it is a row.
+fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(usize, usize)> {
+    if is_comment(line) {
+        return None;
+    }
+    let (mut count, mut numbers, mut texts) = (0, 0, 0);
+    for field in fields(line, delimiter) {
+        count += 1;
+        match parse_cell(field, decimal_comma) {
+            Some(v) if v.is_finite() => numbers += 1,
+            Some(_) => {}
+            None => texts += 1,
         }
-        tally
     }
-
-    fn is_row(&self) -> bool {
-        self.numbers >= 3 || self.numbers >= 2 && self.numbers > self.texts
-    }
+    let is_row = numbers >= 3 || numbers >= 2 && numbers > texts;
+    is_row.then_some((count, numbers))
 }
 
 impl Dialect {
+    /// Of cells that are not parted by text: in memory, or once they are out of their sentences.
+    pub(crate) fn of_commas(fields: usize) -> Self {
+        Dialect {
+            delimiter: Some(b','),
+            fields,
+            ..Dialect::default()
+        }
+    }
+
+    pub(crate) fn delimiter_name(self) -> &'static str {
+        match self.delimiter {
+            Some(b',') => "comma",
+            Some(b';') => "semicolon",
+            Some(b'\t') => "tab",
+            Some(_) => "bar",
+            None => "white space",
+        }
+    }
+
     /// What stands between whole numbers and decimals.
     pub(crate) fn point(self) -> u8 {
         if self.decimal_comma { b',' } else { b'.' }
@@ -156,32 +148,25 @@ impl Dialect {
     }
 
     pub(crate) fn is_row(self, line: &str) -> bool {
-        let tally = Tally::count(line, self.delimiter, self.decimal_comma);
-        tally.fields == self.fields && tally.is_row() && !is_comment(line)
+        let row = count_row(line, self.delimiter, self.decimal_comma);
+        row.is_some_and(|(fields, _)| fields == self.fields)
     }
 
     /// The delimiter and decimal sign under which most lines are rows of one width.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
-        const CANDIDATES: [(Delimiter, bool); 8] = [
-            (Delimiter::Byte(b','), false),
-            (Delimiter::Byte(b';'), false),
-            (Delimiter::Byte(b'\t'), false),
-            (Delimiter::Byte(b'|'), false),
-            (Delimiter::Whitespace, false),
-            (Delimiter::Byte(b';'), true),
-            (Delimiter::Byte(b'\t'), true),
-            (Delimiter::Whitespace, true),
-        ];
-        let score = |(delimiter, decimal_comma): (Delimiter, bool)| {
+        let delimiters = [Some(b','), Some(b';'), Some(b'\t'), Some(b'|'), None];
+        let with_points = delimiters.map(|delimiter| (delimiter, false));
+        let with_commas = [Some(b';'), Some(b'\t'), None].map(|delimiter| (delimiter, true));
+        let candidates = with_points.into_iter().chain(with_commas);
+        let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
-            for line in lines.iter().filter(|l| !is_comment(l)) {
-                let tally = Tally::count(line, delimiter, decimal_comma);
-                if tally.fields >= 3 && tally.is_row() {
-                    let (rows, numbers) = widths.entry(tally.fields).or_default();
-                    *rows += 1;
-                    *numbers += tally.numbers;
-                }
+            let rows = lines.iter();
+            let rows = rows.filter_map(|line| count_row(line, delimiter, decimal_comma));
+            for (fields, count) in rows.filter(|(fields, _)| *fields >= 3) {
+                let (rows, numbers) = widths.entry(fields).or_default();
+                *rows += 1;
+                *numbers += count;
             }
             let widths = widths.into_iter();
             let (fields, score) = widths.max_by_key(|(fields, score)| (score.0, *fields))?;
@@ -194,7 +179,7 @@ impl Dialect {
             Some((score, dialect))
         };
         // `max_by_key` returns the last of equals.
-        let scored = CANDIDATES.into_iter().rev().filter_map(score);
+        let scored = candidates.rev().filter_map(score);
         let best = scored.max_by_key(|(score, _)| *score);
         best.map(|(_, dialect)| dialect)
     }

@@ -7,32 +7,13 @@ use crate::board::BoardSettings;
 use crate::options::ReadOptions;
 use crate::role::Role;
 
-#[derive(Clone, Debug)]
-pub(crate) enum Layout {
-    Table(Dialect),
-    Sentences(Sentences),
-}
-
-impl Default for Layout {
-    fn default() -> Self {
-        Layout::Table(Dialect::default())
-    }
-}
-
-impl Layout {
-    /// Place of the last line of a row.
-    pub(crate) fn last_place(&self) -> usize {
-        match self {
-            Layout::Table(_) => 0,
-            Layout::Sentences(sentences) => sentences.last_place(),
-        }
-    }
-}
-
 /// What the head of a file says: dialect, roles of columns, claims of units and clock.
 #[derive(Clone, Debug, Default)]
 pub struct Format {
-    pub(crate) layout: Layout,
+    /// How the fields of a row are parted
+    pub(crate) dialect: Dialect,
+    /// The words around its numbers, if it is no table
+    pub(crate) sentences: Option<Sentences>,
     pub(crate) line_end: u8,
     pub(crate) head_lines: usize,
     /// Line that names the columns, from 1; 0 without one.
@@ -72,13 +53,13 @@ pub struct Format {
 }
 
 impl Format {
-    pub(crate) fn new(layout: Layout, line_end: u8, names: Vec<String>, fields: usize) -> Self {
+    pub(crate) fn new(dialect: Dialect, line_end: u8, names: Vec<String>) -> Self {
         let column = |c: usize| Column::from_name(names.get(c).map_or("", String::as_str));
         Format {
-            layout,
+            dialect,
             line_end,
-            is_read: vec![true; fields],
-            columns: (0..fields).map(column).collect(),
+            is_read: vec![true; dialect.fields],
+            columns: (0..dialect.fields).map(column).collect(),
             names,
             ..Format::default()
         }
@@ -90,32 +71,20 @@ impl Format {
         if let Some(device) = &self.device {
             return device.clone();
         }
-        let mut text = match &self.layout {
-            Layout::Table(dialect) => {
-                let comma = if dialect.decimal_comma {
-                    ", decimal comma"
-                } else {
-                    ""
-                };
-                format!("{} separated{comma}", dialect.delimiter.name())
-            }
-            Layout::Sentences(_) => "numbers in sentences".to_owned(),
+        let header = match self.header_line {
+            0 => "no header".to_owned(),
+            line => format!("header in line {line}"),
         };
-        text += &match self.header_line {
-            0 => ", no header".to_owned(),
-            line => format!(", header in line {line}"),
+        if self.sentences.is_some() {
+            return format!("numbers in sentences, {header}");
+        }
+        let delimiter = self.dialect.delimiter_name();
+        let decimals = if self.dialect.decimal_comma {
+            " decimal comma,"
+        } else {
+            ""
         };
-        text
-    }
-
-    pub(crate) fn asks_for(&self, column: usize) -> bool {
-        self.is_axis(column)
-            || self.sensor.is_some_and(|s| s.0 == column)
-            || matches!(
-                self.columns[column].role,
-                Role::Time | Role::Step | Role::Temperature | Role::Label
-            )
-            || matches!(self.layout, Layout::Sentences(_))
+        format!("{delimiter} separated,{decimals} {header}")
     }
 
     /// What a column is read as.

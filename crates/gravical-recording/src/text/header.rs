@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Delimiter, Dialect, fields, is_blank, uncommented};
+use super::dialect::{Dialect, fields, is_blank, uncommented};
 use super::format::Format;
 use super::names::Column;
 use super::number::parse_cell;
@@ -14,6 +14,7 @@ use crate::units::{AccelUnit, GyroUnit, is_listed, is_unit};
 const ROWS: usize = 400;
 
 /// Names and units of the columns, from the lines above the rows.
+#[derive(Default)]
 pub(crate) struct Header {
     pub names: Vec<String>,
     pub units: Vec<String>,
@@ -23,33 +24,28 @@ pub(crate) struct Header {
 
 impl Header {
     pub(crate) fn parse(above: &[&str], rows: &[&str], dialect: Dialect) -> Self {
-        let lines = above.iter().enumerate();
-        let above: Vec<(usize, &&str)> = lines.filter(|(_, l)| !is_blank(l)).collect();
-        let parts = |i: usize| header_fields(above[i].1, dialect);
-        let mut end = above.len();
-        let mut units = Vec::new();
-        while end > 1
-            && let Some(row) = parts(end - 1).filter(|f| is_row_of_units(f))
-            && parts(end - 2).is_some()
+        let lines = (1..).zip(above).filter(|(_, line)| !is_blank(line));
+        let lines = lines.map(|(number, line)| (number, header_fields(line, dialect)));
+        let mut lines: Vec<(usize, Option<Vec<String>>)> = lines.collect();
+        let mut header = Header::default();
+        while let [.., (_, Some(_)), (_, Some(row))] = &lines[..]
+            && is_row_of_units(row)
         {
-            let has_unit =
+            let is_of_sensor =
                 |u: &String| AccelUnit::parse(u).is_some() || GyroUnit::parse(u).is_some();
-            if row.iter().any(has_unit) {
-                units = row;
+            if row.iter().any(is_of_sensor) {
+                header.units.clone_from(row);
             }
-            end -= 1;
+            lines.pop();
         }
-        let has_letter = |n: &&String| n.chars().any(char::is_alphabetic);
-        let is_named = |f: &Vec<String>| f.iter().filter(has_letter).count() * 2 > f.len();
-        let names = end.checked_sub(1).and_then(parts).filter(is_named);
-        let names = names.unwrap_or_default();
-        let named = end.checked_sub(1).filter(|_| !names.is_empty());
-        let line = named.map_or(0, |at| above[at].0 + 1);
-        let mut header = Header { names, units, line };
-        if end > 1
-            && let Some(upper) = parts(end - 2)
+        let has_letter = |name: &&String| name.chars().any(char::is_alphabetic);
+        if let Some((line, Some(names))) = lines.pop()
+            && names.iter().filter(has_letter).count() * 2 > names.len()
         {
-            header.join(&upper);
+            (header.names, header.line) = (names, line);
+        }
+        if let Some((_, Some(upper))) = lines.pop() {
+            header.join(upper);
         }
         header.fill_up(rows, dialect);
         header
@@ -65,7 +61,7 @@ impl Header {
             return Some(true);
         }
         let text = uncommented(line);
-        let others = [b',', b';', b'\t'].map(Delimiter::Byte);
+        let others = [b',', b';', b'\t'].map(Some);
         let mut delimiters = [dialect.delimiter].into_iter().chain(others);
         let (delimiter, names) = delimiters.find_map(|delimiter| {
             let names: Vec<&str> = fields(text, delimiter).collect();
@@ -88,10 +84,9 @@ impl Header {
     }
 
     /// A header of two rows: sensor above, axis below, each more than once.
-    fn join(&mut self, upper: &[String]) {
+    fn join(&mut self, mut upper: Vec<String>) {
         let repeats = |f: &[String]| f.iter().collect::<HashSet<_>>().len() < f.len();
         // Merged cells leave the following ones empty.
-        let mut upper = upper.to_vec();
         for i in 1..upper.len() {
             if upper[i].is_empty() {
                 upper[i] = upper[i - 1].clone();
@@ -133,7 +128,7 @@ pub(crate) fn names_sensor(names: &[&str]) -> bool {
 /// The fields of a line of the header, which may have another delimiter than the rows.
 fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
     let text = uncommented(line);
-    let others = [b'\t', b',', b';'].map(Delimiter::Byte);
+    let others = [b'\t', b',', b';'].map(Some);
     for delimiter in [dialect.delimiter].into_iter().chain(others) {
         let mut parts: Vec<String> = fields(text, delimiter).map(str::to_owned).collect();
         if parts.len() == dialect.fields + 1 {
@@ -152,8 +147,8 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
 }
 
 /// Words of a sentence: `calibrating, keep it still...`.
-fn is_prose(parts: &[String], delimiter: Delimiter) -> bool {
-    delimiter == Delimiter::Whitespace && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
+fn is_prose(parts: &[String], delimiter: Option<u8>) -> bool {
+    delimiter.is_none() && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {

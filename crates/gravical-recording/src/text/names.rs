@@ -86,62 +86,61 @@ fn split_unit(name: &str) -> (String, String) {
 }
 
 impl Column {
-    fn new(role: Role, unit: String) -> Self {
-        Column {
-            role,
-            unit,
-            ..Column::default()
-        }
-    }
-
     /// What a name says by known words.
     pub(crate) fn from_name(name: &str) -> Self {
         let (outside, unit) = split_unit(name);
         let words = words(&outside);
-        if words.iter().any(|w| is_listed(FOREIGN, w)) {
-            return Column::new(Role::Other, unit);
-        }
-        let linear = words.iter().any(|w| is_linear(w))
-            && !words.iter().any(|w| w == "field")
-            && !outside.contains(['_', '.']);
-        let found = axis_in_word(&words, &unit).or_else(|| axis_apart(&words, &unit));
-        match found {
-            Some(column) => Column {
-                is_linear: linear,
-                ..column
+        let has = |list: &str| words.iter().any(|w| is_listed(list, w));
+        let index = unit.parse::<usize>().ok().filter(|i| *i < 3);
+        let found = axis_in_word(&words).or_else(|| axis_apart(&words, index));
+        match found.filter(|_| !has(FOREIGN)) {
+            Some((role, places)) => {
+                let rest = words.iter().enumerate();
+                let rest = rest.filter(|(at, _)| !places.contains(at));
+                let (units, sensor): (Vec<&str>, Vec<&str>) = rest
+                    .map(|(_, word)| word.as_str())
+                    .partition(|w| is_listed(UNIT_WORDS, w));
+                Column {
+                    role,
+                    // `m`, `s`, `2` are m/s2.
+                    unit: if unit.is_empty() || index.is_some() {
+                        units.join("/").replace("/2", "2")
+                    } else {
+                        unit
+                    },
+                    sensor: sensor.join(" "),
+                    is_linear: words.iter().any(|w| is_linear(w))
+                        && !has("field")
+                        && !outside.contains(['_', '.']),
+                    ..Column::default()
+                }
+            }
+            None if has(FOREIGN) || has("x y z") => Column {
+                unit,
+                ..Column::default()
             },
-            None if words.iter().any(|w| axis(w).is_some()) => Column::new(Role::Other, unit),
             None => without_axis(&words, unit),
         }
     }
 }
 
-/// `ax`, `gyroz`, `gFx`, `zacc`: sensor and axis in one word.
-fn axis_in_word(words: &[String], unit: &str) -> Option<Column> {
-    for at in (0..words.len()).rev() {
+/// `ax`, `gyroz`, `gFx`, `accz`: sensor and axis in one word, and its place.
+fn axis_in_word(words: &[String]) -> Option<(Role, [usize; 2])> {
+    (0..words.len()).rev().find_map(|at| {
         let word = &words[at];
-        if words.get(at + 1).is_some_and(|next| axis(next).is_some()) {
-            continue; // `GyX` is no `gy`
-        }
-        let last_at = word.char_indices().next_back()?.0;
-        let (stem, last) = word.split_at(last_at);
+        let (stem, last) = word.split_at(word.char_indices().next_back()?.0);
         let is_g_force = stem == "gf" || stem == "f" && at > 0 && words[at - 1] == "g";
-        let role = if is_g_force {
-            Some(Role::Accel as fn(usize) -> Role)
-        } else {
-            sensor(stem)
-        };
-        if let (Some(axis), Some(role)) = (axis(last), role) {
-            let rest = words.iter().filter(|w| *w != word);
-            return Some(of_axis(role(axis), rest, unit));
-        }
-    }
-    None
+        let stem = if is_g_force { "accel" } else { stem };
+        // `GyX` is no `gy`.
+        let is_before_axis = words.get(at + 1).is_some_and(|next| axis(next).is_some());
+        let role = sensor(stem).filter(|_| !is_before_axis)?;
+        Some((role(axis(last)?), [at, at]))
+    })
 }
 
-/// The axis as a word of its own, as an index in brackets, or as the last digit.
-fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
-    let index = unit.parse::<usize>().ok().filter(|i| *i < 3);
+/// Sensor and axis with the places of their words; the axis is a word of its own, an index in
+/// brackets, or the last digit.
+fn axis_apart(words: &[String], index: Option<usize>) -> Option<(Role, [usize; 2])> {
     let (at, axis) = if let Some(at) = words.iter().rposition(|w| axis(w).is_some()) {
         (at, axis(&words[at])?)
     } else if let Some(index) = index {
@@ -155,26 +154,7 @@ fn axis_apart(words: &[String], unit: &str) -> Option<Column> {
         .filter(|k| *k < at || *k != at && words[*k].len() > 1)
         .filter_map(|k| Some((k, sensor(&words[k])?)))
         .max_by_key(|(k, _)| words[*k].len())?;
-    let rest = words.iter().enumerate();
-    let rest = rest.filter(|(k, _)| *k != at && *k != named_at);
-    let unit = if index.is_some() { "" } else { unit };
-    Some(of_axis(role(axis), rest.map(|(_, w)| w), unit))
-}
-
-/// A column of an axis by the other words of its name: its unit, where none is in brackets (`m`, `s`,
-/// `2` are `m/s2`), and its sensor.
-fn of_axis<'a>(role: Role, rest: impl Iterator<Item = &'a String>, unit: &str) -> Column {
-    let rest = rest.map(String::as_str);
-    let (units, others): (Vec<&str>, Vec<&str>) = rest.partition(|w| is_listed(UNIT_WORDS, w));
-    let unit = if unit.is_empty() {
-        units.join("/").replace("/2", "2")
-    } else {
-        unit.to_owned()
-    };
-    Column {
-        sensor: others.join(" "),
-        ..Column::new(role, unit)
-    }
+    Some((role(axis), [at, named_at]))
 }
 
 fn without_axis(words: &[String], unit: String) -> Column {
@@ -193,7 +173,11 @@ fn without_axis(words: &[String], unit: String) -> Column {
     } else {
         unit
     };
-    Column::new(role, unit)
+    Column {
+        role,
+        unit,
+        ..Column::default()
+    }
 }
 
 /// `us` of `us`, `timeus` and `ustime`.
@@ -205,40 +189,30 @@ fn time_unit(word: &str) -> Option<&'static str> {
     })
 }
 
-/// The sensor that the name of a file tells.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum FileSensor {
-    Accel { is_linear: bool },
-    Gyro,
-    Other,
-}
-
-/// The sensor that the name of a file tells. Short words are ambiguous in file names.
-pub(crate) fn sensor_of_file(name: &str) -> Option<FileSensor> {
+/// The sensor that the name of a file tells: a role of its first axis, [`Role::Other`] for one that is
+/// not read. Short words are ambiguous in file names.
+pub(crate) fn sensor_of_file(name: &str) -> Option<Role> {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let mut words = words(file.split('.').next().unwrap_or(file));
     words.retain(|w| w.len() > 2);
-    let is = |role: Role| {
-        let of = |w: &String| sensor(w).map(|r| r(0)) == Some(role);
-        words.iter().any(of)
+    let is_named = |role: &Role| {
+        words
+            .iter()
+            .any(|w| sensor(w).map(|of| of(0)) == Some(*role))
     };
-    if is(Role::Accel(0)) {
-        let is_linear = words.iter().any(|w| is_linear(w));
-        return Some(FileSensor::Accel { is_linear });
-    }
-    if is(Role::Gyro(0)) {
-        return Some(FileSensor::Gyro);
-    }
-    let is_other = words.iter().any(|w| is_listed(FOREIGN, w));
-    is_other.then_some(FileSensor::Other)
+    let is_other = || words.iter().any(|w| is_listed(FOREIGN, w));
+    let mut sensors = [Role::Accel(0), Role::Gyro(0)].into_iter();
+    sensors
+        .find(is_named)
+        .or_else(|| is_other().then_some(Role::Other))
 }
 
-fn is_linear(word: &str) -> bool {
+pub(crate) fn is_linear(word: &str) -> bool {
     matches!(word, "linear" | "lin" | "user" | "free")
 }
 
 /// What unit and last letter say where no word is known: `Beschleunigung x (m/s^2)`, `x_g`.
-pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -> Option<Role> {
+pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<Role>) -> Option<Role> {
     let (outside, _) = split_unit(name);
     let mut words = words(&outside);
     if words.iter().any(|w| is_listed(FOREIGN, w)) {
@@ -264,8 +238,8 @@ pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<FileSensor>) -
         _ if is_axis_word && !is_accel && GyroUnit::parse(&unit).is_some() => {
             Some(Role::Gyro(axis))
         }
-        _ if is_bare && may_be_gyro && file == Some(FileSensor::Gyro) => Some(Role::Gyro(axis)),
-        _ if is_bare && !is_accel && file == Some(FileSensor::Other) => None,
+        _ if is_bare && may_be_gyro && file == Some(Role::Gyro(0)) => Some(Role::Gyro(axis)),
+        _ if is_bare && !is_accel && file == Some(Role::Other) => None,
         _ if is_bare || is_accel && is_axis_word => Some(Role::Accel(axis)),
         _ => None,
     }

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use super::batch::Batch;
-use super::format::{Format, Layout};
-use super::names::{Column, FileSensor, role_from_unit, sensor_of_file, words};
+use super::format::Format;
+use super::names::{Column, is_linear, role_from_unit, sensor_of_file, words};
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::options::ColumnsSpec;
@@ -14,9 +14,6 @@ use crate::units::is_listed;
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
 
-/// Code of the error of a file whose only sensor is a gyroscope.
-pub(super) const GYROSCOPE_ALONE: &str = "gyroscope-alone";
-
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
 
@@ -25,7 +22,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     let is_gyroscope = format.options.is_gyroscope;
     assign_given(format)?;
     let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
-    let file = file.or(is_gyroscope.then_some(FileSensor::Gyro));
+    let file = file.or(is_gyroscope.then_some(Role::Gyro(0)));
     add_roles_from_units(format, file, file_name);
     let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
@@ -148,7 +145,7 @@ fn choose_sensors(
     sample: &Batch,
 ) -> Result<(), Error> {
     if format.options.is_gyroscope {
-        let none = || no_gyroscope(!accel.is_empty(), &format.names);
+        let none = || no_gyroscope(&format.names);
         format.accel = *gyro.first().ok_or_else(none)?;
         return Ok(());
     }
@@ -193,12 +190,8 @@ fn columns_unknown(format: &Format) -> Error {
         .advise("columns", "")
 }
 
-fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
-    let text = if has_accelerometer {
-        "this file has an accelerometer, but no gyroscope"
-    } else {
-        "no three columns of this file are a gyroscope's x, y and z"
-    };
+fn no_gyroscope(names: &[String]) -> Error {
+    let text = "no three columns of this file are a gyroscope's x, y and z";
     let columns = list_columns(names);
     let columns = columns.split(';').next().unwrap_or_default();
     Error::input("no-gyroscope", text)
@@ -211,12 +204,11 @@ fn no_gyroscope(has_accelerometer: bool, names: &[String]) -> Error {
 
 fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
     if has_gyroscope {
-        return Error::input(
-            GYROSCOPE_ALONE,
-            "this file holds a gyroscope and no accelerometer",
-        )
-        .with_hint("give the accelerometer's recording as the input, and this file beside it")
-        .advise("gyro", "");
+        let text = "this file holds a gyroscope and no accelerometer";
+        let error = Error::input("gyroscope-alone", text);
+        return error
+            .with_hint("give the accelerometer's recording as the input, and this file beside it")
+            .advise("gyro", "");
     }
     let text = "no three columns are named as an accelerometer's x, y and z";
     let error = Error::input("no-accelerometer", text)
@@ -246,12 +238,13 @@ fn is_gyro(column: &Column) -> bool {
     matches!(column.role, Role::Gyro(_))
 }
 
-fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name: &str) {
+fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str) {
     // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
     // acceleration to TotalAcceleration.csv.
     let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
         && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
-    let is_linear_file = is_sensor_logger || file == Some(FileSensor::Accel { is_linear: true });
+    let is_linear_file = is_sensor_logger
+        || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
     let has_accel = format.columns.iter().any(is_accel);
     let has_gyro = format.columns.iter().any(is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
@@ -263,37 +256,30 @@ fn add_roles_from_units(format: &mut Format, file: Option<FileSensor>, file_name
             Some(role @ Role::Gyro(_)) if !has_gyro => column.role = role,
             _ => continue,
         }
-        let is_accel = is_accel(column);
-        column.is_linear =
-            words(name).iter().any(|w| w.starts_with("linea")) || is_linear_file && is_accel;
+        column.is_linear = is_linear_file && is_accel(column)
+            || words(name).iter().any(|w| w.starts_with("linea"));
     }
 }
 
 /// The axes of all sensors of a kind; those without gravity are only there if no other is.
 fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
-    let axis_of = |c: usize| (0..3).find(|i| columns[c].role == role(*i));
-    let is_given = |c: &usize| columns[*c].is_given;
-    let axes = (0..columns.len()).filter(|c| axis_of(*c).is_some());
-    let mut axes: Vec<usize> = axes.collect();
+    let axis_of = |c: usize| Some((c, (0..3).find(|i| columns[c].role == role(*i))?));
+    let mut axes: Vec<(usize, usize)> = (0..columns.len()).filter_map(axis_of).collect();
     // Where the user names an axis, the others need not be of a sensor of that name.
-    let any_given = axes.iter().any(is_given);
-    axes.sort_by_key(|c| !is_given(c));
+    axes.sort_by_key(|(c, _)| !columns[*c].is_given);
+    let any_given = axes.first().is_some_and(|(c, _)| columns[*c].is_given);
     let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
-    for c in axes {
-        let column = &columns[c];
-        let (name, unit) = (column.sensor.as_str(), column.unit.as_str());
-        let sensor = (name, column.is_linear, unit);
+    for (c, axis) in axes {
+        let sensor = (&columns[c].sensor, columns[c].is_linear, &columns[c].unit);
         let own = sensors.entry((!any_given).then_some(sensor)).or_default();
-        if let Some(axis) = axis_of(c) {
-            own[axis].get_or_insert(c);
-        }
+        own[axis].get_or_insert(c);
     }
     let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
     let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
-    let is_linear = |t: &[usize; 3]| columns[t[0]].is_linear;
-    if !found.iter().all(is_linear) {
-        found.retain(|t| !is_linear(t));
+    let has_gravity = |axes: &[usize; 3]| !columns[axes[0]].is_linear;
+    if found.iter().any(has_gravity) {
+        found.retain(has_gravity);
     }
     found
 }
@@ -325,18 +311,16 @@ fn find_sensor(
     found: &[[usize; 3]],
 ) -> Result<usize, Error> {
     let asked = words(wanted);
-    let has_words = |t: &[usize; 3]| {
-        let sensor = &format.columns[t[0]].sensor;
+    let has_name = |i: &usize| names[*i] == wanted;
+    let has_words = |i: &usize| {
+        let sensor = &format.columns[found[*i][0]].sensor;
         !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
     };
-    let ways: [&dyn Fn(&usize) -> bool; 3] =
-        [&|i| names[*i] == wanted, &|i| has_words(&found[*i]), &|i| {
-            wanted == (i + 1).to_string()
-        }];
-    let fits = ways.map(|fits| (0..found.len()).filter(fits).collect::<Vec<_>>());
-    let fits = fits.into_iter().find(|fits| !fits.is_empty());
-    match fits.unwrap_or_default()[..] {
-        [one] => Ok(one),
+    let has_number = |i: &usize| wanted == (i + 1).to_string();
+    let ways: [&dyn Fn(&usize) -> bool; 3] = [&has_name, &has_words, &has_number];
+    let fits = ways.map(|way| (0..found.len()).filter(way).collect::<Vec<_>>());
+    match fits.iter().find(|fits| !fits.is_empty()).map(Vec::as_slice) {
+        Some([only]) => Ok(*only),
         _ => Err(sensor_unknown(wanted, names)),
     }
 }
@@ -476,7 +460,7 @@ fn counts_mostly(values: &[f64]) -> bool {
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
     const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
-        let is_text = sample.is_text(c) && !matches!(format.layout, Layout::Sentences(_));
+        let is_text = sample.is_text(c);
         let role = format.columns[c].role;
         let is_axis = matches!(role, Role::Accel(_) | Role::Gyro(_));
         if is_axis || role == Role::Label || role != Role::Other && !is_text {
@@ -498,12 +482,11 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
             name.is_some_and(|n| words(n).iter().any(|w| is_listed(NAMES, w)))
         };
         let has_pairs = || {
-            let stamps =
-                (0..format.columns.len()).filter(|c| format.columns[*c].role == Role::Time);
-            stamps.map(|c| &sample.columns[c]).any(|v| {
-                let rows = v.len();
-                let same = v.windows(2).filter(|w| w[0] == w[1]).count();
-                same * kinds * 5 >= rows * (kinds - 1) * 4
+            let columns = format.columns.iter().zip(&sample.columns);
+            let mut clocks = columns.filter(|(column, _)| column.role == Role::Time);
+            clocks.any(|(_, stamps)| {
+                let same = stamps.windows(2).filter(|w| w[0] == w[1]).count();
+                same * kinds * 5 >= stamps.len() * (kinds - 1) * 4
             })
         };
         (takes_turns && (is_text || is_named() || has_pairs())).then_some((c, kinds))

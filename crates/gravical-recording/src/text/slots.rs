@@ -51,10 +51,8 @@ fn is_glued(rest: &str) -> bool {
     let is_end = |(_, c): &(usize, char)| c.is_whitespace() || ",;|)]}".contains(*c);
     let end = rest.char_indices().take(MAX_WORD).find(is_end);
     let is_word = rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
-    match end {
-        Some((end, _)) => is_word && !is_unit(&rest[..end]),
-        None => is_word && (rest.len() > MAX_WORD || !is_unit(rest)),
-    }
+    let word = end.map_or(rest, |(end, _)| &rest[..end]);
+    is_word && (word.len() > MAX_WORD || !is_unit(word))
 }
 
 /// Whether there is more between the slots than delimiters and fields of text.
@@ -70,10 +68,6 @@ pub(crate) fn is_decorated(skeleton: &str) -> bool {
             let is_field = p.starts_with(DELIMITERS) && p.ends_with(DELIMITERS);
             !p.trim_matches(DELIMITERS).is_empty() && !is_field
         })
-}
-
-fn digits(bytes: &[u8]) -> usize {
-    bytes.iter().take_while(|b| b.is_ascii_digit()).count()
 }
 
 /// How many of the first bytes are of a kind.
@@ -117,7 +111,7 @@ fn time_length(bytes: &[u8]) -> Option<usize> {
         _ => false,
     };
     is_time.then(|| match bytes.get(n) {
-        Some(b'.') => n + 1 + digits(&bytes[n + 1..]),
+        Some(b'.') => n + 1 + prefix(&bytes[n + 1..], u8::is_ascii_digit),
         _ => n,
     })
 }

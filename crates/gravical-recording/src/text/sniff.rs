@@ -2,18 +2,18 @@
 
 use super::batch::Batch;
 use super::batches::MANY_WORDS;
-use super::dialect::{Delimiter, Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::{Format, Layout};
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
+use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
-use super::names::Column;
 use super::number::parse_cell;
-use super::roles::{self, GYROSCOPE_ALONE};
+use super::roles;
 use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
+use crate::role::Role;
 use crate::units::is_unit;
 
 const NO_ROWS: &str = "no rows of at least three numbers";
@@ -23,15 +23,6 @@ const LINES_PER_ROW: usize = 10;
 
 /// Lines by which the dialect is told.
 const DIALECT_LINES: usize = 400;
-
-/// Codes of errors that numbers wrapped in words cause.
-const MAY_BE_WORDS: [&str; 5] = [
-    "no-rows",
-    "columns-unknown",
-    "columns-missing",
-    "no-accelerometer",
-    GYROSCOPE_ALONE,
-];
 
 /// `no-rows` with what a recording is.
 pub(crate) fn no_rows(text: impl Into<String>) -> Error {
@@ -62,31 +53,24 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
             .with_hint("record again: nothing was written to this file"));
     }
     let (line_end, lines) = split_lines(head);
-    let table = Format::table(&lines, line_end)
+    let with_roles = |format: Format| format.with_roles(head, file_name, options);
+    let table = Format::table(&lines, line_end, true)
         .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
-            let is_prose = options.columns.is_none() && has_few_rows(&format, &lines, head);
-            if is_prose {
+            if options.columns.is_none() && has_few_rows(&format, &lines, head) {
                 return Err(no_table(head, "only a few lines of numbers among others"));
             }
-            let unnamed = format.without_comment_as_header(&lines);
-            let named = format.with_roles(head, file_name, options);
-            match (named, unnamed) {
-                (Err(e), Some(unnamed)) if e.code() == "no-accelerometer" => {
-                    unnamed.with_roles(head, file_name, options).map_err(|_| e)
-                }
-                (named, _) => named,
-            }
+            with_roles(format).or_else(|e| {
+                // A comment above the rows may as well be about something else.
+                let is_unnamed = e.code() == "no-accelerometer";
+                let unnamed = Format::table(&lines, line_end, false).filter(|_| is_unnamed);
+                unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
+            })
         });
-    match &table {
-        Ok((_, is_wordy)) if !is_wordy => {}
-        Err(e) if !MAY_BE_WORDS.contains(&e.code()) => {}
-        _ => {
-            let words = Format::sentences(&lines, line_end);
-            if let Some(Ok((format, _))) = words.map(|f| f.with_roles(head, file_name, options)) {
-                return Ok(format);
-            }
-        }
+    if matches!(table, Ok((_, true)) | Err(_))
+        && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
+    {
+        return Ok(format);
     }
     table.map(|(format, _)| format)
 }
@@ -98,7 +82,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
 /// There is no table.
 pub fn sniff_table(head: &str) -> Result<Format, Error> {
     let (line_end, lines) = split_lines(head);
-    Format::table(&lines, line_end).ok_or_else(|| no_table(head, NO_ROWS))
+    Format::table(&lines, line_end, true).ok_or_else(|| no_table(head, NO_ROWS))
 }
 
 /// What ends the lines of a text, and these.
@@ -123,14 +107,27 @@ fn ros_imu() -> Vec<String> {
     stamp.into_iter().chain(fields).collect()
 }
 
+/// Names of the columns below another head: of the CSV that the PC software of GENEActiv writes below
+/// its hundred lines, and of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
+fn known_names(above: &[&str], first_row: &[&str]) -> Vec<String> {
+    const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
+    let geneactiv = GENEACTIV.split(',').map(str::to_owned).collect();
+    let is_geneactiv = above.iter().any(|line| {
+        let mut words = line.split(|c: char| !c.is_alphanumeric());
+        line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
+    });
+    let frame = first_row.get(2);
+    let is_ros = frame.is_some_and(|frame| frame.parse::<f64>().is_err());
+    let mut known = vec![(is_geneactiv, geneactiv), (is_ros, ros_imu())];
+    known.retain(|(is_it, names)| *is_it && names.len() == first_row.len());
+    known.pop().unwrap_or_default().1
+}
+
 /// Whether the rows are a few among lines of words or of markup.
 fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
-    let Layout::Table(dialect) = &format.layout else {
-        return false;
-    };
     let below = lines[format.head_lines..].iter();
     let below = below.filter(|l| !l.trim().is_empty());
-    let rows = below.clone().filter(|l| dialect.is_row(l)).count();
+    let rows = below.clone().filter(|l| format.dialect.is_row(l)).count();
     let is_markup = head.trim_start().starts_with(['{', '<']);
     rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
 }
@@ -153,12 +150,7 @@ impl Format {
         if columns == 0 {
             return Err(no_rows("no row could be read: 0 lines = 0 rows"));
         }
-        let dialect = Dialect {
-            delimiter: Delimiter::Byte(b','),
-            fields: columns,
-            ..Dialect::default()
-        };
-        let mut format = Format::new(Layout::Table(dialect), b'\n', names.to_vec(), columns);
+        let mut format = Format::new(Dialect::of_commas(columns), b'\n', names.to_vec());
         format.options = options.clone();
         roles::assign(&mut format, sample, "")?;
         Ok(format)
@@ -173,20 +165,26 @@ impl Format {
         self
     }
 
-    fn table(lines: &[&str], line_end: u8) -> Option<Self> {
+    /// The format of a table; its columns may be named by a comment or not.
+    fn table(lines: &[&str], line_end: u8, is_named_by_comment: bool) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
         let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
-        dialect.day_first = metadata::is_day_first(&lines[..head_lines]);
-        let header = Header::parse(&lines[..head_lines], &lines[head_lines..], dialect);
-        let layout = Layout::Table(dialect);
-        let mut format = Format::new(layout, line_end, header.names, dialect.fields);
-        format.header_line = header.line;
-        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
-        if format.names.is_empty() {
-            format.name_known_columns(&lines[..head_lines], &first_row);
-            format.misfit = find_misfit(&lines[..head_lines], dialect);
+        let above = &lines[..head_lines];
+        dialect.day_first = metadata::is_day_first(above);
+        let mut header = Header::parse(above, &lines[head_lines..], dialect);
+        let header_line = header.line.checked_sub(1).map(|at| lines[at].trim_start());
+        if !is_named_by_comment && header_line.is_some_and(is_comment) {
+            header = Header::default();
         }
+        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
+        let mut misfit = None;
+        if header.names.is_empty() {
+            header.names = known_names(above, &first_row);
+            misfit = find_misfit(above, dialect);
+        }
+        let mut format = Format::new(dialect, line_end, header.names);
+        (format.header_line, format.misfit) = (header.line, misfit);
         for (column, unit) in format.columns.iter_mut().zip(&header.units) {
             // `S_Timestamp_CAL` is not in seconds if the row of units says ms.
             if column.unit.is_empty() || is_unit(unit) {
@@ -199,42 +197,6 @@ impl Format {
         Some(format.with_head(lines, head_lines))
     }
 
-    /// The same where the line with the names is a comment: it may as well be about something else.
-    fn without_comment_as_header(&self, lines: &[&str]) -> Option<Self> {
-        let line = lines.get(self.header_line.checked_sub(1)?)?.trim_start();
-        is_comment(line).then(|| {
-            let mut unnamed = self.clone();
-            (unnamed.header_line, unnamed.names) = (0, Vec::new());
-            for column in &mut unnamed.columns {
-                *column = Column {
-                    is_dated: column.is_dated,
-                    ..Column::default()
-                };
-            }
-            unnamed
-        })
-    }
-
-    /// Names the columns of the CSV that the PC software of GENEActiv writes below its hundred lines, and
-    /// of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
-    fn name_known_columns(&mut self, above: &[&str], first_row: &[&str]) {
-        const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
-        let geneactiv: Vec<String> = GENEACTIV.split(',').map(str::to_owned).collect();
-        let is_geneactiv = above.iter().any(|line| {
-            let mut words = line.split(|c: char| !c.is_alphanumeric());
-            line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
-        });
-        let is_ros = first_row
-            .get(2)
-            .is_some_and(|frame| frame.parse::<f64>().is_err());
-        let mut known = [(is_geneactiv, geneactiv), (is_ros, ros_imu())].into_iter();
-        let columns = self.columns.len();
-        if let Some((_, names)) = known.find(|(is_it, names)| *is_it && names.len() == columns) {
-            self.columns = names.iter().map(|name| Column::from_name(name)).collect();
-            self.names = names;
-        }
-    }
-
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
         let head_lines = lines.iter().position(|l| sentences.parse(l).is_some())?;
@@ -242,13 +204,13 @@ impl Format {
         if names.iter().all(String::is_empty) {
             names.clear();
         }
-        let layout = Layout::Sentences(sentences.clone());
-        let mut format = Format::new(layout, line_end, names, sentences.slots);
+        let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
         let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
-        let sentences = first_row.filter_map(|line| sentences.parse(line));
-        for (slot, number) in sentences.flat_map(|s| s.numbers) {
+        let first_row = first_row.filter_map(|line| sentences.parse(line));
+        for (slot, number) in first_row.flat_map(|s| s.numbers) {
             format.columns[slot].is_dated = number.contains(':');
         }
+        format.sentences = Some(sentences);
         Some(format.with_head(lines, head_lines))
     }
 
@@ -268,20 +230,19 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let read_sample = |format: &Format| {
-            let sample = format.batches(head.as_bytes()).next();
-            let sample = sample.and_then(Result::ok);
-            sample.ok_or_else(|| no_table(head, NO_ROWS))
-        };
-        let mut sample = read_sample(&self)?;
+        let sample = self.batches(head.as_bytes()).next().and_then(Result::ok);
+        let mut sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
-            sample = read_sample(&self)?;
+            sample.crop(2..usize::MAX);
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
-        self.is_read = (0..self.columns.len()).map(|c| self.asks_for(c)).collect();
+        let sensor = self.sensor.map(|(column, _)| column);
+        let is_asked = |c: usize| self.role(c) != Role::Other || sensor == Some(c);
+        let is_read = |c: usize| self.sentences.is_some() || is_asked(c);
+        self.is_read = (0..self.columns.len()).map(is_read).collect();
         Ok((self, is_wordy))
     }
 }

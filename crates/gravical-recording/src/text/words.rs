@@ -42,25 +42,17 @@ impl Sentences {
     /// The skeletons that take turns, if there are any beside delimiters.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Self> {
         let decimal_comma = has_decimal_commas(lines);
-        let mut counts: HashMap<String, (usize, usize)> = HashMap::new();
-        let mut order = Vec::new();
         let filled = lines.iter().filter(|l| !l.trim().is_empty());
-        for line in filled.take(MAX_LINES) {
-            let line = with_points(line, decimal_comma);
-            let (shape, numbers) = skeleton(&line);
-            if !numbers.is_empty() {
-                counts.entry(shape.clone()).or_insert((0, order.len())).0 += 1;
-            }
-            order.push(shape);
+        let shape = |line: &&str| skeleton(&with_points(line, decimal_comma)).0;
+        let order: Vec<String> = filled.take(MAX_LINES).map(shape).collect();
+        let mut counts: HashMap<&String, usize> = HashMap::new();
+        for shape in order.iter().filter(|s| s.contains(SLOT)) {
+            *counts.entry(shape).or_default() += 1;
         }
-        let most = counts.values().map(|c| c.0).max()?;
-        let mut shapes: Vec<(usize, String)> = counts
-            .into_iter()
-            .filter(|(_, (count, _))| *count * 2 > most && *count > 2)
-            .map(|(shape, (_, first))| (first, shape))
-            .collect();
-        shapes.sort_unstable();
-        let mut shapes: Vec<String> = shapes.into_iter().map(|s| s.1).collect();
+        let most = *counts.values().max()?;
+        counts.retain(|_, count| *count * 2 > most && *count > 2);
+        let firsts = order.iter().filter(|shape| counts.remove(shape).is_some());
+        let mut shapes: Vec<String> = firsts.cloned().collect();
         let is_cycle = (1..=4).contains(&shapes.len())
             && most * shapes.len() * 5 >= order.len()
             && shapes.iter().any(|s| is_decorated(s));

@@ -151,6 +151,5 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
         findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
     }
-    findings.extend(rows.findings.iter().cloned());
     findings
 }
