@@ -1,5 +1,7 @@
 //! What the user specifies about a recording; everything else is told from the file.
 
+use std::str::FromStr;
+
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
@@ -36,8 +38,10 @@ pub struct ReadOptions {
     /// t=time,ax=acc_x,gx=- or in order: t,ax,ay,az,_,-
     ///
     /// `-` ignores a column, `_` leaves it to recognition.
-    #[serde(deserialize_with = "columns")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
+    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST"))]
+    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
     /// Sensor in the file: part of its name, or its number
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
@@ -101,9 +105,7 @@ impl ReadOptions {
             ("accel_range", self.accel_range_g),
             ("gyro_range", self.gyro_range_deg_s),
         ] {
-            if let Some(v) = value
-                && !POSSIBLE.contains(&v)
-            {
+            if let Some(v) = value.filter(|v| !POSSIBLE.contains(v)) {
                 let what = format!("{v} is not possible; 1e-6 to 1e9 is");
                 return Err(Error::range(name, what));
             }
@@ -128,53 +130,51 @@ pub enum ColumnsSpec {
     Ordered(Vec<Option<Role>>),
 }
 
-/// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read) or
-/// `ax,ay,az,_,-,gx` (the columns in order; `_` is recognised, `-` not read, as are further ones).
-///
-/// # Errors
-///
-/// `columns-syntax` (usage).
-pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
-    let channel = |name: &str| -> Result<Role> {
-        let name = name.trim();
-        Role::of_name(name).ok_or_else(|| {
-            Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
-                "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
-            )
-        })
-    };
-    if text.contains('=') {
-        // A comma within the name of a column is not followed by a channel.
-        let mut pairs: Vec<String> = Vec::new();
-        for part in text.split(',') {
-            match pairs.last_mut() {
-                Some(last) if !part.contains('=') => *last += &format!(",{part}"),
-                _ => pairs.push(part.to_owned()),
-            }
-        }
-        let pairs = pairs.iter().map(|pair| {
-            let (name, column) = pair
-                .split_once('=')
-                .ok_or_else(|| Error::usage("columns-syntax", format!("\"{pair}\" has no =")))?;
-            let column = column.trim();
-            let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
-            Ok((channel(name)?, column))
-        });
-        return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
-    }
-    let ordered = text.split(',').map(|name| match name.trim() {
-        "_" | "" => Ok(None),
-        "-" => Ok(Some(Role::Other)),
-        name => channel(name).map(Some),
-    });
-    Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
-}
+impl FromStr for ColumnsSpec {
+    type Err = Error;
 
-/// The same for serde.
-fn columns<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<ColumnsSpec>, D::Error> {
-    let text: Option<String> = serde::Deserialize::deserialize(from)?;
-    text.map(|text| crate::option_text::parse(&text, parse_columns))
-        .transpose()
+    /// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read)
+    /// or `ax,ay,az,_,-,gx` (the columns in order; `_` is recognised, `-` not read, as are further
+    /// ones).
+    ///
+    /// # Errors
+    ///
+    /// `columns-syntax` (usage).
+    fn from_str(text: &str) -> Result<Self> {
+        let channel = |name: &str| -> Result<Role> {
+            let name = name.trim();
+            Role::of_name(name).ok_or_else(|| {
+                Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
+                    "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
+                )
+            })
+        };
+        if text.contains('=') {
+            // A comma within the name of a column is not followed by a channel.
+            let mut pairs: Vec<String> = Vec::new();
+            for part in text.split(',') {
+                match pairs.last_mut() {
+                    Some(last) if !part.contains('=') => *last += &format!(",{part}"),
+                    _ => pairs.push(part.to_owned()),
+                }
+            }
+            let pairs = pairs.iter().map(|pair| {
+                let (name, column) = pair.split_once('=').ok_or_else(|| {
+                    Error::usage("columns-syntax", format!("\"{pair}\" has no ="))
+                })?;
+                let column = column.trim();
+                let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
+                Ok((channel(name)?, column))
+            });
+            return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
+        }
+        let ordered = text.split(',').map(|name| match name.trim() {
+            "_" | "" => Ok(None),
+            "-" => Ok(Some(Role::Other)),
+            name => channel(name).map(Some),
+        });
+        Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
+    }
 }
 
 /// The part that does not concern a gyroscope's separate file; `None` without such a part.

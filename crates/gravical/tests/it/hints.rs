@@ -4,8 +4,7 @@ use gravical::finding::Advice;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, parse_columns,
-    read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
 };
 
 /// What is refused or found: kind, and options.
@@ -29,7 +28,7 @@ fn follow(advised: &[Advice], truth: &ReadOptions, options: &mut ReadOptions) ->
         let value = Some(value).filter(|value| !value.is_empty());
         match name.as_str() {
             "columns" => {
-                let named = value.map(|value| parse_columns(value).unwrap());
+                let named = value.map(|value| value.parse().unwrap());
                 options.columns = truth.columns.clone().or(named);
                 assert!(options.columns.is_some(), "{advised:?}");
             }
@@ -90,7 +89,7 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 #[test]
 fn an_option_that_is_named_helps() {
     use crate::support::read_options;
-    let columns = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
+    let columns = |spec: &str| read_options(|o| o.columns = Some(spec.parse().unwrap()));
     let none = ReadOptions::default;
     let seconds = |unit| read_options(|o| o.time_unit = Some(unit));
     let milligravity = || read_options(|o| o.accel_unit = Some(AccelUnit::MilliGravity));
