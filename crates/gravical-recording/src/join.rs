@@ -162,12 +162,11 @@ fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>>
 }
 
 fn refuse_restart(recording: &Recording) -> Result<()> {
-    if !recording.restarted {
-        return Ok(());
-    }
     let is_restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
-    let restart = recording.findings.iter().find(is_restart);
-    let line = restart.and_then(|f| Some(f.lines.first()?[0]));
+    let Some(restart) = recording.findings.iter().find(is_restart) else {
+        return Ok(());
+    };
+    let line = restart.lines.first().map(|lines| lines[0]);
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
     let error = Error::input("gyro-restart", text).at(recording.name.as_ref(), line);
     Err(error

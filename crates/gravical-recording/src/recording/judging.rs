@@ -74,7 +74,6 @@ impl Recording {
             time_s: measured.readings.time_s,
             time_origin_s: time.start_s,
             stated_start_s: metadata::start_s(&format.metadata),
-            restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
             breaks: measured.readings.breaks,
             zero_offset: options.zero_offset.unwrap_or(middle),
