@@ -17,7 +17,8 @@ use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
 pub struct ReadOptions {
     /// m/s^2, g, mg or counts [default: from the data]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
-    #[cfg_attr(feature = "clap", arg(hide_possible_values = true, hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub accel_unit: Option<AccelUnit>,
     /// Full scale in g, for counts [default: from the data]
     #[serde(rename = "accel_range")]
@@ -26,7 +27,8 @@ pub struct ReadOptions {
     pub accel_range_g: Option<f64>,
     /// rad/s, deg/s or counts [default: from turns, header]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
-    #[cfg_attr(feature = "clap", arg(hide_possible_values = true, hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub gyro_unit: Option<GyroUnit>,
     /// Full scale in °/s, for counts [default: from turns]
     #[serde(rename = "gyro_range")]
@@ -38,22 +40,27 @@ pub struct ReadOptions {
     /// `-` ignores a column, `_` leaves it to recognition.
     #[serde(deserialize_with = "crate::option_text::optional")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIST"))]
-    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true, hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
     /// Sensor in the file: part of its name, or its number
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub sensor: Option<String>,
     /// Sampling rate in Hz, where there are no time stamps
     #[serde(rename = "rate")]
-    #[cfg_attr(feature = "clap", arg(long = "rate", value_name = "HZ", hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(long = "rate", value_name = "HZ"))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub rate_hz: Option<f64>,
     /// s, ms, us or ns [default: from the header or steps]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
-    #[cfg_attr(feature = "clap", arg(hide_possible_values = true, hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub time_unit: Option<TimeUnit>,
     /// Subtracted from counts [default: 32768 if unsigned]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    #[cfg_attr(feature = "clap", arg(allow_negative_numbers = true, hide_short_help = true))]
+    #[cfg_attr(feature = "clap", arg(allow_negative_numbers = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub zero_offset: Option<f64>,
     /// Compute the SHA-256 of the file.
     #[serde(skip)]
