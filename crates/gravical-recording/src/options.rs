@@ -9,6 +9,9 @@ use crate::meter::Meter;
 use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
 
+/// Largest count of a converter of 32 bits.
+const MAX_COUNT: f64 = u32::MAX as f64;
+
 /// How a recording is read where it does not say so itself.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
@@ -100,21 +103,17 @@ impl ReadOptions {
     /// `option-range` (usage) for a rate or range that is not between 1e-6 and
     /// 1e9, and for an offset beyond 32-bit counts.
     pub fn validate(&self) -> Result<()> {
-        for (name, value) in [
-            ("rate", self.rate_hz),
-            ("accel_range", self.accel_range_g),
-            ("gyro_range", self.gyro_range_deg_s),
+        for (name, value, possible) in [
+            ("rate", self.rate_hz, POSSIBLE),
+            ("accel_range", self.accel_range_g, POSSIBLE),
+            ("gyro_range", self.gyro_range_deg_s, POSSIBLE),
+            ("zero_offset", self.zero_offset, -MAX_COUNT..=MAX_COUNT),
         ] {
-            if let Some(v) = value.filter(|v| !POSSIBLE.contains(v)) {
-                let what = format!("{v} is not possible; 1e-6 to 1e9 is");
+            if let Some(v) = value.filter(|v| !possible.contains(v)) {
+                let (low, high) = (possible.start(), possible.end());
+                let what = format!("{v} is not possible; {low:e} to {high:e} is");
                 return Err(Error::range(name, what));
             }
-        }
-        if let Some(offset) = self.zero_offset
-            && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
-        {
-            let what = format!("{offset} is no number of counts of a converter");
-            return Err(Error::range("zero_offset", what));
         }
         Ok(())
     }

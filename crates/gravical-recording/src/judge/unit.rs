@@ -267,14 +267,13 @@ fn given_disagrees(scale: &AccelScale, norm: f64) -> Option<Finding> {
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
 /// another range than its counts were converted with.
 fn wrong_full_scale(norm: f64) -> Option<String> {
-    let units = [("m/s^2", 9.80665), ("g", 1.0)].into_iter();
-    let mut scales =
-        units.flat_map(|u| [0.125, 0.25, 0.5, 2.0, 4.0, 8.0].map(|factor| (u, factor)));
-    let is_it =
-        |((_, gravity), factor): &((_, f64), f64)| (norm / gravity / factor - 1.0).abs() < 0.1;
-    scales.find(is_it).map(|((unit, _), factor)| format!(
-        "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
-    ))
+    [("m/s^2", 9.80665), ("g", 1.0)].into_iter().find_map(|(unit, gravity)| {
+        let is_it = |factor: &f64| (norm / gravity / factor - 1.0).abs() < 0.1;
+        let factor = [0.125, 0.25, 0.5, 2.0, 4.0, 8.0].into_iter().find(is_it)?;
+        Some(format!(
+            "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
+        ))
+    })
 }
 
 fn short(value: f64) -> String {
