@@ -45,9 +45,7 @@ impl Clipping {
         if scale.unit == AccelUnit::Counts {
             return Self::new([COUNT_ENDS], true);
         }
-        let per_g = scale
-            .nominal()
-            .map_or(f64::NAN, |n| n * STANDARD_GRAVITY_MPS2);
+        let per_g = scale.nominal().unwrap_or(f64::NAN) * STANDARD_GRAVITY_MPS2;
         let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
         let full = FULL_SCALES_G.into_iter().chain(given).map(|g| g * per_g);
         // Within two counts of the full scale.
