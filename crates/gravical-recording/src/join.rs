@@ -125,9 +125,7 @@ fn join_input(
     let mut gyro = read_gyroscope(input, name, &options)?;
     refuse_restart(&gyro)?;
     let channels = gyro.gyro.take().unwrap_or_default();
-    let times_s = absolute(recording.time_s.clone(), recording.time_origin_s);
-    let stamps_s = absolute(gyro.time_s.take(), gyro.time_origin_s);
-    let (channels, finding) = match (times_s, stamps_s) {
+    let (channels, finding) = match (stamps_s(recording), stamps_s(&gyro)) {
         (Some(times_s), Some(stamps_s)) if times_s == stamps_s => (channels, None),
         (Some(times_s), Some(stamps_s)) => {
             refuse_restart(recording)?;
@@ -153,12 +151,10 @@ fn join_input(
     Ok(())
 }
 
-fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {
-    let (mut time, origin) = (time_s?, origin_s?);
-    for t in &mut time {
-        *t += origin;
-    }
-    Some(time)
+/// Times of the rows on the recorder's clock.
+fn stamps_s(recording: &Recording) -> Option<Vec<f64>> {
+    let (time_s, origin_s) = (recording.time_s.as_ref()?, recording.time_origin_s?);
+    Some(time_s.iter().map(|t| t + origin_s).collect())
 }
 
 fn refuse_restart(recording: &Recording) -> Result<()> {
