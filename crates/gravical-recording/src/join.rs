@@ -108,14 +108,10 @@ fn join_input(
     options: &ReadOptions,
 ) -> Result<()> {
     if recording.gyro.is_some() {
-        return Err(Error::usage(
-            "gyro-twice",
-            "this recording has a gyroscope of its own, and a second one is given",
-        )
-        .at(recording.name.as_ref(), None)
-        .with_hint("leave the second one out, or ignore the recording's own")
-        .advise("gyro", "")
-        .advise("columns", "gx=-,gy=-,gz=-"));
+        let text = "this recording has a gyroscope of its own, and a second one is given";
+        let error = Error::usage("gyro-twice", text).at(recording.name.as_ref(), None);
+        let error = error.with_hint("leave the second one out, or ignore the recording's own");
+        return Err(error.advise("gyro", "").advise("columns", "gx=-,gy=-,gz=-"));
     }
     recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
     let options = ReadOptions {
@@ -264,10 +260,8 @@ fn no_overlap(recording: &Recording, gyro: &Recording) -> Error {
         span(recording),
         span(gyro)
     );
-    Error::input("gyro-overlap", text)
-        .at(gyro.name.as_ref(), None)
-        .with_hint(
-            "give the two files of one recording, stamped by one clock, or the time unit of both",
-        )
-        .advise("time_unit", "")
+    let hint =
+        "give the two files of one recording, stamped by one clock, or the time unit of both";
+    let error = Error::input("gyro-overlap", text).at(gyro.name.as_ref(), None);
+    error.with_hint(hint).advise("time_unit", "")
 }

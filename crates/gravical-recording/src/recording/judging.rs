@@ -190,12 +190,10 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
         return Ok(None);
     };
     if rows.texts[column].contains(&u8::MAX) {
-        return Err(Error::input(
-            "too-many-labels",
-            "the label column holds more than 254 words",
-        )
-        .with_hint("leave the column out, or cut the file")
-        .advise("columns", "label=-"));
+        let text = "the label column holds more than 254 words";
+        let error = Error::input("too-many-labels", text);
+        let error = error.with_hint("leave the column out, or cut the file");
+        return Err(error.advise("columns", "label=-"));
     }
     Ok(Some(column_labels(rows, column)))
 }
