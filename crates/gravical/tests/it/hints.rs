@@ -121,7 +121,8 @@ fn an_option_that_is_named_helps() {
     let slower = |factor: u64| rows(|k, a| format!("{},{}", factor * k as u64, commas(a)));
     let slow = named("t,ax,ay,az", slower(400));
     let slowest = named("t,ax,ay,az", slower(40_000_000_000));
-    let unread = rows(|k, a| format!("tick{k},{}", commas(a)));
+    let seconds_of = |k: usize| k as f64 / 25.0;
+    let unread = rows(|k, a| format!("01-Mai-2024 10:00:{:06.3},{}", seconds_of(k), commas(a)));
     let unread = named("time,ax,ay,az", unread);
     let odd_unit = accel(rows(|k, a| plain(k, a.map(|v| 37.0 * v))));
     let counts = accel(rows(|k, a| {
