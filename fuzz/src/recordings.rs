@@ -6,7 +6,7 @@ use gravical::calibration_file::CalibrationFile;
 use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, Segmentation, segment};
-use gravical::recording::{Finding, ReadOptions, Recording, parse_columns, read_bytes};
+use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
 use gravical_report::document::Detail;
 use gravical_report::report;
 
@@ -42,7 +42,7 @@ pub fn reader(data: &[u8]) {
 fn with_options(choice: &[u8], files: &[u8]) {
     let pick = |at: usize| usize::from(choice.get(at).copied().unwrap_or(0));
     let options = ReadOptions {
-        columns: chosen(COLUMNS, pick(0)).and_then(|text| parse_columns(text).ok()),
+        columns: chosen(COLUMNS, pick(0)).and_then(|text| text.parse().ok()),
         accel_unit: serde_json::from_value(chosen(ACCEL_UNITS, pick(1)).into()).unwrap_or_default(),
         gyro_unit: serde_json::from_value(chosen(GYRO_UNITS, pick(1) / 8).into())
             .unwrap_or_default(),

@@ -52,11 +52,8 @@ impl<T: Real> SixPositionMeans<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SixPositionError {
-    /// A value is NaN or infinite; `input` names the argument.
-    NotFinite {
-        /// The argument, in words.
-        input: &'static str,
-    },
+    /// A mean, gravity or the scale that follows is NaN or infinite.
+    NotFinite,
     /// Gravity is zero or negative.
     GravityNotPositive,
     /// A channel reacts to nothing: it is frozen, or all files are the same.
@@ -71,15 +68,14 @@ pub enum SixPositionError {
 impl fmt::Display for SixPositionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite { input } => write!(f, "{input}: a value is not finite"),
-            Self::GravityNotPositive => write!(f, "gravity has to be above zero"),
+            Self::NotFinite => f.write_str("a mean, gravity or the scale is not finite"),
+            Self::GravityNotPositive => f.write_str("gravity has to be above zero"),
             Self::VanishedRow { channel } => {
                 let name = ["x", "y", "z"].get(*channel).unwrap_or(&"?");
                 write!(f, "channel {name} reads the same in opposite positions")
             }
-            Self::Singular => write!(
-                f,
-                "the readings span fewer than three directions: the model has no inverse"
+            Self::Singular => f.write_str(
+                "the readings span fewer than three directions: the model has no inverse",
             ),
         }
     }
@@ -100,7 +96,6 @@ pub struct AccelerometerParameters<T> {
 
 impl<T: Real> AccelerometerParameters<T> {
     /// M = K R of u = M a + b, row-major, raw unit per m/s².
-    #[must_use]
     pub fn model(&self) -> [[T; 3]; 3] {
         matrix3::scale_rows(&self.orientation, &self.scale)
     }
@@ -109,7 +104,6 @@ impl<T: Real> AccelerometerParameters<T> {
     ///
     /// `None` where K R has no inverse, which [`ferraris_accelerometer`] has
     /// excluded already.
-    #[must_use]
     pub fn calibration(&self) -> Option<Calibration<T>> {
         Some(Calibration {
             matrix: matrix3::inverse(&self.model())?,
@@ -158,12 +152,8 @@ pub fn ferraris_accelerometer<T: Real>(
     means: &SixPositionMeans<T>,
     gravity_mps2: T,
 ) -> Result<AccelerometerParameters<T>, SixPositionError> {
-    if !means.is_finite() {
-        let input = "mean readings of the accelerometer";
-        return Err(SixPositionError::NotFinite { input });
-    }
-    if !gravity_mps2.is_finite() {
-        return Err(SixPositionError::NotFinite { input: "gravity" });
+    if !means.is_finite() || !gravity_mps2.is_finite() {
+        return Err(SixPositionError::NotFinite);
     }
     if gravity_mps2 <= T::zero() {
         return Err(SixPositionError::GravityNotPositive);
@@ -204,9 +194,7 @@ fn split<T: Real>(
 ) -> Result<([T; 3], [[T; 3]; 3]), SixPositionError> {
     let scale = matrix3::row_norms(model);
     if !scale.iter().all(|k| k.is_finite()) {
-        return Err(SixPositionError::NotFinite {
-            input: "the scale (overflow)",
-        });
+        return Err(SixPositionError::NotFinite);
     }
     if let Some(channel) = (0..3).find(|&r| scale[r] <= floor[r]) {
         return Err(SixPositionError::VanishedRow { channel });

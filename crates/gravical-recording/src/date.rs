@@ -13,10 +13,7 @@ pub(crate) fn parse_date(text: &str, is_day_first: bool) -> Option<f64> {
         .find(['Z', '+', '-', 'A', 'P', 'a', 'p'])
         .unwrap_or(time.len());
     let (clock, zone) = time.split_at(zone_at);
-    if !zone
-        .chars()
-        .all(|c| c.is_ascii_digit() || "Z+-:AaPpMm. ".contains(c))
-    {
+    if !zone.chars().all(|c| "Z+-:AaPpMm. 0123456789".contains(c)) {
         return None;
     }
     let (h, m, s) = parse_clock(clock.trim())?;

@@ -12,9 +12,7 @@ fn is_control(c: char) -> bool {
 
 fn escaped(text: &str, stays: impl Fn(char) -> bool, write: fn(char) -> String) -> Cow<'_, str> {
     let is_escaped = |c: char| is_control(c) && !stays(c);
-    if text.is_ascii() && !text.bytes().any(|b| is_escaped(char::from(b)))
-        || !text.contains(is_escaped)
-    {
+    if !text.contains(is_escaped) {
         return Cow::Borrowed(text);
     }
     let escape = |c: char| if is_escaped(c) { write(c) } else { c.into() };

@@ -106,7 +106,6 @@ struct Opened {
 impl Follow {
     /// Holds the last rows, `max_rows` or up to twice as many, for [`recording`](Self::recording);
     /// `name` is used in messages, and may tell the sensor.
-    #[must_use]
     pub fn new(name: &str, options: ReadOptions, max_rows: usize) -> Self {
         Follow {
             name: name.to_owned(),
@@ -192,13 +191,11 @@ impl Follow {
     }
 
     /// The lines that the last call read, in order: whole rows, once the format is known.
-    #[must_use]
     pub fn lines(&self) -> &[LineKind] {
         self.opened.as_ref().map_or(&[], |opened| &opened.lines)
     }
 
     /// How the rows are written, once that is known.
-    #[must_use]
     pub fn form(&self) -> Option<Form> {
         let opened = self.opened.as_ref()?;
         let format = &opened.format;
@@ -249,7 +246,6 @@ impl Follow {
     }
 
     /// The board says that it sends calibrated values.
-    #[must_use]
     pub fn is_calibrated_by_board(&self) -> bool {
         let board = self.opened.as_ref().and_then(|o| o.format.board);
         board.is_some_and(|board| board.is_calibrated())

@@ -65,14 +65,12 @@ pub(crate) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
         return Ok(());
     }
     let word = path_word(file);
-    Err(Error::input(
-        "is-a-calibration",
-        "this is a calibration file, not a recording",
-    )
-    .at(file, None)
-    .with_hint(format!(
+    let hint = format!(
         "`gravical check {word} RECORDING` tests it with a recording at rest, `gravical apply {word} RECORDING` applies it"
-    )))
+    );
+    let text = "this is a calibration file, not a recording";
+    let error = Error::input("is-a-calibration", text).at(file, None);
+    Err(error.with_hint(hint))
 }
 
 /// An error of reading with the file; of one axis, the two others may lie beside it.

@@ -13,11 +13,9 @@ const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 /// are added.
 pub const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
-/// Smallest count at the end of a 16-bit converter: some end a few counts early.
-const MIN_END_COUNT: f64 = 32764.0;
-/// Largest count of a 16-bit converter; larger values come from another converter, whose end is
-/// unknown.
-const MAX_END_COUNT: f64 = 32768.0;
+/// Counts at the end of a 16-bit converter: some end a few counts early. Larger values come from
+/// another converter, whose end is unknown.
+const COUNT_ENDS: [f64; 2] = [32764.0, 32768.0];
 
 /// Detects clipping of a channel.
 #[derive(Debug, Clone, Default)]
@@ -34,17 +32,10 @@ pub(crate) struct Clipping {
 }
 
 impl Clipping {
-    fn of_counts() -> Self {
+    fn new(ends: impl IntoIterator<Item = [f64; 2]>, counts: bool) -> Self {
         Clipping {
-            ends: vec![[MIN_END_COUNT, MAX_END_COUNT]],
-            counts: true,
-            ..Clipping::default()
-        }
-    }
-
-    fn of_ends(ends: impl Iterator<Item = [f64; 2]>) -> Self {
-        Clipping {
-            ends: ends.collect(),
+            ends: ends.into_iter().collect(),
+            counts,
             ..Clipping::default()
         }
     }
@@ -52,21 +43,20 @@ impl Clipping {
     /// Of an accelerometer; nothing seen yet.
     pub fn of_accel(scale: &AccelScale) -> Self {
         if scale.unit == AccelUnit::Counts {
-            return Self::of_counts();
+            return Self::new([COUNT_ENDS], true);
         }
-        let per_g = scale
-            .nominal()
-            .map_or(f64::NAN, |n| n * STANDARD_GRAVITY_MPS2);
+        let per_g = scale.nominal().unwrap_or(f64::NAN) * STANDARD_GRAVITY_MPS2;
         let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
         let full = FULL_SCALES_G.into_iter().chain(given).map(|g| g * per_g);
         // Within two counts of the full scale.
-        Clipping::of_ends(full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005]))
+        let ends = full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005]);
+        Self::new(ends, false)
     }
 
     /// Of a gyroscope. If the unit is unknown, °/s or rad/s is assumed.
     pub fn of_gyro(scale: &GyroScale) -> Self {
         if scale.unit == GyroUnit::Counts {
-            return Self::of_counts();
+            return Self::new([COUNT_ENDS], true);
         }
         let full_deg_s: Vec<f64> = match scale.lsb_per_deg_s {
             Some(lsb) => vec![32768.0 / lsb],
@@ -85,7 +75,8 @@ impl Clipping {
             .iter()
             .flat_map(|unit| full_deg_s.iter().map(move |deg_s| deg_s * unit));
         // Tolerance for rounded sensitivities and two decimals.
-        Clipping::of_ends(full.map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005]))
+        let ends = full.map(|full| [full * 0.9985 - 0.005, full * 1.0015 + 0.005]);
+        Self::new(ends, false)
     }
 
     fn is_at_end(&self, magnitude: f64) -> bool {
@@ -117,7 +108,7 @@ impl Clipping {
     /// Number of clipped values.
     fn count(&self) -> u64 {
         let shown = if self.counts {
-            self.largest <= MAX_END_COUNT
+            self.largest <= COUNT_ENDS[1]
         } else {
             self.repeats >= 3
         };

@@ -108,14 +108,10 @@ fn join_input(
     options: &ReadOptions,
 ) -> Result<()> {
     if recording.gyro.is_some() {
-        return Err(Error::usage(
-            "gyro-twice",
-            "this recording has a gyroscope of its own, and a second one is given",
-        )
-        .at(recording.name.as_ref(), None)
-        .with_hint("leave the second one out, or ignore the recording's own")
-        .advise("gyro", "")
-        .advise("columns", "gx=-,gy=-,gz=-"));
+        let text = "this recording has a gyroscope of its own, and a second one is given";
+        let error = Error::usage("gyro-twice", text).at(recording.name.as_ref(), None);
+        let error = error.with_hint("leave the second one out, or ignore the recording's own");
+        return Err(error.advise("gyro", "").advise("columns", "gx=-,gy=-,gz=-"));
     }
     recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
     let options = ReadOptions {
@@ -125,9 +121,7 @@ fn join_input(
     let mut gyro = read_gyroscope(input, name, &options)?;
     refuse_restart(&gyro)?;
     let channels = gyro.gyro.take().unwrap_or_default();
-    let times_s = absolute(recording.time_s.clone(), recording.time_origin_s);
-    let stamps_s = absolute(gyro.time_s.take(), gyro.time_origin_s);
-    let (channels, finding) = match (times_s, stamps_s) {
+    let (channels, finding) = match (stamps_s(recording), stamps_s(&gyro)) {
         (Some(times_s), Some(stamps_s)) if times_s == stamps_s => (channels, None),
         (Some(times_s), Some(stamps_s)) => {
             refuse_restart(recording)?;
@@ -153,21 +147,18 @@ fn join_input(
     Ok(())
 }
 
-fn absolute(time_s: Option<Vec<f64>>, origin_s: Option<f64>) -> Option<Vec<f64>> {
-    let (mut time, origin) = (time_s?, origin_s?);
-    for t in &mut time {
-        *t += origin;
-    }
-    Some(time)
+/// Times of the rows on the recorder's clock.
+fn stamps_s(recording: &Recording) -> Option<Vec<f64>> {
+    let (time_s, origin_s) = (recording.time_s.as_ref()?, recording.time_origin_s?);
+    Some(time_s.iter().map(|t| t + origin_s).collect())
 }
 
 fn refuse_restart(recording: &Recording) -> Result<()> {
-    if !recording.restarted {
-        return Ok(());
-    }
     let is_restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
-    let restart = recording.findings.iter().find(is_restart);
-    let line = restart.and_then(|f| Some(f.lines.first()?[0]));
+    let Some(restart) = recording.findings.iter().find(is_restart) else {
+        return Ok(());
+    };
+    let line = restart.lines.first().map(|lines| lines[0]);
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
     let error = Error::input("gyro-restart", text).at(recording.name.as_ref(), line);
     Err(error
@@ -269,10 +260,8 @@ fn no_overlap(recording: &Recording, gyro: &Recording) -> Error {
         span(recording),
         span(gyro)
     );
-    Error::input("gyro-overlap", text)
-        .at(gyro.name.as_ref(), None)
-        .with_hint(
-            "give the two files of one recording, stamped by one clock, or the time unit of both",
-        )
-        .advise("time_unit", "")
+    let hint =
+        "give the two files of one recording, stamped by one clock, or the time unit of both";
+    let error = Error::input("gyro-overlap", text).at(gyro.name.as_ref(), None);
+    error.with_hint(hint).advise("time_unit", "")
 }

@@ -1,7 +1,6 @@
 //! What the columns say: functions over slices.
 
 mod cells;
-mod change;
 mod clock;
 mod defects;
 mod encoding;
@@ -9,7 +8,6 @@ mod resolution;
 mod unit;
 
 pub(crate) use cells::{HeldRows, POSSIBLE_C, fill_cells, median, trend};
-pub(crate) use change::unit_change;
 pub use clock::{Clock, ClockFault, ClockOptions, clock};
 pub(crate) use clock::{breaks, holds_steps, regular_blanks, steadiness, sum_steps};
 pub(crate) use defects::{
@@ -18,4 +16,4 @@ pub(crate) use defects::{
 pub(crate) use encoding::{Encoding, are_unsigned};
 pub use resolution::resolution;
 pub use unit::quiet_norm;
-pub(crate) use unit::{AccelClaim, accel_unit, shows_gravity};
+pub(crate) use unit::{AccelClaim, accel_unit, shows_gravity, unit_change};

@@ -73,7 +73,7 @@ pub use join::{
 };
 pub use later::Later;
 pub use meter::{Meter, Progress};
-pub use options::{ColumnsSpec, ReadOptions, parse_columns};
+pub use options::{ColumnsSpec, ReadOptions};
 pub use read::{read, read_bytes, read_head, read_samples};
 pub use readings::Readings;
 pub use recording::{CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, whole_lines};

@@ -2,38 +2,35 @@
 
 use std::str::FromStr;
 
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, de};
+
+use crate::Error;
 
 /// The value of a text, or the error with its hint.
-pub fn parse<T, E: serde::de::Error>(
-    text: &str,
-    read: impl Fn(&str) -> crate::Result<T>,
-) -> Result<T, E> {
-    read(text).map_err(|error| match error.hint() {
+fn parse<T: FromStr<Err = Error>, E: de::Error>(text: &str) -> Result<T, E> {
+    text.parse().map_err(|error: Error| match error.hint() {
         Some(hint) => E::custom(format_args!("{error}; {hint}")),
         None => E::custom(error),
     })
 }
 
 /// A value.
-pub fn one<'de, D: Deserializer<'de>, T: FromStr<Err = crate::Error>>(
-    from: D,
-) -> Result<T, D::Error> {
-    parse(&String::deserialize(from)?, str::parse)
+pub fn one<'de, D: Deserializer<'de>, T: FromStr<Err = Error>>(from: D) -> Result<T, D::Error> {
+    parse(&String::deserialize(from)?)
 }
 
 /// A value that may be missing.
-pub fn optional<'de, D: Deserializer<'de>, T: FromStr<Err = crate::Error>>(
+pub fn optional<'de, D: Deserializer<'de>, T: FromStr<Err = Error>>(
     from: D,
 ) -> Result<Option<T>, D::Error> {
     let text = Option::<String>::deserialize(from)?;
-    text.map(|text| parse(&text, str::parse)).transpose()
+    text.map(|text| parse(&text)).transpose()
 }
 
 /// A list.
-pub fn list<'de, D: Deserializer<'de>, T: FromStr<Err = crate::Error>>(
+pub fn list<'de, D: Deserializer<'de>, T: FromStr<Err = Error>>(
     from: D,
 ) -> Result<Vec<T>, D::Error> {
     let texts = Vec::<String>::deserialize(from)?;
-    texts.iter().map(|text| parse(text, str::parse)).collect()
+    texts.iter().map(|text| parse(text)).collect()
 }

@@ -1,11 +1,16 @@
 //! What the user specifies about a recording; everything else is told from the file.
 
+use std::str::FromStr;
+
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
 use crate::meter::Meter;
 use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
+
+/// Largest count of a converter of 32 bits.
+const MAX_COUNT: f64 = u32::MAX as f64;
 
 /// How a recording is read where it does not say so itself.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -36,8 +41,10 @@ pub struct ReadOptions {
     /// t=time,ax=acc_x,gx=- or in order: t,ax,ay,az,_,-
     ///
     /// `-` ignores a column, `_` leaves it to recognition.
-    #[serde(deserialize_with = "columns")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true, hide_short_help = true))]
+    #[serde(deserialize_with = "crate::option_text::optional")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LIST"))]
+    #[cfg_attr(feature = "clap", arg(allow_hyphen_values = true))]
+    #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub columns: Option<ColumnsSpec>,
     /// Sensor in the file: part of its name, or its number
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
@@ -96,23 +103,17 @@ impl ReadOptions {
     /// `option-range` (usage) for a rate or range that is not between 1e-6 and
     /// 1e9, and for an offset beyond 32-bit counts.
     pub fn validate(&self) -> Result<()> {
-        for (name, value) in [
-            ("rate", self.rate_hz),
-            ("accel_range", self.accel_range_g),
-            ("gyro_range", self.gyro_range_deg_s),
+        for (name, value, possible) in [
+            ("rate", self.rate_hz, POSSIBLE),
+            ("accel_range", self.accel_range_g, POSSIBLE),
+            ("gyro_range", self.gyro_range_deg_s, POSSIBLE),
+            ("zero_offset", self.zero_offset, -MAX_COUNT..=MAX_COUNT),
         ] {
-            if let Some(v) = value
-                && !POSSIBLE.contains(&v)
-            {
-                let what = format!("{v} is not possible; 1e-6 to 1e9 is");
+            if let Some(v) = value.filter(|v| !possible.contains(v)) {
+                let (low, high) = (possible.start(), possible.end());
+                let what = format!("{v} is not possible; {low:e} to {high:e} is");
                 return Err(Error::range(name, what));
             }
-        }
-        if let Some(offset) = self.zero_offset
-            && (offset.is_nan() || offset.abs() > f64::from(u32::MAX))
-        {
-            let what = format!("{offset} is no number of counts of a converter");
-            return Err(Error::range("zero_offset", what));
         }
         Ok(())
     }
@@ -128,53 +129,51 @@ pub enum ColumnsSpec {
     Ordered(Vec<Option<Role>>),
 }
 
-/// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read) or
-/// `ax,ay,az,_,-,gx` (the columns in order; `_` is recognised, `-` not read, as are further ones).
-///
-/// # Errors
-///
-/// `columns-syntax` (usage).
-pub fn parse_columns(text: &str) -> Result<ColumnsSpec> {
-    let channel = |name: &str| -> Result<Role> {
-        let name = name.trim();
-        Role::of_name(name).ok_or_else(|| {
-            Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
-                "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
-            )
-        })
-    };
-    if text.contains('=') {
-        // A comma within the name of a column is not followed by a channel.
-        let mut pairs: Vec<String> = Vec::new();
-        for part in text.split(',') {
-            match pairs.last_mut() {
-                Some(last) if !part.contains('=') => *last += &format!(",{part}"),
-                _ => pairs.push(part.to_owned()),
-            }
-        }
-        let pairs = pairs.iter().map(|pair| {
-            let (name, column) = pair
-                .split_once('=')
-                .ok_or_else(|| Error::usage("columns-syntax", format!("\"{pair}\" has no =")))?;
-            let column = column.trim();
-            let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
-            Ok((channel(name)?, column))
-        });
-        return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
-    }
-    let ordered = text.split(',').map(|name| match name.trim() {
-        "_" | "" => Ok(None),
-        "-" => Ok(Some(Role::Other)),
-        name => channel(name).map(Some),
-    });
-    Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
-}
+impl FromStr for ColumnsSpec {
+    type Err = Error;
 
-/// The same for serde.
-fn columns<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<ColumnsSpec>, D::Error> {
-    let text: Option<String> = serde::Deserialize::deserialize(from)?;
-    text.map(|text| crate::option_text::parse(&text, parse_columns))
-        .transpose()
+    /// Reads `t=Timestamp,ax=…,gx=-` (channel and name of its column; `-`: the channel is not read)
+    /// or `ax,ay,az,_,-,gx` (the columns in order; `_` is recognised, `-` not read, as are further
+    /// ones).
+    ///
+    /// # Errors
+    ///
+    /// `columns-syntax` (usage).
+    fn from_str(text: &str) -> Result<Self> {
+        let channel = |name: &str| -> Result<Role> {
+            let name = name.trim();
+            Role::of_name(name).ok_or_else(|| {
+                Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
+                    "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
+                )
+            })
+        };
+        if text.contains('=') {
+            // A comma within the name of a column is not followed by a channel.
+            let mut pairs: Vec<String> = Vec::new();
+            for part in text.split(',') {
+                match pairs.last_mut() {
+                    Some(last) if !part.contains('=') => *last += &format!(",{part}"),
+                    _ => pairs.push(part.to_owned()),
+                }
+            }
+            let pairs = pairs.iter().map(|pair| {
+                let (name, column) = pair.split_once('=').ok_or_else(|| {
+                    Error::usage("columns-syntax", format!("\"{pair}\" has no ="))
+                })?;
+                let column = column.trim();
+                let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
+                Ok((channel(name)?, column))
+            });
+            return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
+        }
+        let ordered = text.split(',').map(|name| match name.trim() {
+            "_" | "" => Ok(None),
+            "-" => Ok(Some(Role::Other)),
+            name => channel(name).map(Some),
+        });
+        Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
+    }
 }
 
 /// The part that does not concern a gyroscope's separate file; `None` without such a part.

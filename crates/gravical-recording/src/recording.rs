@@ -100,8 +100,6 @@ pub struct Recording {
     /// When it starts by the lines above the header, s since 1970; used where no time stamp is a
     /// date.
     pub stated_start_s: Option<f64>,
-    /// The clock restarted at least once.
-    pub restarted: bool,
     /// The label column.
     pub labels: Option<Labels>,
     /// Rows that do not continue the row before: after blank lines, a named gap, a reset of the

@@ -45,11 +45,9 @@ fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
         return Ok((Box::new(io::stdin()), None));
     }
     if path.is_dir() {
-        return Err(
-            Error::input("is-a-directory", "this is a folder, not a recording")
-                .at(path, None)
-                .with_hint("give its files, or the folder to `gravical calibrate`"),
-        );
+        let error = Error::input("is-a-directory", "this is a folder, not a recording");
+        let hint = "give its files, or the folder to `gravical calibrate`";
+        return Err(error.at(path, None).with_hint(hint));
     }
     if let Some(text) = axes::open(path) {
         let bytes = text.map_err(|e| e.in_file(path))?.into_bytes();

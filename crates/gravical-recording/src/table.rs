@@ -36,9 +36,10 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// `samples-length` (usage) for columns of different lengths; `no-accelerometer`,
-    /// `columns-unknown`, `columns-missing` and what else [`read`](crate::read()) says of columns
-    /// that are not recognised; `no-rows`, `no-values`, `all-zero`.
+    /// `samples-length` (usage) for columns of different lengths, or names of some only;
+    /// `no-accelerometer`, `columns-unknown`, `columns-missing` and what else
+    /// [`read`](crate::read()) says of columns that are not recognised; `no-rows`, `no-values`,
+    /// `all-zero`.
     ///
     /// # Example
     ///
@@ -93,14 +94,11 @@ fn table(
     if columns.iter().any(|c| c.rows() != rows) || !named {
         let lengths: Vec<String> = columns.iter().map(|c| c.rows().to_string()).collect();
         let lengths = lengths.join(", ");
-        return Err(Error::usage(
-            "samples-length",
-            format!("the columns of the table have different lengths: {lengths}"),
-        )
-        .at(name.as_ref(), None)
-        .with_hint(
-            "give every column one value for each row, NaN where there is none, and one name",
-        ));
+        let text = format!("{} names for columns of {lengths} rows", names.len());
+        let hint =
+            "give every column one value for each row, NaN where there is none, and one name";
+        let error = Error::usage("samples-length", text).at(name.as_ref(), None);
+        return Err(error.with_hint(hint));
     }
     let mut batch = Batch::new(columns.len());
     for (at, column) in columns.iter().enumerate() {

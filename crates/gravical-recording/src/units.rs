@@ -33,6 +33,16 @@ macro_rules! units {
                 }
             }
         }
+
+        impl fmt::Display for $unit {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self.name() {
+                    "m/s^2" => "m/s²",
+                    "deg/s" => "°/s",
+                    name => name,
+                })
+            }
+        }
     };
 }
 
@@ -87,24 +97,6 @@ units! {
         Microsecond "us";
         /// Nanoseconds.
         Nanosecond "ns";
-    }
-}
-
-impl fmt::Display for AccelUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            AccelUnit::MetrePerSecondSquared => "m/s²",
-            _ => self.name(),
-        })
-    }
-}
-
-impl fmt::Display for GyroUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            GyroUnit::DegreePerSecond => "°/s",
-            _ => self.name(),
-        })
     }
 }
 

@@ -28,7 +28,6 @@ pub struct AllanVariance {
 /// let variances: Vec<f64> = variances.iter().map(|v| v.variance).collect();
 /// assert_eq!(variances, [0.5, 0.0]);
 /// ```
-#[must_use]
 pub fn allan_variances(segments: &[impl AsRef<[f64]>], m: &[usize]) -> Vec<AllanVariance> {
     let mut sums = vec![(0, 0.0); m.len()];
     for segment in segments {

@@ -15,7 +15,6 @@ const LEARNED_BLOCKS: usize = 15;
 /// when it has lasted for a second, and ends when a block is not quiet, when the partition says that the
 /// mean has changed, or at a gap. Within 3 s it is dropped if something still moved in it, and begins
 /// elsewhere if they say so.
-#[must_use]
 pub fn detect_rests_causally(channels: &Channels<'_>) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);
     let blocks = blocks(channels, &(0..channels.time_s.len()), size);

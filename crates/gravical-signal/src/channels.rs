@@ -31,7 +31,6 @@ pub struct Channels<'a> {
 
 impl Channels<'_> {
     /// All channels of a sample; the rate is zero without a gyroscope.
-    #[must_use]
     pub fn sample(&self, i: usize) -> [f64; 6] {
         let [x, y, z] = self.force_mps2[i];
         let [p, q, r] = self.rate_rad_s.get(i).copied().unwrap_or_default();
@@ -39,13 +38,11 @@ impl Channels<'_> {
     }
 
     /// Three channels, or six with a gyroscope.
-    #[must_use]
     pub fn count(&self) -> usize {
         if self.rate_rad_s.is_empty() { 3 } else { 6 }
     }
 
     /// Mean of the channels; zero over an empty span.
-    #[must_use]
     pub fn mean(&self, span: &Range<usize>) -> [f64; 6] {
         let mut sum = [0.0; 6];
         for i in span.clone() {
@@ -56,7 +53,6 @@ impl Channels<'_> {
     }
 
     /// The piece that holds a sample.
-    #[must_use]
     pub fn piece(&self, i: usize) -> Range<usize> {
         let after = self.pieces.partition_point(|p| p.end <= i);
         self.pieces.get(after).cloned().unwrap_or(i..i + 1)
@@ -78,7 +74,6 @@ pub struct Block {
 
 impl Block {
     /// Variance of the three axes of a sensor together: 0 accelerometer, 1 gyroscope.
-    #[must_use]
     pub fn total_variance(&self, sensor: usize) -> f64 {
         self.variance[3 * sensor..3 * sensor + 3].iter().sum()
     }
@@ -105,7 +100,6 @@ impl Block {
 }
 
 /// Samples in a block of `seconds`, at least five: a variance of fewer says little.
-#[must_use]
 pub fn block_len(period_s: f64, seconds: f64) -> usize {
     rounded(seconds / period_s.max(f64::MIN_POSITIVE)).clamp(5, MAX_BLOCK_LEN)
 }
@@ -116,7 +110,6 @@ pub(crate) fn rounded(steps: f64) -> usize {
 }
 
 /// Whole blocks of `size` samples inside `span`, none of them across a gap.
-#[must_use]
 pub fn blocks(channels: &Channels<'_>, span: &Range<usize>, size: usize) -> Vec<Block> {
     let mut out = Vec::new();
     let first = channels.pieces.partition_point(|p| p.end <= span.start);
@@ -134,7 +127,6 @@ pub fn blocks(channels: &Channels<'_>, span: &Range<usize>, size: usize) -> Vec<
 }
 
 /// Median step of the times, s; 0 with fewer than two.
-#[must_use]
 pub fn sampling_period(time_s: &[f64]) -> f64 {
     quantile(time_s.windows(2).map(|w| w[1] - w[0]).collect(), 0.5)
 }
@@ -146,7 +138,6 @@ fn is_gap(step_s: f64, period_s: f64) -> bool {
 
 /// Spans between gaps, and `breaks`: samples, in order, before which something is missing whatever the times
 /// say.
-#[must_use]
 pub fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     let mut from = 0;
@@ -164,7 +155,6 @@ pub fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usiz
 
 /// Step that values are written in: most neighbouring ones of those that occur are one apart. 0 if
 /// they are all the same.
-#[must_use]
 pub fn resolution(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -173,7 +163,6 @@ pub fn resolution(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The value that a fraction `q` of all is at most; 0 without values.
-#[must_use]
 pub fn quantile(mut values: Vec<f64>, q: f64) -> f64 {
     if values.is_empty() {
         return 0.0;

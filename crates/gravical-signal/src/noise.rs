@@ -29,13 +29,11 @@ impl NoiseTerm {
     pub const ALL: [NoiseTerm; 3] = [NoiseTerm::N, NoiseTerm::B, NoiseTerm::K];
 
     /// Its letter.
-    #[must_use]
     pub fn symbol(self) -> &'static str {
         ["N", "B", "K"][self as usize]
     }
 
     /// Its Allan variance at τ for a coefficient of 1.
-    #[must_use]
     pub fn shape(self, tau_s: f64) -> f64 {
         match self {
             NoiseTerm::N => 1.0 / tau_s,
@@ -99,13 +97,11 @@ impl NoiseModel {
     }
 
     /// Allan variance at τ.
-    #[must_use]
     pub fn variance(&self, tau_s: f64) -> f64 {
         self.parts(tau_s).iter().sum()
     }
 
     /// Variance of the slope of the line fitted to a recording of noise of this model, 1/s².
-    #[must_use]
     pub fn slope_variance(&self, duration_s: f64) -> f64 {
         let [n, b, k] = self.squares;
         let t = duration_s;

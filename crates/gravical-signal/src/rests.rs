@@ -49,7 +49,6 @@ const MARGIN_S: f64 = 0.03;
 ///
 /// It finds rests of 0.8 s and more, in order, in recordings of more than a second; of what is quiet for
 /// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
-#[must_use]
 pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);
     let min_len = (MIN_BLOCKS - 1) * size;
@@ -93,7 +92,6 @@ pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
 
 /// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
 /// the same: rests, and what a hand holds or turns slowly.
-#[must_use]
 pub fn detect_quiet(channels: &Channels<'_>) -> Vec<Range<usize>> {
     let size = block_len(channels.period_s, BLOCK_S);
     let blocks = blocks(channels, &(0..channels.time_s.len()), size);

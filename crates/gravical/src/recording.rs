@@ -36,8 +36,8 @@ pub use gravical_recording::{
 };
 pub use gravical_recording::{
     ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,
-    TableColumn, TimeUnit, Timing, join_gyroscope, join_gyroscope_bytes, parse_columns, read,
-    read_bytes, read_head, read_joined, read_samples,
+    TableColumn, TimeUnit, Timing, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
+    read_head, read_joined, read_samples,
 };
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
-use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
+use gravical::recording::{ColumnsSpec, ReadOptions, read};
 use gravical::{Error, Result};
 
 pub use event::Event;
@@ -83,7 +83,7 @@ pub struct BoardArgs {
     #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
     /// t,ax,ay,az,-,gx,gy,gz in order, or t=ms,ax=… by name
-    #[arg(long, value_name = "LIST", value_parser = parse_columns, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub columns: Option<ColumnsSpec>,
     #[command(flatten)]
     pub wanted: Wanted,

@@ -193,29 +193,24 @@ fn guess_unit_s(
 ) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
     let units = TIME_UNITS.into_iter().map(|u| u.1);
-    let mut units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
-    let is_nominal = |u: &f64| {
-        let share = options.rate_hz.map(|nominal| rate_hz(*u) / nominal);
-        share.is_some_and(|s| (s - 1.0).abs() < 0.5)
-    };
-    let is_dated = |u: &f64| UtcTime::of_stamp(start * *u).is_some();
-    let is_likely = |u: &f64| options.likely_unit_s == Some(*u);
-    let find = |is: &dyn Fn(&f64) -> bool| units.iter().copied().find(is);
-    let told = find(&is_nominal).or_else(|| find(&is_dated));
-    if let Some(unit) = told.or_else(|| find(&is_likely)) {
-        return Some((unit, false));
-    }
+    let units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
-    let is_assumed = units.len() > 1;
-    let is_calm = |u: &f64| rows as f64 * period * u >= slowest_s;
-    if units.iter().any(is_calm) {
-        units.retain(is_calm);
-    }
-    let distance = |u: &f64| (rate_hz(*u) / LIKELY_RATE_HZ).ln().abs();
-    let likely = units
-        .into_iter()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    likely.map(|unit| (unit, is_assumed))
+    // What speaks for a unit, the strongest first; the last does not tell it.
+    let reasons = |unit_s: f64| {
+        let share = options.rate_hz.map(|nominal| rate_hz(unit_s) / nominal);
+        let is_nominal = share.is_some_and(|s| (s - 1.0).abs() < 0.5);
+        let is_dated = UtcTime::of_stamp(start * unit_s).is_some();
+        let is_likely = options.likely_unit_s == Some(unit_s);
+        let is_calm = rows as f64 * period * unit_s >= slowest_s;
+        [is_nominal, is_dated, is_likely, is_calm]
+    };
+    let distance = |unit_s: f64| (rate_hz(unit_s) / LIKELY_RATE_HZ).ln().abs();
+    let best = units.iter().copied().min_by(|a, b| {
+        let by_reasons = reasons(*b).cmp(&reasons(*a));
+        by_reasons.then(distance(*a).total_cmp(&distance(*b)))
+    })?;
+    let is_told = reasons(best)[..3].contains(&true);
+    Some((best, units.len() > 1 && !is_told))
 }
 
 impl Clock {

@@ -63,34 +63,29 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 /// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
 /// noise. `is_proof`: what other rows showed of that.
 pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
-    let (long, short) = find_repeats(channels);
+    let mut runs = repeats(channels);
+    runs.retain(|run| run.len() > MAX_REPEATS);
     let mut keep = vec![true; channels[0].len()];
-    if !long.is_empty() && is_proof.unwrap_or_else(|| are_proof(channels, &long, short)) {
-        for run in long {
+    if !runs.is_empty() && is_proof.unwrap_or_else(|| repeats_are_proof(channels)) {
+        for run in runs {
             keep[run.start + 1..run.end].fill(false);
         }
     }
     keep
 }
 
-/// Whether repeats in rows that follow these are proof of a sensor that hung.
+/// Whether long repeats, in these rows or those that follow, are proof of a sensor that hung.
 pub(crate) fn repeats_are_proof(channels: &[&[f64]]) -> bool {
-    let (long, short) = find_repeats(channels);
-    are_proof(channels, &long, short)
-}
-
-fn are_proof(channels: &[&[f64]], long: &[Range<usize>], short: usize) -> bool {
     let rows = channels[0].len();
-    let hung: usize = long.iter().map(Range::len).sum();
+    let (mut hung, mut short) = (0, 0);
+    for run in repeats(channels) {
+        match run.len() {
+            ..=MAX_REPEATS => short += run.len() - 1,
+            long => hung += long,
+        }
+    }
     let are_common = short * 20 > rows - hung || hung * 2 > rows;
     !are_common && resolves_noise(&channels[..3])
-}
-
-/// Runs in which all channels repeat for longer than by chance, and repeats in shorter ones.
-fn find_repeats(channels: &[&[f64]]) -> (Vec<Range<usize>>, usize) {
-    let all = repeats(channels).into_iter();
-    let (long, short): (Vec<_>, Vec<_>) = all.partition(|run| run.len() > MAX_REPEATS);
-    (long, short.iter().map(|run| run.len() - 1).sum())
 }
 
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.

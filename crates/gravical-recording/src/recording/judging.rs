@@ -74,7 +74,6 @@ impl Recording {
             time_s: measured.readings.time_s,
             time_origin_s: time.start_s,
             stated_start_s: metadata::start_s(&format.metadata),
-            restarted: !time.restarts.is_empty(),
             labels: find_labels(format, &rows)?,
             breaks: measured.readings.breaks,
             zero_offset: options.zero_offset.unwrap_or(middle),
@@ -191,12 +190,10 @@ fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
         return Ok(None);
     };
     if rows.texts[column].contains(&u8::MAX) {
-        return Err(Error::input(
-            "too-many-labels",
-            "the label column holds more than 254 words",
-        )
-        .with_hint("leave the column out, or cut the file")
-        .advise("columns", "label=-"));
+        let text = "the label column holds more than 254 words";
+        let error = Error::input("too-many-labels", text);
+        let error = error.with_hint("leave the column out, or cut the file");
+        return Err(error.advise("columns", "label=-"));
     }
     Ok(Some(column_labels(rows, column)))
 }

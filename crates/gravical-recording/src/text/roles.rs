@@ -42,7 +42,8 @@ pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Re
     }
     format.sensor = find_sensor_column(format, sample);
     choose_sensors(format, &accel, &gyro, sample)?;
-    if format.channels().iter().any(|c| sample.is_text(*c)) {
+    let is_no_axis = |c: &usize| sample.is_text(*c) || format.columns[*c].is_dated;
+    if format.channels().iter().any(is_no_axis) {
         return Err(columns_unknown(format));
     }
     // Numbers may tell an axis where a name tells a clock.
@@ -437,6 +438,7 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     let rises = |c: &usize| {
         let values = &sample.columns[*c];
         format.columns[*c].role == Role::Other
+            && !format.is_axis(*c)
             && !format.columns[*c].is_dropped
             && values.len() > MIN_CLOCK_ROWS
             && values.windows(2).all(|w| w[1] > w[0])

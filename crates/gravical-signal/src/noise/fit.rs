@@ -67,7 +67,6 @@ pub struct NoisePoints {
 
 impl NoisePoints {
     /// Points of samples `period_s` apart in segments of these `lengths`; octaves where they are fitted.
-    #[must_use]
     pub fn new(points: &[AllanVariance], lengths: &[usize], period_s: f64) -> Self {
         let freedom = |point: &AllanVariance| {
             let m = point.m as f64;
@@ -98,7 +97,6 @@ impl NoisePoints {
     }
 
     /// Degrees of freedom of the points under a model.
-    #[must_use]
     pub fn degrees_of_freedom(&self, model: &NoiseModel) -> Vec<f64> {
         let freedom = |i: usize| {
             let deviation: f64 = self.term_deviations(model, i).iter().sum();
@@ -280,7 +278,6 @@ pub struct NoiseFit {
 ///
 /// The first points are left out if the model does not explain them: behind a low-pass, noise is
 /// white only for longer averaging times.
-#[must_use]
 pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
     let is_usable = |v: &f64| v.is_finite() && *v > 0.0;
     if points.variance.len() < 2 || !points.variance.iter().all(is_usable) {
@@ -316,7 +313,6 @@ pub fn fit_noise(points: &NoisePoints) -> Option<NoiseFit> {
 
 /// Ends of the 95 % interval of a standard deviation with these degrees of freedom, over its
 /// estimate; `None` without any freedom.
-#[must_use]
 pub fn chi_square_factors(freedom: f64) -> Option<[f64; 2]> {
     // Beyond that the quantile is the normal one to six digits, and its iteration slow.
     if freedom > 1e5 {

@@ -3,7 +3,7 @@
 
 use gravical::finding::Advice;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, parse_columns, read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, read_bytes,
 };
 
 use crate::support::*;
@@ -379,9 +379,8 @@ fn columns_of_the_gyroscopes_file() {
     let gyro = written("t_ms,u,v,w_\n", |s| {
         format!("{},{}", 10 * s.i, csv(&s.w, 4))
     });
-    let options = read_options(|o| {
-        o.columns = Some(parse_columns("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_").unwrap())
-    });
+    let options =
+        read_options(|o| o.columns = Some("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_".parse().unwrap()));
     let mut recording = read_with(accel.as_bytes(), &options.beside_gyroscope_file());
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
     close(mean(&recording.gyro.as_ref().unwrap()[2]), 0.03, 0.001);
@@ -389,7 +388,7 @@ fn columns_of_the_gyroscopes_file() {
     let both = written("t_ms,ax,ay,az,gx,gy,gz\n", |s| {
         format!("{},{},{}", 10 * s.i, csv(&mps2(s), 4), csv(&s.w, 4))
     });
-    let options = read_options(|o| o.columns = Some(parse_columns("gx=-,gy=-,gz=-").unwrap()));
+    let options = read_options(|o| o.columns = Some("gx=-,gy=-,gz=-".parse().unwrap()));
     let mut recording = read_with(both.as_bytes(), &options.beside_gyroscope_file());
     let gyro = gyro.replace("u,v,w_", "gx,gy,gz");
     join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();

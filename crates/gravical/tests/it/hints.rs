@@ -4,8 +4,7 @@ use gravical::finding::Advice;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, parse_columns,
-    read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
 };
 
 /// What is refused or found: kind, and options.
@@ -29,7 +28,7 @@ fn follow(advised: &[Advice], truth: &ReadOptions, options: &mut ReadOptions) ->
         let value = Some(value).filter(|value| !value.is_empty());
         match name.as_str() {
             "columns" => {
-                let named = value.map(|value| parse_columns(value).unwrap());
+                let named = value.map(|value| value.parse().unwrap());
                 options.columns = truth.columns.clone().or(named);
                 assert!(options.columns.is_some(), "{advised:?}");
             }
@@ -90,7 +89,7 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 #[test]
 fn an_option_that_is_named_helps() {
     use crate::support::read_options;
-    let columns = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
+    let columns = |spec: &str| read_options(|o| o.columns = Some(spec.parse().unwrap()));
     let none = ReadOptions::default;
     let seconds = |unit| read_options(|o| o.time_unit = Some(unit));
     let milligravity = || read_options(|o| o.accel_unit = Some(AccelUnit::MilliGravity));
@@ -122,7 +121,8 @@ fn an_option_that_is_named_helps() {
     let slower = |factor: u64| rows(|k, a| format!("{},{}", factor * k as u64, commas(a)));
     let slow = named("t,ax,ay,az", slower(400));
     let slowest = named("t,ax,ay,az", slower(40_000_000_000));
-    let unread = rows(|k, a| format!("tick{k},{}", commas(a)));
+    let seconds_of = |k: usize| k as f64 / 25.0;
+    let unread = rows(|k, a| format!("01-Mai-2024 10:00:{:06.3},{}", seconds_of(k), commas(a)));
     let unread = named("time,ax,ay,az", unread);
     let odd_unit = accel(rows(|k, a| plain(k, a.map(|v| 37.0 * v))));
     let counts = accel(rows(|k, a| {

@@ -6,7 +6,7 @@ mod headers;
 use std::fmt::Write as _;
 
 use crate::support::*;
-use gravical::recording::{AccelUnit, ReadOptions, Recording, TimeUnit, parse_columns, read_bytes};
+use gravical::recording::{AccelUnit, ReadOptions, Recording, TimeUnit, read_bytes};
 
 const ROWS: usize = 600;
 
@@ -229,7 +229,7 @@ fn an_unnamed_index_column_does_not_shift_the_channels() {
 fn columns_by_name_and_in_order() {
     let text = joined(&lines());
     let plain = read(&text);
-    let by_name = |spec: &str| read_options(|o| o.columns = Some(parse_columns(spec).unwrap()));
+    let by_name = |spec: &str| read_options(|o| o.columns = Some(spec.parse().unwrap()));
     // x and y are swapped by name; other columns are assigned automatically.
     let [x, y, z] = &plain.accel;
     for spec in ["ax=aY (m/s^2),ay=aX (m/s^2),temp=-", "_,ay,ax,az,-"] {

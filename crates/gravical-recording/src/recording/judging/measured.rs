@@ -247,13 +247,9 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
     if channels.iter().all(is_zero) {
-        let sensor = if format.options.is_gyroscope {
-            "gyroscope"
-        } else {
-            "accelerometer"
-        };
+        let axes = names(format)[..3].join(", ");
         let text =
-            format!("the {sensor} reads zero or nothing in all {count} rows: it did not answer");
+            format!("{axes} read zero or nothing in all {count} rows: the sensor did not answer");
         let hint = "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor";
         return Err(Error::input("all-zero", text).with_hint(hint));
     }

@@ -44,15 +44,16 @@ impl JudgedTime {
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
+        let (stamps, unit_s) = find_stamps(format, rows).unzip();
         let options = ClockOptions {
-            unit_s: None,
+            unit_s: unit_s.flatten(),
             likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
             gaps: &rows.breaks,
             pauses: &pauses,
         };
-        match find_clock(format, rows, options) {
+        match stamps.map(|stamps| judge::clock(stamps, options)) {
             Some(Ok(clock)) => judged.tell(clock, rows, findings),
             Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
@@ -162,15 +163,11 @@ pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
     format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
 }
 
-/// The column of time that rises most often and most evenly; steps only if there is no other.
-fn find_clock(
-    format: &Format,
-    rows: &Batch,
-    options: ClockOptions<'_>,
-) -> Option<Result<Clock, ClockFault>> {
+/// The column of time that rises most often and most evenly, and seconds of its unit if they are
+/// stated; steps only if there is no other.
+fn find_stamps(format: &Format, rows: &Batch) -> Option<(Vec<f64>, Option<f64>)> {
     if let Some(stamps) = in_two_columns(format, rows) {
-        let unit_s = Some(1.0);
-        return Some(judge::clock(stamps, ClockOptions { unit_s, ..options }));
+        return Some((stamps, Some(1.0)));
     }
     let mut candidates = Vec::new();
     for (column, values) in format.columns.iter().zip(&rows.columns) {
@@ -198,8 +195,7 @@ fn find_clock(
     let candidates = candidates.into_iter();
     let (_, stamps, unit_s) = candidates.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let given = format.options.time_unit.map(TimeUnit::seconds);
-    let unit_s = given.or(unit_s);
-    Some(judge::clock(stamps, ClockOptions { unit_s, ..options }))
+    Some((stamps, given.or(unit_s)))
 }
 
 fn stated_unit_s(column: &Column) -> Option<f64> {

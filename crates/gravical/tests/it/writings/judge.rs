@@ -9,7 +9,7 @@ use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
 use gravical::recording::{
     AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes,
-    parse_columns, read_bytes,
+    read_bytes,
 };
 use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
@@ -96,7 +96,7 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
     for option in options {
         match *option {
             "columns" => {
-                out.columns = Some(parse_columns(&columns_option(writing)).unwrap());
+                out.columns = Some(columns_option(writing).parse().unwrap());
             }
             "accel_unit" => {
                 out.accel_unit = Some(match writing.values {
