@@ -158,6 +158,10 @@ pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> 
     ])
 }
 
+/// Last digits of a step to a flat top. Three rows around a smooth one may be equal where they are two or three
+/// digits apart, and the next step is three times as large.
+const TOP_STEP: f64 = 12.0;
+
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
     if !channel.windows(3).any(|w| w == [extreme; 3]) {
         return false;
@@ -169,7 +173,7 @@ fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
         let to = from + run.len();
         let beside = [from.checked_sub(1), Some(to)].map(|i| channel.get(i?));
         let mut steps = beside.into_iter().flatten().map(|v| (v - run[0]).abs());
-        if steps.any(|step| step > 5.0 * digit) {
+        if steps.any(|step| step > TOP_STEP * digit) {
             lengths.push(run.len());
             if run[0] == extreme {
                 longest = longest.max(run.len());
