@@ -6,6 +6,7 @@ use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
+use super::names::Column;
 use super::number::parse_cell;
 use super::roles;
 use super::words::Sentences;
@@ -54,7 +55,10 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     }
     let (line_end, lines) = split_lines(head);
     let with_roles = |format: Format| format.with_roles(head, file_name, options);
-    let table = Format::table(&lines, line_end, true)
+    let table = Format::table(&lines, line_end, true);
+    let is_axis = |column: &Column| matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+    let names_axes = table.iter().flat_map(|t| &t.columns).any(is_axis);
+    let table = table
         .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
             if options.columns.is_none() && has_few_rows(&format, &lines, head) {
@@ -67,8 +71,11 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
                 unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
             })
         });
+    // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
+    let is_told = |column: &Column| is_axis(column) && !column.is_given;
     if matches!(table, Ok((_, true)) | Err(_))
         && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
+        && (!names_axes || is_told(&format.columns[format.accel[0]]))
     {
         return Ok(format);
     }
