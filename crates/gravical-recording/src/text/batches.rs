@@ -3,11 +3,13 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
+use memchr::memchr;
+
 use super::batch::{Batch, CopiedText, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::Header;
-use super::lines::Lines;
+use super::lines::{Lines, trim_end};
 use super::number::parse_cell;
 use super::words::Sentences;
 use crate::board::BoardSettings;
@@ -31,7 +33,6 @@ impl Format {
                 slots: vec![String::new(); fields],
                 ..RowParser::default()
             },
-            error: None,
         }
     }
 }
@@ -40,7 +41,6 @@ impl Format {
 pub struct Batches<R> {
     lines: Lines<R>,
     parser: RowParser,
-    error: Option<io::Error>,
 }
 
 /// Lines on their way into a batch.
@@ -89,22 +89,21 @@ impl<R: BufRead> Batches<R> {
 
     /// Reads on until a batch is full and a new row would begin.
     pub(crate) fn read_batch(&mut self) -> io::Result<Option<Batch>> {
-        while self.error.is_none() {
-            // What was read before an error is a batch of its own.
-            self.error = match self.lines.next() {
-                Ok(Some((line, had_nul))) => self.parser.read(line, had_nul).err(),
-                Ok(None) => break,
-                Err(e) => Some(e),
-            };
-            if self.error.is_none() && self.parser.is_full() {
+        while let Some(line) = self.lines.next()? {
+            self.parser.read(line)?;
+            if self.parser.is_full() {
                 return Ok(Some(self.parser.finish_batch()));
             }
         }
         let batch = &self.parser.batch;
-        if batch.rows() > 0 || batch.ledger.total() > 0 {
-            return Ok(Some(self.parser.finish_batch()));
-        }
-        self.error.take().map_or(Ok(None), Err)
+        let has_lines = batch.rows() > 0 || batch.ledger.total() > 0;
+        Ok(has_lines.then(|| self.parser.finish_batch()))
+    }
+
+    /// The first batch, or what of it is before an error: that is told when the rows are read.
+    pub(crate) fn first(mut self) -> Batch {
+        let batch = self.read_batch().ok().flatten();
+        batch.unwrap_or_else(|| self.parser.finish_batch())
     }
 }
 
@@ -149,11 +148,13 @@ impl RowParser {
         batch
     }
 
-    fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
+    fn read(&mut self, line: &str) -> io::Result<()> {
         self.line_number += 1;
-        if had_nul {
+        let cleaned = memchr(0, line.as_bytes()).map(|_| line.replace('\0', ""));
+        if cleaned.is_some() {
             self.batch.nul_lines.push(self.line_number as u64);
         }
+        let line = trim_end(cleaned.as_deref().unwrap_or(line));
         if let Some(reason) = self.read_row(line)? {
             self.batch.ledger.add(reason, self.line_number, line);
         }

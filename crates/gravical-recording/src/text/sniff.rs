@@ -237,8 +237,7 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let sample = self.batches(head.as_bytes()).next().and_then(Result::ok);
-        let mut sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
+        let mut sample = self.batches(head.as_bytes()).first();
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
