@@ -39,7 +39,6 @@ const TIME_DECIMALS: u32 = 6;
 const DECIMALS: u32 = 12;
 
 /// Whether a file that begins with `head`, of [`MAGIC_BYTES`] or more, is a `.cwa` file.
-#[must_use]
 pub fn is_one(head: &[u8]) -> bool {
     // By the length of the header or by the first block: one of them may be damaged.
     let is_long = || usize::from(u16_at(head, 2)) == HEADER_BYTES - 4;
@@ -49,7 +48,6 @@ pub fn is_one(head: &[u8]) -> bool {
 }
 
 /// Length of the whole blocks of `head`, the beginning of a file.
-#[must_use]
 pub fn whole_blocks(head: &[u8]) -> usize {
     head.len() - head.len().saturating_sub(HEADER_BYTES) % BLOCK_BYTES
 }
@@ -152,7 +150,6 @@ pub struct Samples<R> {
 
 impl<R: Read> Samples<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
-    #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.copied = pieces.to_vec();
         self

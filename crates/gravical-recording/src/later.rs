@@ -193,7 +193,6 @@ impl Later {
     }
 
     /// Rows that are no measurements, and what was found in these rows beside that, once all are read.
-    #[must_use]
     pub fn finish(self) -> (Ledger, Vec<Finding>) {
         let mut findings = Vec::new();
         if !self.gaps.is_empty() {

@@ -21,7 +21,6 @@ macro_rules! reasons {
 
         impl Reason {
             /// Stable name, for scripts.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
                     $(Reason::$reason => $name,)*
@@ -110,14 +109,12 @@ impl Ledger {
     }
 
     /// Lines set aside for a reason.
-    #[must_use]
     pub fn count(&self, reason: Reason) -> usize {
         let lines = self.reasons.get(&reason);
         lines.map_or(0, |r| r.lines.count() as usize)
     }
 
     /// Lines that are rows of the recording.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.lines.saturating_sub(self.total())
     }
@@ -129,13 +126,11 @@ impl Ledger {
     }
 
     /// All lines set aside.
-    #[must_use]
     pub fn total(&self) -> usize {
         self.counts().map(|(_, lines)| lines as usize).sum()
     }
 
     /// The sum as text: `1020 lines = 1000 rows + 1 header + …`.
-    #[must_use]
     pub fn sum(&self) -> String {
         let mut text = format!("{} lines = {} rows", self.lines, self.rows());
         for (reason, lines) in self.counts() {
@@ -212,7 +207,6 @@ impl CopiedText {
     }
 
     /// A piece of a row.
-    #[must_use]
     pub fn piece(&self, row: usize, piece: usize) -> &[u8] {
         let at = row * self.pieces + piece;
         let from = at.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -231,7 +225,6 @@ impl Batch {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.lines.len()
     }

@@ -65,7 +65,6 @@ struct RowParser {
 }
 
 /// What to do about rows that cannot be read with those before them.
-#[must_use]
 pub fn split_hint(line: u64) -> String {
     format!("split the file before line {line} and read the parts separately")
 }
@@ -80,7 +79,6 @@ fn header_differs(line: usize, why: &str) -> io::Error {
 
 impl<R: BufRead> Batches<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
-    #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.parser.copied = pieces.to_vec();
         self.parser.batch.text = CopiedText::new(pieces.len(), 0, 0);

@@ -66,7 +66,6 @@ impl Format {
     }
 
     /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
-    #[must_use]
     pub fn describe(&self) -> String {
         if let Some(device) = &self.device {
             return device.clone();
@@ -78,7 +77,13 @@ impl Format {
         if self.sentences.is_some() {
             return format!("numbers in sentences, {header}");
         }
-        let delimiter = self.dialect.delimiter_name();
+        let delimiter = match self.dialect.delimiter {
+            Some(b',') => "comma",
+            Some(b';') => "semicolon",
+            Some(b'\t') => "tab",
+            Some(_) => "bar",
+            None => "white space",
+        };
         let decimals = if self.dialect.decimal_comma {
             " decimal comma,"
         } else {
@@ -102,9 +107,5 @@ impl Format {
     pub(crate) fn channels(&self) -> Vec<usize> {
         let gyro = self.gyro.into_iter().flatten();
         self.accel.into_iter().chain(gyro).collect()
-    }
-
-    pub(crate) fn is_axis(&self, column: usize) -> bool {
-        self.accel.contains(&column) || self.gyro.is_some_and(|g| g.contains(&column))
     }
 }

@@ -422,10 +422,11 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     }
     let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
     let names_clock = format.columns.iter().any(is_given_clock);
+    let axes = format.channels();
     for c in 0..format.columns.len() {
         let column = &format.columns[c];
         let is_open = !column.is_dropped && !column.is_given && !names_clock;
-        if column.is_dated && is_open && !format.is_axis(c) && !sample.is_text(c) {
+        if column.is_dated && is_open && !axes.contains(&c) && !sample.is_text(c) {
             format.columns[c].role = Role::Time;
         }
     }

@@ -140,7 +140,6 @@ fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
 }
 
 /// True for text that consists of words: two thirds of its visible characters are letters.
-#[must_use]
 pub fn is_prose(text: &[u8]) -> bool {
     let count = |is: fn(&u8) -> bool| text.iter().filter(|b| is(b)).count();
     3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
