@@ -124,8 +124,5 @@ pub fn start_s(metadata: &[String]) -> Option<f64> {
         None => time.to_owned(),
     };
     // A time of day alone is no start.
-    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= SECONDS_PER_DAY)
+    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= 86_400.0)
 }
-
-/// Seconds of a day.
-const SECONDS_PER_DAY: f64 = 86_400.0;

@@ -60,9 +60,9 @@ impl Table {
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
         for (field, name) in input.iter().enumerate() {
-            let mut replaced = columns.iter().map(|(_, replaces)| *replaces);
-            let new = replaced.position(|replaces| replaces == Some(field));
-            match new.filter(|_| !keep_replaced) {
+            let takes_place =
+                |new: &(String, Option<usize>)| !keep_replaced && new.1 == Some(field);
+            match columns.iter().position(takes_place) {
                 Some(value) => table.push(columns[value].0.clone(), Cell::Fixed(value, decimals)),
                 None => {
                     let name = table.unused_name(name, columns, &input);

@@ -108,7 +108,7 @@ impl<R: BufRead> Batches<R> {
 impl Batches<io::Cursor<Vec<u8>>> {
     /// Goes on with the next whole lines of a text that grows, once those before are read.
     pub(crate) fn feed(&mut self, text: Vec<u8>) {
-        self.lines.set_reader(io::Cursor::new(text));
+        self.lines.reader = io::Cursor::new(text);
     }
 }
 

@@ -40,8 +40,8 @@ pub struct Format {
     pub(crate) sensors: Vec<String>,
     /// The columns were recognised by their numbers
     pub(crate) is_guessed: bool,
-    /// Line of names that are not as many as the columns, and their number
-    pub(crate) misfit: Option<(usize, usize)>,
+    /// Why a line of names is no header, in words
+    pub(crate) misfit: Option<String>,
     /// Columns that could be the time beside none that is named so
     pub(crate) unnamed_clocks: Vec<usize>,
     /// The user says that there are no stamps

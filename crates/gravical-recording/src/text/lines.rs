@@ -8,7 +8,7 @@ use memchr::{memchr, memrchr};
 const MAX_LINE_BYTES: usize = 1 << 20;
 
 pub(crate) struct Lines<R> {
-    reader: R,
+    pub(super) reader: R,
     line_end: u8,
     /// Whole lines, and where the next begins; bytes that are no UTF-8 are replaced.
     text: String,
@@ -26,11 +26,6 @@ impl<R: BufRead> Lines<R> {
             at: 0,
             rest: Vec::new(),
         }
-    }
-
-    /// Goes on with another reader.
-    pub(crate) fn set_reader(&mut self, reader: R) {
-        self.reader = reader;
     }
 
     /// The next line, without its end.

@@ -60,7 +60,7 @@ pub(crate) fn axis(word: &str) -> Option<usize> {
 }
 
 /// The sensor that a word names: `Accel(0)` or `Gyro(0)`, to be given its axis.
-fn sensor(word: &str) -> Option<fn(usize) -> Role> {
+pub(crate) fn sensor(word: &str) -> Option<fn(usize) -> Role> {
     if is_listed(ACCEL, word) || word.starts_with("accel") {
         Some(Role::Accel)
     } else if is_listed(GYRO, word) || word.starts_with("gyro") || word.starts_with("angularvel") {
@@ -68,10 +68,6 @@ fn sensor(word: &str) -> Option<fn(usize) -> Role> {
     } else {
         None
     }
-}
-
-pub(crate) fn names_sensor(word: &str) -> bool {
-    sensor(word).is_some()
 }
 
 /// Name and unit in brackets: `accX (g)` → `accX `, `g`.
@@ -189,22 +185,16 @@ fn time_unit(word: &str) -> Option<&'static str> {
     })
 }
 
-/// The sensor that the name of a file tells: a role of its first axis, [`Role::Other`] for one that is
-/// not read. Short words are ambiguous in file names.
+/// The sensor that the name of a file (without its folder) tells: a role of its first axis,
+/// [`Role::Other`] for one that is not read. Short words are ambiguous in file names.
 pub(crate) fn sensor_of_file(name: &str) -> Option<Role> {
-    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let mut words = words(file.split('.').next().unwrap_or(file));
+    let mut words = words(name.split('.').next().unwrap_or(name));
     words.retain(|w| w.len() > 2);
-    let is_named = |role: &Role| {
-        words
-            .iter()
-            .any(|w| sensor(w).map(|of| of(0)) == Some(*role))
-    };
-    let is_other = || words.iter().any(|w| is_listed(FOREIGN, w));
+    let named: Vec<Role> = words.iter().filter_map(|w| Some(sensor(w)?(0))).collect();
+    let is_other = words.iter().any(|w| is_listed(FOREIGN, w));
     let mut sensors = [Role::Accel(0), Role::Gyro(0)].into_iter();
-    sensors
-        .find(is_named)
-        .or_else(|| is_other().then_some(Role::Other))
+    let first = sensors.find(|role| named.contains(role));
+    first.or(is_other.then_some(Role::Other))
 }
 
 pub(crate) fn is_linear(word: &str) -> bool {

@@ -177,10 +177,8 @@ fn choose_sensors(
 
 fn columns_unknown(format: &Format) -> Error {
     let columns = format.columns.len();
-    let text = match format.misfit {
-        Some((line, names)) => format!(
-            "line {line} has {names} names for {columns} columns, so it cannot be their header, and the numbers do not show their meaning"
-        ),
+    let text = match &format.misfit {
+        Some(misfit) => format!("{misfit}, and the numbers do not show their meaning"),
         None => format!(
             "the file has no header and {columns} columns whose meaning the numbers do not show"
         ),
@@ -241,8 +239,8 @@ fn is_gyro(column: &Column) -> bool {
 fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str) {
     // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
     // acceleration to TotalAcceleration.csv.
-    let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
-        && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
+    let is_sensor_logger =
+        format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
     let has_accel = format.columns.iter().any(is_accel);

@@ -42,7 +42,8 @@ pub(crate) fn no_table(head: &str, what: &str) -> Error {
     })
 }
 
-/// Reads the head of a file, as UTF-8; the name of the file may tell the sensor.
+/// Reads the head of a file, as UTF-8; the name of the file (without its folder) may tell the
+/// sensor.
 ///
 /// # Errors
 ///
@@ -101,33 +102,35 @@ fn split_lines(head: &str) -> (u8, Vec<&str>) {
 
 /// The fields of a `sensor_msgs/Imu` message, in order.
 fn ros_imu() -> Vec<String> {
-    let stamp = ["sec", "nanosec", "frame_id"].map(|name| format!("header.stamp.{name}"));
     let vectors = [
-        ("orientation", &["x", "y", "z", "w"][..]),
-        ("angular_velocity", &["x", "y", "z"]),
-        ("linear_acceleration", &["x", "y", "z"]),
+        ("orientation", "xyzw"),
+        ("angular_velocity", "xyz"),
+        ("linear_acceleration", "xyz"),
     ];
-    let fields = vectors.iter().flat_map(|(name, axes)| {
-        let axes = axes.iter().map(move |axis| format!("{name}.{axis}"));
-        axes.chain((0..9).map(move |i| format!("{name}_covariance[{i}]")))
-    });
-    stamp.into_iter().chain(fields).collect()
+    let mut names = ["sec", "nanosec", "frame_id"]
+        .map(|n| format!("header.stamp.{n}"))
+        .to_vec();
+    for (vector, axes) in vectors {
+        names.extend(axes.chars().map(|axis| format!("{vector}.{axis}")));
+        names.extend((0..9).map(|i| format!("{vector}_covariance[{i}]")));
+    }
+    names
 }
 
 /// Names of the columns below another head: of the CSV that the PC software of GENEActiv writes below
 /// its hundred lines, and of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
 fn known_names(above: &[&str], first_row: &[&str]) -> Vec<String> {
     const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
-    let geneactiv = GENEACTIV.split(',').map(str::to_owned).collect();
     let is_geneactiv = above.iter().any(|line| {
         let mut words = line.split(|c: char| !c.is_alphanumeric());
         line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
     });
-    let frame = first_row.get(2);
-    let is_ros = frame.is_some_and(|frame| frame.parse::<f64>().is_err());
-    let mut known = vec![(is_geneactiv, geneactiv), (is_ros, ros_imu())];
-    known.retain(|(is_it, names)| *is_it && names.len() == first_row.len());
-    known.pop().unwrap_or_default().1
+    let names_frame = first_row.get(2).is_some_and(|f| f.parse::<f64>().is_err());
+    match first_row.len() {
+        7 if is_geneactiv => GENEACTIV.split(',').map(str::to_owned).collect(),
+        40 if names_frame => ros_imu(),
+        _ => Vec::new(),
+    }
 }
 
 /// Whether the rows are a few among lines of words or of markup.
@@ -252,11 +255,14 @@ impl Format {
     }
 }
 
-/// Line and number of the names that a line above the rows has for other columns.
-fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
+/// Why a line above the rows that names a sensor is no header.
+fn find_misfit(above: &[&str], dialect: Dialect) -> Option<String> {
     let at = above.iter().rposition(|l| !is_blank(l))?;
     let names: Vec<&str> = fields(uncommented(above[at]), dialect.delimiter).collect();
-    (names.len() != dialect.fields && names_sensor(&names)).then_some((at + 1, names.len()))
+    let (line, count, columns) = (at + 1, names.len(), dialect.fields);
+    (count != columns && names_sensor(&names)).then(|| {
+        format!("line {line} has {count} names for {columns} columns, so it cannot be their header")
+    })
 }
 
 /// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::names::{Column, axis, names_sensor, words};
+use super::names::{Column, axis, sensor, words};
 use super::number::parse_cell;
 use crate::role::Role;
 use crate::units::{is_listed, is_unit};
@@ -138,22 +138,17 @@ impl Sentences {
 
 /// Whether commas join numbers in pairs only, `ax=0,12; ay=…`, and no number has a point.
 fn has_decimal_commas(lines: &[&str]) -> bool {
-    let mut pairs = 0;
+    let pair = format!("{SLOT},{SLOT}");
+    let mut has_pair = false;
     for line in lines.iter().take(MAX_LINES) {
         let (shape, numbers) = skeleton(line);
-        if numbers.iter().any(|n| n.contains('.') && !n.contains(':')) {
+        let has_point = numbers.iter().any(|n| n.contains('.') && !n.contains(':'));
+        if has_point || shape.contains(&format!("{pair},{SLOT}")) {
             return false;
         }
-        let between = shape.split(SLOT).skip(1).zip(numbers.iter().skip(1));
-        let is_decimal = |next: &str| next.bytes().all(|b| b.is_ascii_digit());
-        let is_joined = between.map(|(text, next)| text == "," && is_decimal(next));
-        let is_joined: Vec<bool> = is_joined.collect();
-        if is_joined.windows(2).any(|w| w[0] && w[1]) {
-            return false;
-        }
-        pairs += is_joined.iter().filter(|j| **j).count();
+        has_pair |= shape.contains(&pair);
     }
-    pairs > 0
+    has_pair
 }
 
 fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
@@ -259,7 +254,7 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
 
 /// The words that name sensors, and the axis with which they begin.
 fn heads_of(label: &str) -> (Vec<String>, usize) {
-    let names = |part: &&str| words(part).iter().any(|w| names_sensor(w));
+    let names = |part: &&str| words(part).iter().any(|w| sensor(w).is_some());
     let last = label.split_whitespace().last().unwrap_or_default();
     // `a/g`: one after the other; `acc/mg`, `Acc (m/s^2)`: one with its unit.
     let parts: Vec<&str> = label.split('/').collect();
