@@ -59,9 +59,8 @@ pub fn whole_blocks(head: &[u8]) -> usize {
 /// Reading fails, or the options ask for columns that it does not have.
 pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
     let mut reader = BufReader::with_capacity(READ_BYTES, reader);
-    let mut head = [0; HEADER_BYTES];
-    reader.read_exact(&mut head)?;
-    let header = Header::parse(&head);
+    let mut header = Header([0; HEADER_BYTES]);
+    reader.read_exact(&mut header.0)?;
     let mut samples = Samples {
         reader,
         blocks: 0,
@@ -78,8 +77,8 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     }
     // The blocks say what was measured, the header what was wanted.
     let first = samples.last.as_ref().map(|placed| &placed.block);
-    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), Block::has_gyro);
-    let rate_hz = first.map_or(header.rate_hz, |block| block.rate_hz);
+    let has_gyro = first.map_or(header.gyro_range_deg_s().is_some(), Block::has_gyro);
+    let rate_hz = first.map_or(header.rate_hz(), |block| block.rate_hz);
     let names = COLUMNS
         .split(',')
         .filter(|c| has_gyro || !c.starts_with('g'));
@@ -92,7 +91,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
     format.metadata = vec![
-        format!("Serial number: {}", header.device),
+        format!("Serial number: {}", header.device()),
         format!("Sampling rate: {rate_hz} Hz"),
     ];
     format.rate_hz = Some(rate_hz);

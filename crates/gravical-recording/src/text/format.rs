@@ -34,8 +34,8 @@ pub struct Format {
     pub accel: [usize; 3],
     /// Columns of the gyroscope
     pub gyro: Option<[usize; 3]>,
-    /// Column that tells several sensors apart whose rows take turns, and their number
-    pub sensor: Option<(usize, usize)>,
+    /// Column that tells several sensors apart whose rows take turns
+    pub sensor: Option<usize>,
     /// Names of all sensors of which the first is read, or the one that the user asks for
     pub(crate) sensors: Vec<String>,
     /// The columns were recognised by their numbers
