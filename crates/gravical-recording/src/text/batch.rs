@@ -61,8 +61,7 @@ reasons! {
 impl Reason {
     /// Whether it concerns a row that is no measurement.
     pub(crate) fn is_of_row(self) -> bool {
-        use Reason::{Hung, OtherSensor, Slipped, Zeros};
-        matches!(self, OtherSensor | Zeros | Hung | Slipped)
+        self == Reason::OtherSensor || (Reason::Zeros..=Reason::Slipped).contains(&self)
     }
 
     /// Whether it concerns a block of a binary file.

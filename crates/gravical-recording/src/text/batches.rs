@@ -98,17 +98,15 @@ impl<R: BufRead> Batches<R> {
         Ok(has_lines.then(|| self.parser.finish_batch()))
     }
 
+    /// Goes on with the next whole lines of a text that grows, once those before are read.
+    pub(crate) fn feed(&mut self, lines: R) {
+        self.lines.reader = lines;
+    }
+
     /// The first batch, or what of it is before an error: that is told when the rows are read.
     pub(crate) fn first(mut self) -> Batch {
         let batch = self.read_batch().ok().flatten();
         batch.unwrap_or_else(|| self.parser.finish_batch())
-    }
-}
-
-impl Batches<io::Cursor<Vec<u8>>> {
-    /// Goes on with the next whole lines of a text that grows, once those before are read.
-    pub(crate) fn feed(&mut self, text: Vec<u8>) {
-        self.lines.reader = io::Cursor::new(text);
     }
 }
 

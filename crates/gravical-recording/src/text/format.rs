@@ -103,6 +103,13 @@ impl Format {
         })
     }
 
+    /// The column of the time, if there is but one.
+    pub(crate) fn only_clock(&self) -> Option<usize> {
+        let is_time = |c: &usize| self.columns[*c].role == Role::Time;
+        let mut columns = (0..self.columns.len()).filter(is_time);
+        columns.next().filter(|_| columns.next().is_none())
+    }
+
     /// Columns of accelerometer and gyroscope.
     pub(crate) fn channels(&self) -> Vec<usize> {
         let gyro = self.gyro.into_iter().flatten();

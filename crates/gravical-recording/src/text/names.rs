@@ -88,35 +88,35 @@ impl Column {
         let words = words(&outside);
         let has = |list: &str| words.iter().any(|w| is_listed(list, w));
         let index = unit.parse::<usize>().ok().filter(|i| *i < 3);
-        let found = axis_in_word(&words).or_else(|| axis_apart(&words, index));
-        match found.filter(|_| !has(FOREIGN)) {
-            Some((role, places)) => {
-                let rest = words.iter().enumerate();
-                let rest = rest.filter(|(at, _)| !places.contains(at));
-                let (units, sensor): (Vec<&str>, Vec<&str>) = rest
-                    .map(|(_, word)| word.as_str())
-                    .partition(|w| is_listed(UNIT_WORDS, w));
-                Column {
-                    role,
-                    // `m`, `s`, `2` are m/s2.
-                    unit: if unit.is_empty() || index.is_some() {
-                        units.join("/").replace("/2", "2")
-                    } else {
-                        unit
-                    },
-                    sensor: sensor.join(" "),
-                    is_linear: words.iter().any(|w| is_linear(w))
-                        && !has("field")
-                        && !outside.contains(['_', '.']),
-                    ..Column::default()
-                }
-            }
-            None if has(FOREIGN) || has("x y z") => Column {
-                unit,
-                ..Column::default()
-            },
-            None => without_axis(&words, unit),
+        let mut column = Column {
+            unit,
+            ..Column::default()
+        };
+        if has(FOREIGN) {
+            return column;
         }
+        if let Some((role, places)) = axis_in_word(&words).or_else(|| axis_apart(&words, index)) {
+            let rest = words.iter().enumerate();
+            let rest = rest.filter(|(at, _)| !places.contains(at));
+            let (units, sensor): (Vec<&str>, Vec<&str>) = rest
+                .map(|(_, word)| word.as_str())
+                .partition(|w| is_listed(UNIT_WORDS, w));
+            if column.unit.is_empty() || index.is_some() {
+                // `m`, `s`, `2` are m/s2.
+                column.unit = units.join("/").replace("/2", "2");
+            }
+            column.role = role;
+            column.sensor = sensor.join(" ");
+            let is_linear = words.iter().any(|w| is_linear(w));
+            column.is_linear = is_linear && !has("field") && !outside.contains(['_', '.']);
+        } else if !has("x y z") {
+            column.role = role_without_axis(&words, &column.unit);
+            if column.unit.is_empty() {
+                let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
+                column.unit = units.join(" ");
+            }
+        }
+        column
     }
 }
 
@@ -153,26 +153,16 @@ fn axis_apart(words: &[String], index: Option<usize>) -> Option<(Role, [usize; 2
     Some((role(axis), [at, named_at]))
 }
 
-fn without_axis(words: &[String], unit: String) -> Column {
+/// What a name without an axis says.
+fn role_without_axis(words: &[String], unit: &str) -> Role {
     let has = |list: &str| words.iter().any(|w| is_listed(list, w));
     let is_temperature = has("temperature tmp") || words.iter().any(|w| w.ends_with("temp"));
-    let role = match () {
+    match () {
         _ if has(STEP) => Role::Step,
         _ if has(TIME) || words.iter().any(|w| w.contains("time") && w != "uptime") => Role::Time,
-        _ if is_temperature || is_celsius(&unit) => Role::Temperature,
+        _ if is_temperature || is_celsius(unit) => Role::Temperature,
         _ if has(LABEL) => Role::Label,
         _ => Role::Other,
-    };
-    let unit = if unit.is_empty() {
-        let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
-        units.join(" ")
-    } else {
-        unit
-    };
-    Column {
-        role,
-        unit,
-        ..Column::default()
     }
 }
 
