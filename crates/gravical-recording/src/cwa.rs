@@ -263,7 +263,8 @@ impl<R: Read> Samples<R> {
     }
 
     fn text(&self, batch: &Batch) -> CopiedText {
-        let mut text = CopiedText::new(self.copied.len(), 0, batch.rows());
+        let mut text = CopiedText::default();
+        text.pieces = self.copied.len();
         let mut piece = Vec::new();
         for row in 0..batch.rows() {
             for (first, last) in &self.copied {

@@ -22,7 +22,7 @@ const TAIL_ROWS: usize = 4096;
 const SHORT_TAIL_ROWS: usize = 1024;
 
 /// How rows are read after those by which a recording was judged.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Later {
     /// With the sensor that is read, and the rate of the first rows.
     format: Format,
@@ -81,12 +81,8 @@ impl Later {
             is_signed,
             tail,
             clipping: ends.map(|(_, name, end)| (name, end)).collect(),
-            gaps: LineSpans::default(),
-            longest_gap_s: 0.0,
-            unit_finding: None,
-            first_line: None,
-            ledger: Ledger::default(),
             contradicts: true,
+            ..Later::default()
         };
         Ok((recording, later))
     }

@@ -135,11 +135,8 @@ impl Block {
         }
         // With the top bit, the other bits are a fraction of the second; without it, the number
         // of the device.
-        let fraction = u16_at(bytes, 4);
-        let fraction = match fraction & 0x8000 {
-            0 => 0,
-            _ => fraction << 1,
-        };
+        let bits = u16_at(bytes, 4);
+        let fraction = if bits & 0x8000 == 0 { 0 } else { bits << 1 };
         let stamp_sample = u16_at(bytes, 26).cast_signed();
         // The index was written for a whole second; the samples in the fraction come on top.
         let in_fraction = (f64::from(fraction) * rate_hz) as i64 >> 16;

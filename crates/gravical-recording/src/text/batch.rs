@@ -183,26 +183,23 @@ pub struct CopiedText {
     bytes: Vec<u8>,
     /// Ends of the pieces of all rows.
     ends: Vec<usize>,
-    pieces: usize,
+    /// Pieces of a row.
+    pub(crate) pieces: usize,
 }
 
 impl CopiedText {
-    /// Without rows, for so many pieces a row; room for as many bytes as the batch before took.
-    pub(crate) fn new(pieces: usize, bytes: usize, rows: usize) -> Self {
+    /// Without rows, with room for as many.
+    pub(crate) fn emptied(&self) -> Self {
         CopiedText {
-            bytes: Vec::with_capacity(bytes),
-            ends: Vec::with_capacity(rows * pieces),
-            pieces,
+            bytes: Vec::with_capacity(self.bytes.len()),
+            ends: Vec::with_capacity(self.ends.len()),
+            pieces: self.pieces,
         }
     }
 
     pub(crate) fn push(&mut self, piece: &[u8]) {
         self.bytes.extend_from_slice(piece);
         self.ends.push(self.bytes.len());
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.bytes.len()
     }
 
     /// A piece of a row.

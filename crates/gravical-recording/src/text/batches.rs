@@ -5,7 +5,7 @@ use std::io::{self, BufRead};
 
 use memchr::memchr;
 
-use super::batch::{Batch, CopiedText, Reason};
+use super::batch::{Batch, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::Header;
@@ -81,7 +81,7 @@ impl<R: BufRead> Batches<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.parser.copied = pieces.to_vec();
-        self.parser.batch.text = CopiedText::new(pieces.len(), 0, 0);
+        self.parser.batch.text.pieces = pieces.len();
         self
     }
 
@@ -137,7 +137,7 @@ impl RowParser {
         }
         next.lines.reserve_exact(rows);
         next.words.clone_from(&batch.words);
-        next.text = CopiedText::new(self.copied.len(), batch.text.len(), rows);
+        next.text = batch.text.emptied();
         let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| t.resize(rows, 0));
         batch.ledger.lines = self.line_number;
@@ -159,13 +159,11 @@ impl RowParser {
 
     /// Reads a row, or says why the line is none. A header of other columns ends the reading.
     fn read_row(&mut self, line: &str) -> io::Result<Option<Reason>> {
+        if self.line_number == self.format.header_line {
+            return Ok(Some(Reason::Header));
+        }
         if self.line_number <= self.format.head_lines {
-            let is_header = self.line_number == self.format.header_line;
-            return Ok(Some(if is_header {
-                Reason::Header
-            } else {
-                Reason::Metadata
-            }));
+            return Ok(Some(Reason::Metadata));
         }
         if is_blank(line) {
             self.blanks += 1;
@@ -300,9 +298,8 @@ impl RowParser {
         if blanks > 0 {
             self.batch.blanks.push((row, blanks));
         }
-        self.batch
-            .lines
-            .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
+        let line = u32::try_from(self.line_number).unwrap_or(u32::MAX);
+        self.batch.lines.push(line);
     }
 
     /// Copies the numbers of a row that was wrapped in words, if one has begun.

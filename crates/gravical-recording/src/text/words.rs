@@ -187,9 +187,7 @@ fn label(text: &str) -> String {
             '[' => rest.find(']'),
             _ => None,
         };
-        if let Some(end) = close
-            && rest[..end].chars().any(char::is_alphabetic)
-        {
+        if let Some(end) = close.filter(|end| rest[..*end].contains(char::is_alphabetic)) {
             out.push_str(&format!(" ({})", &rest[1..end]));
             rest = &rest[end + 1..];
             continue;
