@@ -12,7 +12,6 @@ use crate::options::ReadOptions;
 use crate::read::{Batches, note_input, open_batches};
 use crate::readings::Readings;
 use crate::recording::Recording;
-use crate::role::Role;
 use crate::text::{Batch, CopiedText, Format, Ledger};
 
 /// Rows of a recording, with the text of the columns that are copied.
@@ -85,10 +84,7 @@ impl BatchReader {
         let (format, mut batches) = open_batches(&mut input, name, options, copied)?;
         let here = Path::new(name);
         let (mut head, mut held) = (Batch::new(format.columns.len()), VecDeque::new());
-        let is_time = |c: &usize| format.columns[*c].role == Role::Time;
-        let mut times = (0..format.columns.len()).filter(is_time);
-        let stamps = times.next();
-        let stamps = stamps.filter(|_| judged == Self::HEAD && times.next().is_none());
+        let stamps = format.only_clock().filter(|_| judged == Self::HEAD);
         while held.len() < judged
             && let Some(batch) = batches.next()
         {

@@ -27,21 +27,18 @@ pub struct Input {
 
 impl Input {
     /// The bytes to read, once.
-    #[must_use]
     pub fn take_reader(&mut self) -> Box<dyn Read> {
         std::mem::replace(&mut self.reader, Box::new(io::empty()))
     }
 
     /// True if the file is packed and ends in the middle; the part that could be unpacked was
     /// read.
-    #[must_use]
     pub fn is_cut_off(&self) -> bool {
         self.cut_off.load(Ordering::Relaxed)
     }
 
     /// SHA-256 of the file on disk, in hexadecimal; to be called after everything was read.
     /// `None` if not requested.
-    #[must_use]
     pub fn sha256(&self) -> Option<String> {
         let digest = self.digest.as_ref()?.lock().ok()?.clone().finalize();
         Some(hex(&digest))

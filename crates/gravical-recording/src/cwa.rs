@@ -39,7 +39,6 @@ const TIME_DECIMALS: u32 = 6;
 const DECIMALS: u32 = 12;
 
 /// Whether a file that begins with `head`, of [`MAGIC_BYTES`] or more, is a `.cwa` file.
-#[must_use]
 pub fn is_one(head: &[u8]) -> bool {
     // By the length of the header or by the first block: one of them may be damaged.
     let is_long = || usize::from(u16_at(head, 2)) == HEADER_BYTES - 4;
@@ -49,7 +48,6 @@ pub fn is_one(head: &[u8]) -> bool {
 }
 
 /// Length of the whole blocks of `head`, the beginning of a file.
-#[must_use]
 pub fn whole_blocks(head: &[u8]) -> usize {
     head.len() - head.len().saturating_sub(HEADER_BYTES) % BLOCK_BYTES
 }
@@ -61,9 +59,8 @@ pub fn whole_blocks(head: &[u8]) -> usize {
 /// Reading fails, or the options ask for columns that it does not have.
 pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Samples<R>), Error> {
     let mut reader = BufReader::with_capacity(READ_BYTES, reader);
-    let mut head = [0; HEADER_BYTES];
-    reader.read_exact(&mut head)?;
-    let header = Header::parse(&head);
+    let mut header = Header([0; HEADER_BYTES]);
+    reader.read_exact(&mut header.0)?;
     let mut samples = Samples {
         reader,
         blocks: 0,
@@ -80,8 +77,8 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     }
     // The blocks say what was measured, the header what was wanted.
     let first = samples.last.as_ref().map(|placed| &placed.block);
-    let has_gyro = first.map_or(header.gyro_range_deg_s.is_some(), Block::has_gyro);
-    let rate_hz = first.map_or(header.rate_hz, |block| block.rate_hz);
+    let has_gyro = first.map_or(header.gyro_range_deg_s().is_some(), Block::has_gyro);
+    let rate_hz = first.map_or(header.rate_hz(), |block| block.rate_hz);
     let names = COLUMNS
         .split(',')
         .filter(|c| has_gyro || !c.starts_with('g'));
@@ -94,7 +91,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
     format.metadata = vec![
-        format!("Serial number: {}", header.device),
+        format!("Serial number: {}", header.device()),
         format!("Sampling rate: {rate_hz} Hz"),
     ];
     format.rate_hz = Some(rate_hz);
@@ -152,7 +149,6 @@ pub struct Samples<R> {
 
 impl<R: Read> Samples<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
-    #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.copied = pieces.to_vec();
         self
@@ -267,7 +263,8 @@ impl<R: Read> Samples<R> {
     }
 
     fn text(&self, batch: &Batch) -> CopiedText {
-        let mut text = CopiedText::new(self.copied.len(), 0, batch.rows());
+        let mut text = CopiedText::default();
+        text.pieces = self.copied.len();
         let mut piece = Vec::new();
         for row in 0..batch.rows() {
             for (first, last) in &self.copied {

@@ -218,16 +218,16 @@ impl Follow {
         let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
-        let mut batches = format.batches(Cursor::new(Vec::new()));
         let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
-        batches.feed(text);
+        let mut batches = format.batches(Cursor::new(text));
         let mut rows = Batch::new(format.columns.len());
         while let Some(batch) = batches.read_batch().map_err(Error::from)? {
             rows.append(batch);
         }
         let (recording, mut later) = Later::judge(&format, rows.clone())?;
         later.contradicts = false;
-        let clock = clock_column(&format, &rows);
+        let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
+        let clock = format.only_clock().filter(holds_stamps);
         let mut opened = Opened {
             batches,
             format,
@@ -305,14 +305,6 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     end
 }
 
-/// The column whose numbers are stamps of one running clock.
-fn clock_column(format: &Format, rows: &Batch) -> Option<usize> {
-    let is_time = |c: &usize| format.columns[*c].role == Role::Time;
-    let mut columns = (0..format.columns.len()).filter(is_time);
-    let column = columns.next().filter(|_| columns.next().is_none())?;
-    (!judge::holds_steps(&rows.columns[column])).then_some(column)
-}
-
 impl Opened {
     fn note_lines(&mut self, batch: &Batch) {
         let (first, from) = (self.line_count + 1, self.lines.len());
@@ -338,7 +330,7 @@ impl Opened {
     }
 
     fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>> {
-        self.batches.feed(text);
+        self.batches.feed(Cursor::new(text));
         let mut samples = Vec::new();
         while let Some(mut batch) = self.batches.read_batch().map_err(Error::from)? {
             self.note_lines(&batch);

@@ -22,7 +22,7 @@ const TAIL_ROWS: usize = 4096;
 const SHORT_TAIL_ROWS: usize = 1024;
 
 /// How rows are read after those by which a recording was judged.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Later {
     /// With the sensor that is read, and the rate of the first rows.
     format: Format,
@@ -55,7 +55,7 @@ impl Later {
     pub fn judge(format: &Format, mut head: Batch) -> Result<(Recording, Later), Error> {
         let mut finding = None;
         let mut format_of_later = format.clone();
-        if let Some((column, _)) = format.sensor {
+        if let Some(column) = format.sensor {
             finding = keep_sensor(format, &mut head, column)?;
             let sensor = (head.rows() > 0).then(|| cell_label(&head, column, 0));
             // A column that is empty names none.
@@ -81,12 +81,8 @@ impl Later {
             is_signed,
             tail,
             clipping: ends.map(|(_, name, end)| (name, end)).collect(),
-            gaps: LineSpans::default(),
-            longest_gap_s: 0.0,
-            unit_finding: None,
-            first_line: None,
-            ledger: Ledger::default(),
             contradicts: true,
+            ..Later::default()
         };
         Ok((recording, later))
     }
@@ -104,7 +100,7 @@ impl Later {
         self.first_line = self.first_line.or(batch.lines.first().copied());
         let mut rows = std::mem::take(&mut self.tail);
         rows.append(batch.slice(0..batch.rows()));
-        if let Some((column, _)) = self.format.sensor {
+        if let Some(column) = self.format.sensor {
             keep_sensor(&self.format, &mut rows, column)?;
         }
         let tail_rows = if self.contradicts {
@@ -175,7 +171,7 @@ impl Later {
         let channels = batch.slices(&self.format.channels());
         let is_other = |row: usize| {
             let sensor = self.format.sensor.zip(self.format.options.sensor.as_ref());
-            sensor.is_some_and(|((column, _), label)| cell_label(batch, column, row) != *label)
+            sensor.is_some_and(|(column, label)| cell_label(batch, column, row) != *label)
         };
         for (row, line) in batch.lines.iter().enumerate() {
             if readings.is_measured[row] {
@@ -193,7 +189,6 @@ impl Later {
     }
 
     /// Rows that are no measurements, and what was found in these rows beside that, once all are read.
-    #[must_use]
     pub fn finish(self) -> (Ledger, Vec<Finding>) {
         let mut findings = Vec::new();
         if !self.gaps.is_empty() {

@@ -81,8 +81,6 @@ pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use table::TableColumn;
 pub use text::axes;
-#[doc(hidden)]
-pub use text::parse_cell;
 pub use text::{
     AsideLines, Batch, Batches, Column, CopiedText, Format, Ledger, Reason, is_prose, sniff,
     sniff_table, split_hint,

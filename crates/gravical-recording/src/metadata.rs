@@ -42,10 +42,8 @@ fn rate_behind(words: &[&str], name: usize) -> Option<f64> {
         ["output", "data"] | [] => false,
         [.., last] => words[name] == "rate" && is_listed(OTHER_RATES, last),
     };
-    let is_of_filter = before
-        .iter()
-        .chain(between)
-        .any(|w| is_listed(OF_FILTER, w));
+    let mut around = before.iter().chain(between);
+    let is_of_filter = around.any(|w| is_listed(OF_FILTER, w));
     let has_unit =
         words[at].ends_with("hz") || between.contains(&"hz") || words.get(at + 1) == Some(&"hz");
     let is_clear = has_unit || !is_listed(WITH_UNIT, words[name]);
@@ -124,8 +122,5 @@ pub fn start_s(metadata: &[String]) -> Option<f64> {
         None => time.to_owned(),
     };
     // A time of day alone is no start.
-    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= SECONDS_PER_DAY)
+    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= 86_400.0)
 }
-
-/// Seconds of a day.
-const SECONDS_PER_DAY: f64 = 86_400.0;

@@ -10,7 +10,6 @@ mod lines;
 mod names;
 mod number;
 mod roles;
-mod slots;
 mod sniff;
 mod words;
 
@@ -19,7 +18,6 @@ pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};
 pub use format::Format;
 pub use names::Column;
-pub use number::parse_cell;
 pub(crate) use roles::sensor_unknown;
 pub use sniff::{is_prose, sniff, sniff_table};
 pub(crate) use sniff::{no_rows, no_table};

@@ -45,7 +45,6 @@ impl Table {
     /// whose place each takes. Those without one come at the end; with `keep_replaced` all do.
     ///
     /// Delimiter and decimal sign are those of the input; white space becomes a tab.
-    #[must_use]
     pub fn with_new(
         format: &Format,
         columns: &[(String, Option<usize>)],
@@ -61,9 +60,9 @@ impl Table {
         let fields = format.columns.len();
         let input: Vec<String> = (0..fields).map(|c| input_name(format, c)).collect();
         for (field, name) in input.iter().enumerate() {
-            let mut replaced = columns.iter().map(|(_, replaces)| *replaces);
-            let new = replaced.position(|replaces| replaces == Some(field));
-            match new.filter(|_| !keep_replaced) {
+            let takes_place =
+                |new: &(String, Option<usize>)| !keep_replaced && new.1 == Some(field);
+            match columns.iter().position(takes_place) {
                 Some(value) => table.push(columns[value].0.clone(), Cell::Fixed(value, decimals)),
                 None => {
                     let name = table.unused_name(name, columns, &input);
@@ -81,7 +80,6 @@ impl Table {
 
     /// A table of these columns, parted by commas; `copied` are the columns of the input that are
     /// its pieces.
-    #[must_use]
     pub fn plain(
         columns: impl IntoIterator<Item = (String, Cell)>,
         copied: impl IntoIterator<Item = usize>,
@@ -97,7 +95,6 @@ impl Table {
     }
 
     /// The columns whose text is copied, for [`Batches::with_text`](crate::Batches::with_text).
-    #[must_use]
     pub fn copied(&self) -> &[(usize, usize)] {
         &self.copied
     }
@@ -136,7 +133,6 @@ impl Table {
 }
 
 /// Name of a column of the input: from the header, or by what it holds.
-#[must_use]
 pub fn input_name(format: &Format, column: usize) -> String {
     if !format.names.is_empty() {
         return format.names.get(column).cloned().unwrap_or_default();
@@ -255,15 +251,7 @@ fn write_quoted(out: &mut Vec<u8>, text: &[u8], delimiter: u8) {
     if !text.iter().any(is_special) {
         return out.extend_from_slice(text);
     }
-    out.push(b'"');
-    let mut at = 0;
-    while let Some(byte) = text.get(at) {
-        out.push(*byte);
-        at += 1;
-        if *byte == b'"' {
-            out.push(b'"');
-            at += usize::from(text.get(at) == Some(&b'"'));
-        }
-    }
-    out.push(b'"');
+    let text = String::from_utf8_lossy(text).replace("\"\"", "\"");
+    let text = text.replace('"', "\"\"");
+    out.extend_from_slice(format!("\"{text}\"").as_bytes());
 }

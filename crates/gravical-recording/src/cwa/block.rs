@@ -38,55 +38,42 @@ fn rate_and_range(code: u8) -> (f64, u32) {
 }
 
 /// The header of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Header {
-    /// `AX3` or `AX6`.
-    pub model: &'static str,
-    /// The number printed on the device; 0 if unknown.
-    pub device: u32,
-    /// Number of the recording, chosen by who set it up.
-    pub session: u32,
-    /// Nominal sampling rate, Hz.
-    pub rate_hz: f64,
-    /// Range of the accelerometer, g.
-    pub range_g: u32,
-    /// Range of the gyroscope, °/s; `None` if it is off.
-    pub gyro_range_deg_s: Option<u32>,
-}
+pub(super) struct Header(pub [u8; HEADER_BYTES]);
 
 impl Header {
-    pub fn parse(bytes: &[u8; HEADER_BYTES]) -> Self {
-        let high = match u16_at(bytes, 11) {
+    /// The number printed on the device; 0 if unknown.
+    pub fn device(&self) -> u32 {
+        let high = match u16_at(&self.0, 11) {
             u16::MAX => 0,
             high => u32::from(high) << 16,
         };
-        let (rate_hz, range_g) = rate_and_range(bytes[36]);
-        Header {
-            model: match bytes[4] {
-                0x64 => "AX6",
-                _ => "AX3",
-            },
-            device: high | u32::from(u16_at(bytes, 5)),
-            session: u32_at(bytes, 7),
-            rate_hz,
-            range_g,
-            gyro_range_deg_s: match bytes[35] & 15 {
-                0 | 15 => None,
-                n => Some(8000 >> n),
-            },
+        high | u32::from(u16_at(&self.0, 5))
+    }
+
+    /// Nominal sampling rate, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        rate_and_range(self.0[36]).0
+    }
+
+    /// Range of the gyroscope, °/s; `None` if it is off.
+    pub fn gyro_range_deg_s(&self) -> Option<u32> {
+        match self.0[35] & 15 {
+            0 | 15 => None,
+            n => Some(8000 >> n),
         }
     }
 
-    /// Device and settings in words.
+    /// Device, number of the recording, and settings in words.
     pub fn describe(&self, rate_hz: f64, has_gyro: bool) -> String {
-        let gyro = match self.gyro_range_deg_s.filter(|_| has_gyro) {
-            Some(range) => format!(", ±{range} °/s"),
-            None => String::new(),
-        };
-        format!(
-            "Axivity {}, session {}, nominal {rate_hz} Hz, ±{} g{gyro}",
-            self.model, self.session, self.range_g
-        )
+        let model = if self.0[4] == 0x64 { "AX6" } else { "AX3" };
+        let session = u32_at(&self.0, 7);
+        let (_, range_g) = rate_and_range(self.0[36]);
+        let text =
+            format!("Axivity {model}, session {session}, nominal {rate_hz} Hz, ±{range_g} g");
+        match self.gyro_range_deg_s().filter(|_| has_gyro) {
+            Some(range) => format!("{text}, ±{range} °/s"),
+            None => text,
+        }
     }
 }
 
@@ -148,11 +135,8 @@ impl Block {
         }
         // With the top bit, the other bits are a fraction of the second; without it, the number
         // of the device.
-        let fraction = u16_at(bytes, 4);
-        let fraction = match fraction & 0x8000 {
-            0 => 0,
-            _ => fraction << 1,
-        };
+        let bits = u16_at(bytes, 4);
+        let fraction = if bits & 0x8000 == 0 { 0 } else { bits << 1 };
         let stamp_sample = u16_at(bytes, 26).cast_signed();
         // The index was written for a whole second; the samples in the fraction come on top.
         let in_fraction = (f64::from(fraction) * rate_hz) as i64 >> 16;

@@ -19,7 +19,6 @@ const LETTERS: [([char; 3], &str); 2] = [(['x', 'y', 'z'], "[xyz]"), (['X', 'Y',
 const CHANNEL_BYTES: usize = 16_384;
 
 /// Puts one name, `accel_[xyz].txt`, in the place of three files of one channel each.
-#[must_use]
 pub fn group(paths: &[PathBuf]) -> Vec<PathBuf> {
     let given: HashSet<&PathBuf> = paths.iter().collect();
     let mut seen = HashSet::new();
@@ -35,7 +34,6 @@ pub fn group(paths: &[PathBuf]) -> Vec<PathBuf> {
 }
 
 /// The name of the three files of one channel each to which this one belongs.
-#[must_use]
 pub fn group_of(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     if sensor_of_file(name) == Some(Role::Other) {
@@ -62,7 +60,6 @@ pub fn group_of(path: &Path) -> Option<PathBuf> {
 }
 
 /// The files x, y and z that one name stands for.
-#[must_use]
 pub fn files(group: &Path) -> Option<[PathBuf; 3]> {
     let name = group.file_name()?.to_str()?;
     let (letters, pattern) = LETTERS.iter().find(|(_, pattern)| name.contains(pattern))?;

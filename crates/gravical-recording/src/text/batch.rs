@@ -21,7 +21,6 @@ macro_rules! reasons {
 
         impl Reason {
             /// Stable name, for scripts.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
                     $(Reason::$reason => $name,)*
@@ -62,8 +61,7 @@ reasons! {
 impl Reason {
     /// Whether it concerns a row that is no measurement.
     pub(crate) fn is_of_row(self) -> bool {
-        use Reason::{Hung, OtherSensor, Slipped, Zeros};
-        matches!(self, OtherSensor | Zeros | Hung | Slipped)
+        self == Reason::OtherSensor || (Reason::Zeros..=Reason::Slipped).contains(&self)
     }
 
     /// Whether it concerns a block of a binary file.
@@ -110,14 +108,12 @@ impl Ledger {
     }
 
     /// Lines set aside for a reason.
-    #[must_use]
     pub fn count(&self, reason: Reason) -> usize {
         let lines = self.reasons.get(&reason);
         lines.map_or(0, |r| r.lines.count() as usize)
     }
 
     /// Lines that are rows of the recording.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.lines.saturating_sub(self.total())
     }
@@ -129,13 +125,11 @@ impl Ledger {
     }
 
     /// All lines set aside.
-    #[must_use]
     pub fn total(&self) -> usize {
         self.counts().map(|(_, lines)| lines as usize).sum()
     }
 
     /// The sum as text: `1020 lines = 1000 rows + 1 header + …`.
-    #[must_use]
     pub fn sum(&self) -> String {
         let mut text = format!("{} lines = {} rows", self.lines, self.rows());
         for (reason, lines) in self.counts() {
@@ -189,16 +183,17 @@ pub struct CopiedText {
     bytes: Vec<u8>,
     /// Ends of the pieces of all rows.
     ends: Vec<usize>,
-    pieces: usize,
+    /// Pieces of a row.
+    pub(crate) pieces: usize,
 }
 
 impl CopiedText {
-    /// Without rows, for so many pieces a row; room for as many bytes as the batch before took.
-    pub(crate) fn new(pieces: usize, bytes: usize, rows: usize) -> Self {
+    /// Without rows, with room for as many.
+    pub(crate) fn emptied(&self) -> Self {
         CopiedText {
-            bytes: Vec::with_capacity(bytes),
-            ends: Vec::with_capacity(rows * pieces),
-            pieces,
+            bytes: Vec::with_capacity(self.bytes.len()),
+            ends: Vec::with_capacity(self.ends.len()),
+            pieces: self.pieces,
         }
     }
 
@@ -207,12 +202,7 @@ impl CopiedText {
         self.ends.push(self.bytes.len());
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.bytes.len()
-    }
-
     /// A piece of a row.
-    #[must_use]
     pub fn piece(&self, row: usize, piece: usize) -> &[u8] {
         let at = row * self.pieces + piece;
         let from = at.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -231,7 +221,6 @@ impl Batch {
     }
 
     /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.lines.len()
     }

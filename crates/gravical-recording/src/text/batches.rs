@@ -3,11 +3,13 @@
 use std::cmp::Ordering;
 use std::io::{self, BufRead};
 
-use super::batch::{Batch, CopiedText, Reason};
+use memchr::memchr;
+
+use super::batch::{Batch, Reason};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::Header;
-use super::lines::Lines;
+use super::lines::{Lines, trim_end};
 use super::number::parse_cell;
 use super::words::Sentences;
 use crate::board::BoardSettings;
@@ -31,7 +33,6 @@ impl Format {
                 slots: vec![String::new(); fields],
                 ..RowParser::default()
             },
-            error: None,
         }
     }
 }
@@ -40,7 +41,6 @@ impl Format {
 pub struct Batches<R> {
     lines: Lines<R>,
     parser: RowParser,
-    error: Option<io::Error>,
 }
 
 /// Lines on their way into a batch.
@@ -65,7 +65,6 @@ struct RowParser {
 }
 
 /// What to do about rows that cannot be read with those before them.
-#[must_use]
 pub fn split_hint(line: u64) -> String {
     format!("split the file before line {line} and read the parts separately")
 }
@@ -80,38 +79,34 @@ fn header_differs(line: usize, why: &str) -> io::Error {
 
 impl<R: BufRead> Batches<R> {
     /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
-    #[must_use]
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.parser.copied = pieces.to_vec();
-        self.parser.batch.text = CopiedText::new(pieces.len(), 0, 0);
+        self.parser.batch.text.pieces = pieces.len();
         self
     }
 
     /// Reads on until a batch is full and a new row would begin.
     pub(crate) fn read_batch(&mut self) -> io::Result<Option<Batch>> {
-        while self.error.is_none() {
-            // What was read before an error is a batch of its own.
-            self.error = match self.lines.next() {
-                Ok(Some((line, had_nul))) => self.parser.read(line, had_nul).err(),
-                Ok(None) => break,
-                Err(e) => Some(e),
-            };
-            if self.error.is_none() && self.parser.is_full() {
+        while let Some(line) = self.lines.next()? {
+            self.parser.read(line)?;
+            if self.parser.is_full() {
                 return Ok(Some(self.parser.finish_batch()));
             }
         }
         let batch = &self.parser.batch;
-        if batch.rows() > 0 || batch.ledger.total() > 0 {
-            return Ok(Some(self.parser.finish_batch()));
-        }
-        self.error.take().map_or(Ok(None), Err)
+        let has_lines = batch.rows() > 0 || batch.ledger.total() > 0;
+        Ok(has_lines.then(|| self.parser.finish_batch()))
     }
-}
 
-impl Batches<io::Cursor<Vec<u8>>> {
     /// Goes on with the next whole lines of a text that grows, once those before are read.
-    pub(crate) fn feed(&mut self, text: Vec<u8>) {
-        self.lines.set_reader(io::Cursor::new(text));
+    pub(crate) fn feed(&mut self, lines: R) {
+        self.lines.reader = lines;
+    }
+
+    /// The first batch, or what of it is before an error: that is told when the rows are read.
+    pub(crate) fn first(mut self) -> Batch {
+        let batch = self.read_batch().ok().flatten();
+        batch.unwrap_or_else(|| self.parser.finish_batch())
     }
 }
 
@@ -142,18 +137,20 @@ impl RowParser {
         }
         next.lines.reserve_exact(rows);
         next.words.clone_from(&batch.words);
-        next.text = CopiedText::new(self.copied.len(), batch.text.len(), rows);
+        next.text = batch.text.emptied();
         let texts = batch.texts.iter_mut().filter(|t| !t.is_empty());
         texts.for_each(|t| t.resize(rows, 0));
         batch.ledger.lines = self.line_number;
         batch
     }
 
-    fn read(&mut self, line: &str, had_nul: bool) -> io::Result<()> {
+    fn read(&mut self, line: &str) -> io::Result<()> {
         self.line_number += 1;
-        if had_nul {
+        let cleaned = memchr(0, line.as_bytes()).map(|_| line.replace('\0', ""));
+        if cleaned.is_some() {
             self.batch.nul_lines.push(self.line_number as u64);
         }
+        let line = trim_end(cleaned.as_deref().unwrap_or(line));
         if let Some(reason) = self.read_row(line)? {
             self.batch.ledger.add(reason, self.line_number, line);
         }
@@ -162,13 +159,11 @@ impl RowParser {
 
     /// Reads a row, or says why the line is none. A header of other columns ends the reading.
     fn read_row(&mut self, line: &str) -> io::Result<Option<Reason>> {
+        if self.line_number == self.format.header_line {
+            return Ok(Some(Reason::Header));
+        }
         if self.line_number <= self.format.head_lines {
-            let is_header = self.line_number == self.format.header_line;
-            return Ok(Some(if is_header {
-                Reason::Header
-            } else {
-                Reason::Metadata
-            }));
+            return Ok(Some(Reason::Metadata));
         }
         if is_blank(line) {
             self.blanks += 1;
@@ -303,9 +298,8 @@ impl RowParser {
         if blanks > 0 {
             self.batch.blanks.push((row, blanks));
         }
-        self.batch
-            .lines
-            .push(u32::try_from(self.line_number).unwrap_or(u32::MAX));
+        let line = u32::try_from(self.line_number).unwrap_or(u32::MAX);
+        self.batch.lines.push(line);
     }
 
     /// Copies the numbers of a row that was wrapped in words, if one has begun.

@@ -80,18 +80,9 @@ impl<'a> Iterator for Fields<'a> {
                 });
                 let field = &rest[..end.unwrap_or(rest.len())];
                 self.step_over(self.at + field.len());
-                Some(trim(trim(field).trim_matches('"')))
+                Some(field.trim_ascii().trim_matches('"').trim_ascii())
             }
         }
-    }
-}
-
-/// Without blanks, and without the NUL bytes that a torn write leaves.
-fn trim(field: &str) -> &str {
-    let is_edge = |b: &u8| b.is_ascii_whitespace() || *b == 0;
-    match field.as_bytes() {
-        [first, .., last] if !is_edge(first) && !is_edge(last) => field,
-        _ => field.trim_matches(|c: char| c.is_ascii_whitespace() || c == '\0'),
     }
 }
 
@@ -120,16 +111,6 @@ impl Dialect {
             delimiter: Some(b','),
             fields,
             ..Dialect::default()
-        }
-    }
-
-    pub(crate) fn delimiter_name(self) -> &'static str {
-        match self.delimiter {
-            Some(b',') => "comma",
-            Some(b';') => "semicolon",
-            Some(b'\t') => "tab",
-            Some(_) => "bar",
-            None => "white space",
         }
     }
 

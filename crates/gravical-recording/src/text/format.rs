@@ -34,14 +34,14 @@ pub struct Format {
     pub accel: [usize; 3],
     /// Columns of the gyroscope
     pub gyro: Option<[usize; 3]>,
-    /// Column that tells several sensors apart whose rows take turns, and their number
-    pub sensor: Option<(usize, usize)>,
+    /// Column that tells several sensors apart whose rows take turns
+    pub sensor: Option<usize>,
     /// Names of all sensors of which the first is read, or the one that the user asks for
     pub(crate) sensors: Vec<String>,
     /// The columns were recognised by their numbers
     pub(crate) is_guessed: bool,
-    /// Line of names that are not as many as the columns, and their number
-    pub(crate) misfit: Option<(usize, usize)>,
+    /// Why a line of names is no header, in words
+    pub(crate) misfit: Option<String>,
     /// Columns that could be the time beside none that is named so
     pub(crate) unnamed_clocks: Vec<usize>,
     /// The user says that there are no stamps
@@ -66,7 +66,6 @@ impl Format {
     }
 
     /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
-    #[must_use]
     pub fn describe(&self) -> String {
         if let Some(device) = &self.device {
             return device.clone();
@@ -78,7 +77,13 @@ impl Format {
         if self.sentences.is_some() {
             return format!("numbers in sentences, {header}");
         }
-        let delimiter = self.dialect.delimiter_name();
+        let delimiter = match self.dialect.delimiter {
+            Some(b',') => "comma",
+            Some(b';') => "semicolon",
+            Some(b'\t') => "tab",
+            Some(_) => "bar",
+            None => "white space",
+        };
         let decimals = if self.dialect.decimal_comma {
             " decimal comma,"
         } else {
@@ -98,13 +103,16 @@ impl Format {
         })
     }
 
+    /// The column of the time, if there is but one.
+    pub(crate) fn only_clock(&self) -> Option<usize> {
+        let is_time = |c: &usize| self.columns[*c].role == Role::Time;
+        let mut columns = (0..self.columns.len()).filter(is_time);
+        columns.next().filter(|_| columns.next().is_none())
+    }
+
     /// Columns of accelerometer and gyroscope.
     pub(crate) fn channels(&self) -> Vec<usize> {
         let gyro = self.gyro.into_iter().flatten();
         self.accel.into_iter().chain(gyro).collect()
-    }
-
-    pub(crate) fn is_axis(&self, column: usize) -> bool {
-        self.accel.contains(&column) || self.gyro.is_some_and(|g| g.contains(&column))
     }
 }

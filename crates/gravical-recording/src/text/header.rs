@@ -137,18 +137,16 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
         let is_own = delimiter == dialect.delimiter;
         let is_one_short = is_own && parts.len() + 1 == dialect.fields;
         if parts.len() == dialect.fields || is_one_short {
-            return Some(parts).filter(|p| !is_prose(p, delimiter));
+            // Words of a sentence: `calibrating, keep it still...`.
+            let ends = |p: &String| p.ends_with([',', '.', '!', '?']);
+            let is_prose = delimiter.is_none() && parts.iter().any(ends);
+            return (!is_prose).then_some(parts);
         }
     }
     // Names with blanks in them, set apart by two.
     let parts = text.split("  ").map(str::trim).filter(|f| !f.is_empty());
     let parts: Vec<String> = parts.map(str::to_owned).collect();
     (parts.len() == dialect.fields).then_some(parts)
-}
-
-/// Words of a sentence: `calibrating, keep it still...`.
-fn is_prose(parts: &[String], delimiter: Option<u8>) -> bool {
-    delimiter.is_none() && parts.iter().any(|p| p.ends_with([',', '.', '!', '?']))
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {

@@ -8,16 +8,13 @@ use memchr::{memchr, memrchr};
 const MAX_LINE_BYTES: usize = 1 << 20;
 
 pub(crate) struct Lines<R> {
-    reader: R,
+    pub(super) reader: R,
     line_end: u8,
     /// Whole lines, and where the next begins; bytes that are no UTF-8 are replaced.
     text: String,
     at: usize,
-    has_nul: bool,
     /// The beginning of the line behind them.
     rest: Vec<u8>,
-    /// The line without NUL bytes.
-    cleaned: String,
 }
 
 impl<R: BufRead> Lines<R> {
@@ -27,19 +24,12 @@ impl<R: BufRead> Lines<R> {
             line_end,
             text: String::new(),
             at: 0,
-            has_nul: false,
             rest: Vec::new(),
-            cleaned: String::new(),
         }
     }
 
-    /// Goes on with another reader.
-    pub(crate) fn set_reader(&mut self, reader: R) {
-        self.reader = reader;
-    }
-
-    /// The next line, without its end and blanks behind it, and whether NUL bytes were removed.
-    pub(crate) fn next(&mut self) -> io::Result<Option<(&str, bool)>> {
+    /// The next line, without its end.
+    pub(crate) fn next(&mut self) -> io::Result<Option<&str>> {
         if self.at >= self.text.len() {
             self.fill()?;
             if self.text.is_empty() {
@@ -49,11 +39,7 @@ impl<R: BufRead> Lines<R> {
         let rest = &self.text[self.at..];
         let line = memchr(self.line_end, rest.as_bytes()).map_or(rest, |end| &rest[..end]);
         self.at += line.len() + 1;
-        if !self.has_nul || memchr(0, line.as_bytes()).is_none() {
-            return Ok(Some((trim_end(line), false)));
-        }
-        self.cleaned = line.replace('\0', "");
-        Ok(Some((trim_end(&self.cleaned), true)))
+        Ok(Some(line))
     }
 
     /// Reads on to the end of a line, or of the stream.
@@ -82,7 +68,6 @@ impl<R: BufRead> Lines<R> {
             }
             break;
         }
-        self.has_nul = memchr(0, &bytes).is_some();
         self.text = String::from_utf8(bytes)
             .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
         Ok(())

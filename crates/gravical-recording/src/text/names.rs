@@ -60,7 +60,7 @@ pub(crate) fn axis(word: &str) -> Option<usize> {
 }
 
 /// The sensor that a word names: `Accel(0)` or `Gyro(0)`, to be given its axis.
-fn sensor(word: &str) -> Option<fn(usize) -> Role> {
+pub(crate) fn sensor(word: &str) -> Option<fn(usize) -> Role> {
     if is_listed(ACCEL, word) || word.starts_with("accel") {
         Some(Role::Accel)
     } else if is_listed(GYRO, word) || word.starts_with("gyro") || word.starts_with("angularvel") {
@@ -68,10 +68,6 @@ fn sensor(word: &str) -> Option<fn(usize) -> Role> {
     } else {
         None
     }
-}
-
-pub(crate) fn names_sensor(word: &str) -> bool {
-    sensor(word).is_some()
 }
 
 /// Name and unit in brackets: `accX (g)` → `accX `, `g`.
@@ -92,35 +88,35 @@ impl Column {
         let words = words(&outside);
         let has = |list: &str| words.iter().any(|w| is_listed(list, w));
         let index = unit.parse::<usize>().ok().filter(|i| *i < 3);
-        let found = axis_in_word(&words).or_else(|| axis_apart(&words, index));
-        match found.filter(|_| !has(FOREIGN)) {
-            Some((role, places)) => {
-                let rest = words.iter().enumerate();
-                let rest = rest.filter(|(at, _)| !places.contains(at));
-                let (units, sensor): (Vec<&str>, Vec<&str>) = rest
-                    .map(|(_, word)| word.as_str())
-                    .partition(|w| is_listed(UNIT_WORDS, w));
-                Column {
-                    role,
-                    // `m`, `s`, `2` are m/s2.
-                    unit: if unit.is_empty() || index.is_some() {
-                        units.join("/").replace("/2", "2")
-                    } else {
-                        unit
-                    },
-                    sensor: sensor.join(" "),
-                    is_linear: words.iter().any(|w| is_linear(w))
-                        && !has("field")
-                        && !outside.contains(['_', '.']),
-                    ..Column::default()
-                }
-            }
-            None if has(FOREIGN) || has("x y z") => Column {
-                unit,
-                ..Column::default()
-            },
-            None => without_axis(&words, unit),
+        let mut column = Column {
+            unit,
+            ..Column::default()
+        };
+        if has(FOREIGN) {
+            return column;
         }
+        if let Some((role, places)) = axis_in_word(&words).or_else(|| axis_apart(&words, index)) {
+            let rest = words.iter().enumerate();
+            let rest = rest.filter(|(at, _)| !places.contains(at));
+            let (units, sensor): (Vec<&str>, Vec<&str>) = rest
+                .map(|(_, word)| word.as_str())
+                .partition(|w| is_listed(UNIT_WORDS, w));
+            if column.unit.is_empty() || index.is_some() {
+                // `m`, `s`, `2` are m/s2.
+                column.unit = units.join("/").replace("/2", "2");
+            }
+            column.role = role;
+            column.sensor = sensor.join(" ");
+            let is_linear = words.iter().any(|w| is_linear(w));
+            column.is_linear = is_linear && !has("field") && !outside.contains(['_', '.']);
+        } else if !has("x y z") {
+            column.role = role_without_axis(&words, &column.unit);
+            if column.unit.is_empty() {
+                let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
+                column.unit = units.join(" ");
+            }
+        }
+        column
     }
 }
 
@@ -157,26 +153,16 @@ fn axis_apart(words: &[String], index: Option<usize>) -> Option<(Role, [usize; 2
     Some((role(axis), [at, named_at]))
 }
 
-fn without_axis(words: &[String], unit: String) -> Column {
+/// What a name without an axis says.
+fn role_without_axis(words: &[String], unit: &str) -> Role {
     let has = |list: &str| words.iter().any(|w| is_listed(list, w));
     let is_temperature = has("temperature tmp") || words.iter().any(|w| w.ends_with("temp"));
-    let role = match () {
+    match () {
         _ if has(STEP) => Role::Step,
         _ if has(TIME) || words.iter().any(|w| w.contains("time") && w != "uptime") => Role::Time,
-        _ if is_temperature || is_celsius(&unit) => Role::Temperature,
+        _ if is_temperature || is_celsius(unit) => Role::Temperature,
         _ if has(LABEL) => Role::Label,
         _ => Role::Other,
-    };
-    let unit = if unit.is_empty() {
-        let units: Vec<&str> = words.iter().filter_map(|w| time_unit(w)).collect();
-        units.join(" ")
-    } else {
-        unit
-    };
-    Column {
-        role,
-        unit,
-        ..Column::default()
     }
 }
 
@@ -189,22 +175,16 @@ fn time_unit(word: &str) -> Option<&'static str> {
     })
 }
 
-/// The sensor that the name of a file tells: a role of its first axis, [`Role::Other`] for one that is
-/// not read. Short words are ambiguous in file names.
+/// The sensor that the name of a file (without its folder) tells: a role of its first axis,
+/// [`Role::Other`] for one that is not read. Short words are ambiguous in file names.
 pub(crate) fn sensor_of_file(name: &str) -> Option<Role> {
-    let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    let mut words = words(file.split('.').next().unwrap_or(file));
+    let mut words = words(name.split('.').next().unwrap_or(name));
     words.retain(|w| w.len() > 2);
-    let is_named = |role: &Role| {
-        words
-            .iter()
-            .any(|w| sensor(w).map(|of| of(0)) == Some(*role))
-    };
-    let is_other = || words.iter().any(|w| is_listed(FOREIGN, w));
+    let named: Vec<Role> = words.iter().filter_map(|w| Some(sensor(w)?(0))).collect();
+    let is_other = words.iter().any(|w| is_listed(FOREIGN, w));
     let mut sensors = [Role::Accel(0), Role::Gyro(0)].into_iter();
-    sensors
-        .find(is_named)
-        .or_else(|| is_other().then_some(Role::Other))
+    let first = sensors.find(|role| named.contains(role));
+    first.or(is_other.then_some(Role::Other))
 }
 
 pub(crate) fn is_linear(word: &str) -> bool {

@@ -6,8 +6,7 @@ use crate::units::is_listed;
 /// Value of a cell: NaN where it is empty or not finite, `None` where it is text.
 ///
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
-#[must_use]
-pub fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
+pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     if let Ok(value) = fast_float2::parse::<f64, _>(field) {
         return Some(finite(value));
     }

@@ -178,10 +178,8 @@ fn choose_sensors(
 
 fn columns_unknown(format: &Format) -> Error {
     let columns = format.columns.len();
-    let text = match format.misfit {
-        Some((line, names)) => format!(
-            "line {line} has {names} names for {columns} columns, so it cannot be their header, and the numbers do not show their meaning"
-        ),
+    let text = match &format.misfit {
+        Some(misfit) => format!("{misfit}, and the numbers do not show their meaning"),
         None => format!(
             "the file has no header and {columns} columns whose meaning the numbers do not show"
         ),
@@ -242,8 +240,8 @@ fn is_gyro(column: &Column) -> bool {
 fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str) {
     // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
     // acceleration to TotalAcceleration.csv.
-    let is_sensor_logger = format.names.iter().any(|n| n == "seconds_elapsed")
-        && file_name.rsplit(['/', '\\']).next() == Some("Accelerometer.csv");
+    let is_sensor_logger =
+        format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
     let has_accel = format.columns.iter().any(is_accel);
@@ -423,10 +421,11 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     }
     let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
     let names_clock = format.columns.iter().any(is_given_clock);
+    let axes = format.channels();
     for c in 0..format.columns.len() {
         let column = &format.columns[c];
         let is_open = !column.is_dropped && !column.is_given && !names_clock;
-        if column.is_dated && is_open && !format.is_axis(c) && !sample.is_text(c) {
+        if column.is_dated && is_open && !axes.contains(&c) && !sample.is_text(c) {
             format.columns[c].role = Role::Time;
         }
     }
@@ -456,27 +455,23 @@ fn counts_mostly(values: &[f64]) -> bool {
     is_whole && median(values.windows(2).map(|w| w[1] - w[0])) == Some(1.0)
 }
 
-/// The column that tells several sensors apart whose rows take turns, and how many they are: few
-/// values, each as often as the others, another one in nearly every row, and rows of one instant
-/// or a name that says so.
-fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)> {
+/// The column that tells several sensors apart whose rows take turns: few values, each as often as
+/// the others, another one in nearly every row, and rows of one instant or a name that says so.
+fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
     const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
-        let is_text = sample.is_text(c);
-        let role = format.columns[c].role;
-        let is_axis = matches!(role, Role::Accel(_) | Role::Gyro(_));
-        if is_axis || role == Role::Label || role != Role::Other && !is_text {
+        let (column, is_text) = (&format.columns[c], sample.is_text(c));
+        let is_read = is_accel(column) || is_gyro(column) || column.role == Role::Label;
+        if is_read || column.role != Role::Other && !is_text {
             return None;
         }
         let values = sensor_codes(sample, c)?;
         let rows = values.len();
-        let mut counts = [0; 16];
-        for v in &values {
-            counts[usize::from(*v)] += 1;
-        }
-        let kinds = counts.iter().filter(|k| **k > 0).count();
+        let counts = (0..16).map(|code| values.iter().filter(|v| **v == code).count());
+        let counts: Vec<usize> = counts.filter(|count| *count > 0).collect();
+        let kinds = counts.len();
         let is_near = |count: &usize| (*count * kinds).abs_diff(rows) * 5 <= rows;
-        let is_even = rows >= MIN_TURNS * kinds && counts.iter().all(|k| *k == 0 || is_near(k));
+        let is_even = rows >= MIN_TURNS * kinds && counts.iter().all(is_near);
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
         let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
         let is_named = || {
@@ -491,12 +486,12 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<(usize, usize)>
                 same * kinds * 5 >= stamps.len() * (kinds - 1) * 4
             })
         };
-        (takes_turns && (is_text || is_named() || has_pairs())).then_some((c, kinds))
+        (takes_turns && (is_text || is_named() || has_pairs())).then_some(c)
     })
 }
 
 /// The values of a column as small numbers, if that is what they are.
-pub(crate) fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
+fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
     if batch.is_text(column) {
         let codes = &batch.texts[column];
         return codes.iter().all(|c| *c < 16).then(|| codes.clone());

@@ -6,6 +6,7 @@ use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
+use super::names::Column;
 use super::number::parse_cell;
 use super::roles;
 use super::words::Sentences;
@@ -41,7 +42,8 @@ pub(crate) fn no_table(head: &str, what: &str) -> Error {
     })
 }
 
-/// Reads the head of a file, as UTF-8; the name of the file may tell the sensor.
+/// Reads the head of a file, as UTF-8; the name of the file (without its folder) may tell the
+/// sensor.
 ///
 /// # Errors
 ///
@@ -54,7 +56,10 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     }
     let (line_end, lines) = split_lines(head);
     let with_roles = |format: Format| format.with_roles(head, file_name, options);
-    let table = Format::table(&lines, line_end, true)
+    let table = Format::table(&lines, line_end, true);
+    let is_axis = |column: &Column| matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+    let names_axes = table.iter().flat_map(|t| &t.columns).any(is_axis);
+    let table = table
         .ok_or_else(|| no_table(head, NO_ROWS))
         .and_then(|format| {
             if options.columns.is_none() && has_few_rows(&format, &lines, head) {
@@ -67,8 +72,11 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
                 unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
             })
         });
+    // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
+    let is_told = |column: &Column| is_axis(column) && !column.is_given;
     if matches!(table, Ok((_, true)) | Err(_))
         && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
+        && (!names_axes || is_told(&format.columns[format.accel[0]]))
     {
         return Ok(format);
     }
@@ -94,33 +102,35 @@ fn split_lines(head: &str) -> (u8, Vec<&str>) {
 
 /// The fields of a `sensor_msgs/Imu` message, in order.
 fn ros_imu() -> Vec<String> {
-    let stamp = ["sec", "nanosec", "frame_id"].map(|name| format!("header.stamp.{name}"));
     let vectors = [
-        ("orientation", &["x", "y", "z", "w"][..]),
-        ("angular_velocity", &["x", "y", "z"]),
-        ("linear_acceleration", &["x", "y", "z"]),
+        ("orientation", "xyzw"),
+        ("angular_velocity", "xyz"),
+        ("linear_acceleration", "xyz"),
     ];
-    let fields = vectors.iter().flat_map(|(name, axes)| {
-        let axes = axes.iter().map(move |axis| format!("{name}.{axis}"));
-        axes.chain((0..9).map(move |i| format!("{name}_covariance[{i}]")))
-    });
-    stamp.into_iter().chain(fields).collect()
+    let mut names = ["sec", "nanosec", "frame_id"]
+        .map(|n| format!("header.stamp.{n}"))
+        .to_vec();
+    for (vector, axes) in vectors {
+        names.extend(axes.chars().map(|axis| format!("{vector}.{axis}")));
+        names.extend((0..9).map(|i| format!("{vector}_covariance[{i}]")));
+    }
+    names
 }
 
 /// Names of the columns below another head: of the CSV that the PC software of GENEActiv writes below
 /// its hundred lines, and of `sensor_msgs/Imu` as `ros2 topic echo --csv` prints it.
 fn known_names(above: &[&str], first_row: &[&str]) -> Vec<String> {
     const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
-    let geneactiv = GENEACTIV.split(',').map(str::to_owned).collect();
     let is_geneactiv = above.iter().any(|line| {
         let mut words = line.split(|c: char| !c.is_alphanumeric());
         line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
     });
-    let frame = first_row.get(2);
-    let is_ros = frame.is_some_and(|frame| frame.parse::<f64>().is_err());
-    let mut known = vec![(is_geneactiv, geneactiv), (is_ros, ros_imu())];
-    known.retain(|(is_it, names)| *is_it && names.len() == first_row.len());
-    known.pop().unwrap_or_default().1
+    let names_frame = first_row.get(2).is_some_and(|f| f.parse::<f64>().is_err());
+    match first_row.len() {
+        7 if is_geneactiv => GENEACTIV.split(',').map(str::to_owned).collect(),
+        40 if names_frame => ros_imu(),
+        _ => Vec::new(),
+    }
 }
 
 /// Whether the rows are a few among lines of words or of markup.
@@ -133,7 +143,6 @@ fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
 }
 
 /// True for text that consists of words: two thirds of its visible characters are letters.
-#[must_use]
 pub fn is_prose(text: &[u8]) -> bool {
     let count = |is: fn(&u8) -> bool| text.iter().filter(|b| is(b)).count();
     3 * count(u8::is_ascii_alphabetic) > 2 * count(u8::is_ascii_graphic)
@@ -230,8 +239,7 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let sample = self.batches(head.as_bytes()).next().and_then(Result::ok);
-        let mut sample = sample.ok_or_else(|| no_table(head, NO_ROWS))?;
+        let mut sample = self.batches(head.as_bytes()).first();
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
@@ -239,19 +247,21 @@ impl Format {
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
-        let sensor = self.sensor.map(|(column, _)| column);
-        let is_asked = |c: usize| self.role(c) != Role::Other || sensor == Some(c);
+        let is_asked = |c: usize| self.role(c) != Role::Other || self.sensor == Some(c);
         let is_read = |c: usize| self.sentences.is_some() || is_asked(c);
         self.is_read = (0..self.columns.len()).map(is_read).collect();
         Ok((self, is_wordy))
     }
 }
 
-/// Line and number of the names that a line above the rows has for other columns.
-fn find_misfit(above: &[&str], dialect: Dialect) -> Option<(usize, usize)> {
+/// Why a line above the rows that names a sensor is no header.
+fn find_misfit(above: &[&str], dialect: Dialect) -> Option<String> {
     let at = above.iter().rposition(|l| !is_blank(l))?;
     let names: Vec<&str> = fields(uncommented(above[at]), dialect.delimiter).collect();
-    (names.len() != dialect.fields && names_sensor(&names)).then_some((at + 1, names.len()))
+    let (line, count, columns) = (at + 1, names.len(), dialect.fields);
+    (count != columns && names_sensor(&names)).then(|| {
+        format!("line {line} has {count} names for {columns} columns, so it cannot be their header")
+    })
 }
 
 /// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.

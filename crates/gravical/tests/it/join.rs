@@ -101,9 +101,11 @@ fn files_without_stamps_are_joined_row_by_row() {
 #[test]
 fn files_that_cannot_be_joined_are_errors() {
     let reset = four_columns(5.0, 60, ramp) + &four_columns(0.0, 60, ramp);
+    let dated = "date,time,ax,ay,az\n".to_owned() + &"1/2/2024,12:00:00,1,2,3\n".repeat(9);
     for (text, code) in [
         (&*four_columns(500.0, 100, ramp), "gyro-overlap"),
         ("t,ax,ay,az\n1,2,3,4\n2,2,3,4\n", "no-gyroscope"),
+        (&*dated, "no-gyroscope"),
         ("t,a,b,c\n1,2,3,4\n2,2,3,4\n", "no-gyroscope"),
         ("3 2 3 4\n2 2 3 4\n2 2 3 4\n", "no-gyroscope"),
         (&*four_columns(5.0, 100, |_| [0.0; 3]), "all-zero"),

@@ -26,13 +26,7 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
         }));
     }
     if format.is_guessed {
-        let why = match format.misfit {
-            Some((line, names)) => format!(
-                "line {line} has {names} names for {} columns, so it cannot be their header",
-                format.columns.len()
-            ),
-            None => "no header".to_owned(),
-        };
+        let why = format.misfit.as_deref().unwrap_or("no header");
         let text = format!("{why}; assigned by the numbers; give the columns to be sure");
         let guessed = Finding::new(FindingKind::ColumnsGuessed, text);
         findings.push(guessed.advise("columns", spec(format)));

@@ -64,7 +64,7 @@ impl Measured {
     ) -> Result<Self, Error> {
         let options = &format.options;
         let mut findings = findings::of_columns(format);
-        if let Some((column, _)) = format.sensor {
+        if let Some(column) = format.sensor {
             findings.extend(keep_sensor(format, &mut rows, column)?);
         }
         if known.is_none() {
