@@ -357,16 +357,17 @@ impl Fit {
         }
         let rest = covariance - sums[0] - sums[1] - sums[2];
         let along = self.along();
-        let rms = |square: &dyn Fn(&(Vector3<f64>, Parameters)) -> f64| {
-            (along.iter().map(square).sum::<f64>() / DIRECTIONS as f64).sqrt()
-        };
-        let of = |c: &Covariance| rms(&|(_, h)| (c * h).dot(h).max(0.0));
+        let rms = |squares: f64| (squares / DIRECTIONS as f64).sqrt();
+        let of = |c: &Covariance| rms(along.iter().map(|(_, h)| (c * h).dot(h).max(0.0)).sum());
+        let bends = along
+            .iter()
+            .map(|(n, _)| (held.gravity * bend(&self.linear.x, n)).powi(2));
         Some(Budget {
             noise: of(&sums[0]),
             model_error: of(&sums[1]).hypot(held.model_error),
             tilt: of(&sums[2]),
             data_sheet: of(&rest),
-            bends: rms(&|(n, _)| (held.gravity * bend(&self.linear.x, n)).powi(2)),
+            bends: rms(bends.sum()),
         })
     }
 }

@@ -437,7 +437,7 @@ fn find_clocks(format: &mut Format, sample: &Batch) {
     let rises = |c: &usize| {
         let values = &sample.columns[*c];
         format.columns[*c].role == Role::Other
-            && !format.is_axis(*c)
+            && !axes.contains(c)
             && !format.columns[*c].is_dropped
             && values.len() > MIN_CLOCK_ROWS
             && values.windows(2).all(|w| w[1] > w[0])

@@ -225,8 +225,12 @@ fn judge_unit(
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
     let apply = file.accelerometer_calibration();
-    let whole = [0..recording.rows()];
-    let spans = if rests.is_empty() { &whole[..] } else { rests };
+    let whole = 0..recording.rows();
+    let spans = if rests.is_empty() {
+        std::slice::from_ref(&whole)
+    } else {
+        rests
+    };
     let mut norms: Vec<f64> = spans
         .iter()
         .map(|rows| {
