@@ -36,7 +36,6 @@ const BELIEVED_S: f64 = 4.0;
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
 /// or rests that are given are not spans of samples in order.
-#[must_use]
 pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if !options.are_possible() {
         return Motion::default();
@@ -47,8 +46,9 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         None => detect_rests(&samples.channels()),
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
-    let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
-    // Ends of detected ones may overlap.
+    // Edges of detected ones may overlap; they may be given to another estimate.
+    let is_later = |a: &Range<usize>, b: &Range<usize>| a.start < b.start && a.end < b.end;
+    let in_order = found.iter().all(fits) && found.is_sorted_by(is_later);
     let are_possible = options.rests.is_none() || in_order;
     let Some(first) = found.first().filter(|_| are_possible) else {
         return Motion::default();

@@ -5,7 +5,6 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use crate::noise::{Density, Noise};
-use crate::odd::Sensor;
 use crate::options::{Directions, MotionOptions};
 use crate::samples::Samples;
 use crate::state::{
@@ -222,11 +221,12 @@ impl Model<'_> {
     fn unmeasured(&self, span: &Range<usize>) -> Density {
         let mut variance = Density::default();
         for (bridged, sd) in self.samples.bridged_in(span) {
-            let axis = bridged.axis.min(2);
-            match bridged.sensor {
-                Sensor::Accelerometer => variance.force[axis] += sd * sd,
-                Sensor::Gyroscope => variance.rate[axis] += sd * sd,
-            }
+            let sensor = if bridged.channel < 3 {
+                &mut variance.force
+            } else {
+                &mut variance.rate
+            };
+            sensor[bridged.channel % 3] += sd * sd;
         }
         for (seconds, interrupted) in self.samples.gaps(span) {
             let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };

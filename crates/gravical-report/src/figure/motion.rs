@@ -21,7 +21,6 @@ struct Motion<'a> {
 
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
-#[must_use]
 pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
     let motion = &Motion {
         result: &motion.result,

@@ -53,7 +53,7 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use moves::{end, moves, visible_moves};
-use prepare::prepare;
+use prepare::{Prepared, prepare};
 use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
@@ -104,8 +104,12 @@ pub fn motion(
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
-    let prepared = prepare(recording, file, options, &mut findings)?;
-    let (samples, plain) = (prepared.samples, prepared.plain);
+    let Prepared {
+        samples,
+        plain,
+        gyro_calibrated,
+        per_mps2,
+    } = prepare(recording, file, options, &mut findings)?;
     findings.extend(words::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
     let given = rests.map(|r| r.spans(samples.channels().time_s));
@@ -119,8 +123,8 @@ pub fn motion(
         file,
         options,
         gravity,
-        gyro_calibrated: prepared.gyro_calibrated,
-        per_mps2: prepared.per_mps2,
+        gyro_calibrated,
+        per_mps2,
         rests: given.transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
@@ -133,7 +137,7 @@ pub fn motion(
         if by_report {
             return Estimate::by_report(samples);
         }
-        let rests = own.rests_in(&samples);
+        let rests = own.motion.rests.clone();
         work.run(samples, DATA_SHEET.force(), Some(rests))
     });
     let uncalibrated = uncalibrated.transpose()?;

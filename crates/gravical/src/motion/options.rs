@@ -154,7 +154,6 @@ pub struct MotionOptions {
 
 impl MotionOptions {
     /// The procedure of the student report.
-    #[must_use]
     pub fn report() -> Self {
         MotionOptions {
             procedure: Procedure::Report,

@@ -53,7 +53,6 @@ pub struct MotionResult {
 
 impl MotionResult {
     /// The uncertainty of the move that is least certain, and the number of that move, from 1.
-    #[must_use]
     pub fn largest_budget(&self) -> Option<(usize, Budget)> {
         let total = |m: &Move| m.sigma_m.map_or(0.0, |s| s.iter().map(|v| v * v).sum());
         let known = self.moves.iter().enumerate();

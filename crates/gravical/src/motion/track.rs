@@ -80,7 +80,6 @@ impl Motion {
     }
 
     /// The state at each sample without the calibration; none without one.
-    #[must_use]
     pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
         let plain = self.uncalibrated.as_ref()?;
         Some(states(plain, &self.result.moves))

@@ -62,7 +62,6 @@ pub struct Reference {
 
 impl Reference {
     /// The file that it was read from, for the record.
-    #[must_use]
     pub fn input(&self) -> InputFile {
         InputFile {
             path: self.source.clone(),
