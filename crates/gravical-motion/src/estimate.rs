@@ -75,6 +75,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
+    // The rest that says what the attitude is.
     let levelled = if options.causal {
         learned
     } else {
@@ -87,7 +88,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         } else {
             detect_stances(samples, &levelled)
         },
-        levelled,
     };
     let has_gyro = samples.has_gyro();
     Motion {
@@ -95,7 +95,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
             accel_n: noise.rest.force.map(f64::sqrt).into(),
             gyro_n: has_gyro.then(|| noise.rest.rate.map(f64::sqrt).into()),
         }),
-        ..course.run(rests.into_iter())
+        ..course.run(Filter::new(model, 0, &levelled), rests.into_iter())
     }
 }
 
@@ -103,8 +103,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
 struct Course<'a> {
     model: Model<'a>,
     stances: Vec<Stance>,
-    /// The rest that says what the attitude is.
-    levelled: Range<usize>,
 }
 
 /// How a move and the rest after it were gone through, for the way back.
@@ -117,10 +115,9 @@ struct Passed<'a> {
 impl Course<'_> {
     /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
     /// kept only until the smoother has gone back through them.
-    fn run(&self, mut rests: IntoIter<Range<usize>>) -> Motion {
+    fn run(&self, mut filter: Filter<'_>, mut rests: IntoIter<Range<usize>>) -> Motion {
         let model = &self.model;
         let causal = model.options.causal;
-        let mut filter = Filter::new(*model, 0, &self.levelled);
         let (mut motion, mut passed, mut last_step) = (Motion::default(), Vec::new(), None);
         loop {
             if model.options.is_stopped() {

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use crate::noise::Density;
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level, set_rows,
 };
 use crate::transition::{Model, Transition};
 
@@ -259,22 +259,19 @@ impl<'a> Filter<'a> {
         let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
-        m.h.fixed_view_mut::<3, 3>(3, ATTITUDE)
-            .copy_from(&-force.cross_matrix());
-        m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
-            .copy_from(&-attitude);
+        set_rows(&mut m.h, (3, ATTITUDE), &-force.cross_matrix());
+        set_rows(&mut m.h, (3, FORCE_BIAS), &-attitude);
         m.h[(5, GRAVITY)] = -1.0;
         let directions = &model.directions.force;
         let by_matrix = by_element(&attitude, &reading) * directions.fixed_rows::<9>(0);
         let by_parameters = by_matrix + attitude * directions.fixed_rows::<3>(9);
-        m.h.fixed_view_mut::<3, 12>(3, FORCE_PARAMETERS)
-            .copy_from(&by_parameters);
+        set_rows(&mut m.h, (3, FORCE_PARAMETERS), &by_parameters);
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
         let white = Matrix3::from_diagonal(&(model.noise.rest.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
-        m.s.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
+        set_rows(&mut m.s, (3, 3), &white);
 
         let second_order = self.second_order(&m.h);
         let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);

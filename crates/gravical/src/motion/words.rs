@@ -26,59 +26,53 @@ impl MotionVerdict {
             moves.iter().partition(|m| m.unusable.is_none());
         let closed = usable.iter().filter(|m| m.ends == Ends::RestToRest).count();
         let (all, lost) = (moves.len(), lost.len());
+        let mut some = format!("{closed} of {all} moves lie between two rests");
+        if usable.len() > closed {
+            some += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
+        }
+        if lost > 0 {
+            some += &format!("; {lost} cannot be used, the table of moves gives the reasons");
+        }
+        some.push('.');
+        let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
+        let hidden = hidden.map_or(String::new(), |v| {
+            let (distance, seconds) = (digits(v.distance_m, 2), v.seconds);
+            format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
+        });
+        let none = format!("No move is visible in the recording.{hidden}");
         let (judgement, reason) = if no_rest {
             let reason = "The sensor never rests, so tilt, velocity and noise are not known: hold it still for 2 s before and after each move.";
-            (NotUsable, reason.to_owned())
+            (NotUsable, reason)
         } else if all == 0 {
-            (AtRest, at_rest(visible))
+            (AtRest, &none[..])
         } else if lost == all {
             let reason = "No displacement can be determined from this recording; the table of moves gives the reasons.";
-            (NotUsable, reason.to_owned())
+            (NotUsable, reason)
         } else if closed == all {
             let reason = "Every move is between two rests: the velocity is known to be zero at both ends, which limits the drift.";
-            (Bounded, reason.to_owned())
+            (Bounded, reason)
         } else if moves.iter().all(|m| m.ends == Ends::Free) {
             let reason =
                 "Nothing corrects the drift: the error grows with the square of time and faster.";
-            (Open, reason.to_owned())
+            (Open, reason)
         } else {
-            let judgement = if closed > 0 { PartlyOpen } else { Open };
-            let mut reason = format!("{closed} of {all} moves lie between two rests");
-            if usable.len() > closed {
-                reason += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
-            }
-            if lost > 0 {
-                reason += &format!("; {lost} cannot be used, the table of moves gives the reasons");
-            }
-            (judgement, reason + ".")
+            (if closed > 0 { PartlyOpen } else { Open }, &some[..])
         };
-        let contradiction = misfit.filter(|m| m.contradicts).map(contradiction);
+        let contradiction = misfit.filter(|m| m.contradicts).map(|misfit| {
+            format!(
+                "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
+                misfit.measured_mps2,
+                misfit.gravity_mps2,
+                milli_g(misfit.measured_mps2 - misfit.gravity_mps2),
+                misfit.sigmas()
+            )
+        });
+        let reasons = contradiction.into_iter().chain([reason.to_owned()]);
         MotionVerdict {
             judgement,
-            reasons: contradiction.into_iter().chain([reason]).collect(),
+            reasons: reasons.collect(),
         }
     }
-}
-
-/// The reason for a recording without a visible move.
-fn at_rest(visible: &[VisibleMove]) -> String {
-    let hidden = visible.iter().find(|v| v.seconds >= 2.0).or(visible.last());
-    let hidden = hidden.map_or(String::new(), |v| {
-        let (distance, seconds) = (digits(v.distance_m, 2), v.seconds);
-        format!(" A displacement of up to {distance} m in {seconds} s could hide in it.")
-    });
-    format!("No move is visible in the recording.{hidden}")
-}
-
-fn contradiction(misfit: GravityMisfit) -> String {
-    let off = misfit.measured_mps2 - misfit.gravity_mps2;
-    format!(
-        "At rest the calibrated sensor measures {:.3} m/s², gravity is {:.3} m/s²: off by {:+.1} mg, {:.0} times what the calibration allows. The uncertainties given here include an error of that size; test the calibration with `gravical check`.",
-        misfit.measured_mps2,
-        misfit.gravity_mps2,
-        milli_g(off),
-        misfit.sigmas()
-    )
 }
 
 /// How motion was computed.
