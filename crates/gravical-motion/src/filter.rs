@@ -149,11 +149,9 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// From here on the bias of the gyroscope may be another one by this variance.
-    pub fn inflate_rate_bias(&mut self, variance: f64) {
-        for c in RATE_BIAS..RATE_BIAS + 3 {
-            self.covariance[(c, c)] += variance;
-        }
+    /// From here on three states may be others by this variance.
+    pub fn widen(&mut self, first: usize, variance: f64) {
+        (first..first + 3).for_each(|c| self.covariance[(c, c)] += variance);
     }
 
     /// Integrates to a sample in nodes of so many samples.
@@ -180,12 +178,9 @@ impl<'a> Filter<'a> {
 
     /// Random walks of the biases.
     fn walk(&mut self, seconds: f64) {
-        let (covariance, has_gyro) = (&mut self.covariance, self.model.samples.has_gyro());
-        for c in 0..3 {
-            covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            if has_gyro {
-                covariance[(RATE_BIAS + c, RATE_BIAS + c)] += RATE_BIAS_WALK.powi(2) * seconds;
-            }
+        self.widen(FORCE_BIAS, FORCE_BIAS_WALK.powi(2) * seconds);
+        if self.model.samples.has_gyro() {
+            self.widen(RATE_BIAS, RATE_BIAS_WALK.powi(2) * seconds);
         }
     }
 

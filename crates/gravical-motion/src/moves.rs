@@ -6,6 +6,7 @@ use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::{Ends, Move};
+use crate::state::RATE_BIAS;
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
@@ -97,7 +98,7 @@ impl Leg {
         let rectified_sd = model.directions.rate_sd * RECTIFIED;
         let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
         recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
-        filter.inflate_rate_bias(inflation);
+        filter.widen(RATE_BIAS, inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(stance, node, excess, recorder);
@@ -113,7 +114,7 @@ impl Leg {
             filter.update(&innovation, recorder);
         }
         filter.propagate(end, node, excess, recorder);
-        filter.inflate_rate_bias(inflation);
+        filter.widen(RATE_BIAS, inflation);
         recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }
 }

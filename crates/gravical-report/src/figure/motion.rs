@@ -22,10 +22,11 @@ struct Motion<'a> {
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
 pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
+    let samples: Vec<MotionSample> = motion.samples().collect();
     let motion = &Motion {
         result: &motion.result,
-        t_s: motion.samples().map(|s| s.t_s).collect(),
-        samples: motion.samples().collect(),
+        t_s: samples.iter().map(|s| s.t_s).collect(),
+        samples,
         breaks: motion.breaks().collect(),
         uncalibrated: motion.uncalibrated_states().map(Iterator::collect),
         reference: motion.reference.as_ref(),

@@ -52,10 +52,11 @@ fn verdict(result: &MotionResult) -> Verdict {
         _ => Grade::Fair,
     };
     // One number for one move, the end for several.
-    let sigma = result.r#final.sigma_m.map(|s| digits(largest(s), 2));
-    let end = sigma.map(|sigma| {
-        let of_all = format!("{usable} of {all} moves are usable");
-        format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
+    let end = result.r#final.sigma_m.map(|sigma| {
+        let sigma = digits(largest(sigma), 2);
+        format!(
+            "{usable} of {all} moves are usable, end position ± {sigma} m on the worst axis (1σ)"
+        )
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");
@@ -167,7 +168,7 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         (norm(&b.calibration), "calibration of both sensors, gravity"),
         (norm(&b.attitude), attitude),
     ];
-    let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();
+    let total = norm(&parts.map(|(value, _)| value));
     if total == 0.0 || !total.is_finite() {
         return section;
     }
@@ -178,11 +179,8 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     };
     let n = decimals_of(1e3 * total, 2).min(3);
     let mm = |value: f64| Cell::number(fixed(1e3 * value, n));
-    let mut table = Table::new(format!("Uncertainty of {of}, all axes together, 1σ")).columns([
-        "source",
-        "mm",
-        "% of the variance",
-    ]);
+    let caption = format!("Uncertainty of {of}, all axes together, 1σ");
+    let mut table = Table::new(caption).columns(["source", "mm", "% of the variance"]);
     for (value, what) in parts {
         let share = 100.0 * value * value / (total * total);
         table = table.row(what, [mm(value), Cell::number(fixed(share, 0))]);
@@ -193,32 +191,32 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
 }
 
 fn truth<'a>(c: &Comparison) -> Section<'a> {
-    let shifted = match c.time_offset_s {
-        0.0 => String::new(),
-        offset => format!(", time offset {offset:+.3} s"),
-    };
     let (name, points, yaw_deg) = (short_name(&c.source), c.points, c.yaw_deg);
-    let source = format!(
-        "{name}: {points} points from {:.2} to {:.2} s",
-        c.from_s, c.to_s
+    let (from_s, to_s, offset_s) = (c.from_s, c.to_s, c.time_offset_s);
+    let mut how = format!(
+        "{name}: {points} points from {from_s:.2} to {to_s:.2} s, rotated by {yaw_deg:+.1}° about the vertical"
     );
-    let turned = format!("rotated by {yaw_deg:+.1}° about the vertical{shifted}");
-    let of_path = |v| format!(" ({} % of the path)", digits(v, 2));
-    let end_error = digits(c.end_error_m, 2) + " m";
-    let percent = c.percent_of_path.map_or(String::new(), of_path);
+    if offset_s != 0.0 {
+        how += &format!(", time offset {offset_s:+.3} s");
+    }
+    let mut end_error = digits(c.end_error_m, 2) + " m";
+    if let Some(percent) = c.percent_of_path {
+        end_error += &format!(" ({} % of the path)", digits(percent, 2));
+    }
     Section::new("Comparison with the reference")
-        .with(Block::Paragraph(format!("{source}, {turned}")))
-        .fact("end error", end_error + &percent)
-        .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
-        .fact("path", format!("{} m", digits(c.path_m, 3)))
+        .with(Block::Paragraph(how))
+        .fact("end error", end_error)
+        .fact("RMSE", digits(c.rmse_m, 2) + " m")
+        .fact("path", digits(c.path_m, 3) + " m")
 }
 
 /// How the recording was read and processed.
 fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     // A finding reports a unit that is decided later.
-    let gyro = match &recording.gyro {
-        Some(_) => "; with a gyroscope",
-        None => "; no gyroscope",
+    let gyro = if recording.gyro.is_some() {
+        "with a gyroscope"
+    } else {
+        "no gyroscope"
     };
     let scale = &recording.accel_scale;
     let (unit, how) = (scale.unit, origin(scale.origin));
@@ -234,18 +232,17 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
         (None, None) => "rate unknown".to_owned(),
     };
-    let left_out = match result.rows_left_out {
-        0 => String::new(),
-        n => format!("; {n} rows skipped"),
-    };
-    let duration = format!("{:.2} s", result.duration_s);
+    let mut time = format!("{:.2} s, {rate}", result.duration_s);
+    if result.rows_left_out > 0 {
+        time += &format!("; {} rows skipped", result.rows_left_out);
+    }
     Section::new("Timing and procedure")
         .fact("read as", recording.description.clone())
-        .fact("unit", format!("accelerometer {unit} ({how}){gyro}"))
+        .fact("unit", format!("accelerometer {unit} ({how}); {gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())
         .fact("frame", result.frame.clone())
-        .fact("time", format!("{duration}, {rate}{left_out}"))
+        .fact("time", time)
         .fact("rests", rests)
 }
 
@@ -259,12 +256,14 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
     }
-    let hidden = result.visible_moves.iter().map(|v| {
-        let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
-        format!("{distance} m in {duration} s")
-    });
+    let section = section.full(table);
+    if result.visible_moves.is_empty() {
+        return section;
+    }
+    let hidden = result.visible_moves.iter();
+    let hidden = hidden.map(|v| digits(v.distance_m, 2) + " m in " + &digits(v.seconds, 2) + " s");
     let hidden = hidden.collect::<Vec<_>>().join(", ");
-    let hidden = (!hidden.is_empty())
-        .then(|| Block::Paragraph(format!("A shorter move may hide in a rest: {hidden}.")));
-    section.full(table).full(hidden)
+    section.full(Block::Paragraph(format!(
+        "A shorter move may hide in a rest: {hidden}."
+    )))
 }
