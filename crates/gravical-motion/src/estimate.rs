@@ -10,7 +10,7 @@ use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, closing, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
-use crate::result::{Motion, PathNode, ends};
+use crate::result::{Motion, Move, PathNode, ends};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::{Stance, detect_stances, steps};
@@ -142,7 +142,6 @@ impl Course<'_> {
                 let mut this = Leg {
                     end,
                     excess: model.noise.excess(filter.at, end),
-                    ends: ends(!is_first, rest.is_some()),
                     // A causal run knows the first second of it.
                     rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
                         if causal {
@@ -153,8 +152,10 @@ impl Course<'_> {
                     }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
-                let found = this.run(&mut filter, &mut recorder);
-                motion.moves.push(found);
+                motion.moves.push(Move {
+                    ends: ends(!is_first, rest.is_some()),
+                    ..this.run(&mut filter, &mut recorder)
+                });
                 leg = Some(this);
             }
             let closed = match &rest {
@@ -228,7 +229,6 @@ impl Course<'_> {
                 let leg = Leg {
                     end: rest.start,
                     excess: model.noise.excess(trail.at, rest.start),
-                    ends: ends(true, false),
                     rest: None,
                     stances: samples.filter(|i| *i > trail.at).collect(),
                 };

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Ends, Move};
+use crate::result::Move;
 use crate::state::RATE_BIAS;
 use crate::transition::Model;
 
@@ -41,14 +41,14 @@ pub(crate) struct Leg {
     pub end: usize,
     /// Noise that it has beyond that of the rests.
     pub excess: Density,
-    pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
     pub stances: Vec<usize>,
 }
 
 impl Leg {
-    /// Goes through the move, with more noise where it does not close; returns it but for its displacement.
+    /// Goes through the move, with more noise where it does not close; returns it but for its displacement and
+    /// ends.
     pub fn run(&mut self, filter: &mut Filter<'_>, recorder: &mut Recorder) -> Move {
         let (span, samples) = (filter.at..self.end, filter.model.samples);
         let seconds = samples.time_s[span.end] - samples.time_s[span.start];
@@ -76,7 +76,6 @@ impl Leg {
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
-            ends: self.ends,
             closure: closed,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),

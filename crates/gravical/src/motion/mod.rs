@@ -222,12 +222,26 @@ impl Work<'_> {
         plain: Option<&Samples>,
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
-        let covariance = self.covariance(&samples);
-        let own = self.run(samples, covariance, self.rests.clone())?;
         let Some(file) = self.file else {
+            // Gravity itself may show more than a data sheet allows.
+            let off = norm(&typical(&samples)) / self.gravity.value_mps2 - 1.0;
+            let errors = ElementErrors {
+                scale: DATA_SHEET.scale.max(off.abs()),
+                ..DATA_SHEET
+            };
+            let own = self.run(samples, errors.force(), self.rests.clone())?;
             return Ok((own, None));
         };
         let (section, axes) = (&file.accelerometer, &self.options.axes);
+        // How far the parameters may be off, before the rests are asked.
+        let covariance = match section.covariance_of_parameters() {
+            Some(covariance) => by_covariance(section, &covariance, axes),
+            None => {
+                findings.push(words::no_covariance());
+                UNSTATED.force()
+            }
+        };
+        let own = self.run(samples, covariance, self.rests.clone())?;
         // Where gravity is that of the calibration, its error is the same in both.
         let known = file.sensor().filter(|_| self.options.gravity.is_none());
         let known = known.map(|s| by_covariance(section, &s.covariance, axes));
@@ -236,9 +250,6 @@ impl Work<'_> {
         let worst =
             |samples: &Samples| GravityMisfit::worst(&own, samples, &known, gravity_mps2, causal);
         let (misfit, raw_misfit) = (worst(&own.samples), plain.and_then(worst));
-        if section.covariance_of_parameters().is_none() {
-            findings.push(words::no_covariance());
-        }
         let mut doubts = ForceCovariance::zeros();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
             doubts += misfit.covariance();
@@ -286,24 +297,6 @@ impl Work<'_> {
             return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
         Ok(Estimate { samples, motion })
-    }
-
-    /// How far the parameters may be off, before the rests are asked.
-    fn covariance(&self, samples: &Samples) -> ForceCovariance {
-        let Some(file) = self.file else {
-            // Gravity itself may show more than a data sheet allows.
-            let off = norm(&typical(samples)) / self.gravity.value_mps2 - 1.0;
-            return ElementErrors {
-                scale: DATA_SHEET.scale.max(off.abs()),
-                ..DATA_SHEET
-            }
-            .force();
-        };
-        let section = &file.accelerometer;
-        match section.covariance_of_parameters() {
-            Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
-            None => UNSTATED.force(),
-        }
     }
 }
 
