@@ -185,7 +185,6 @@ impl Course<'_> {
         if !causal {
             self.smooth(passed, &mut motion);
         }
-        motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
         motion
     }
 

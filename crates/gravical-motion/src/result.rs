@@ -125,29 +125,25 @@ impl PathNode {
         covariance: &SMatrix<f64, MOVING, MOVING>,
     ) -> Self {
         let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
-        let sd = |at: usize| std::array::from_fn(|c| deviation(covariance[(at + c, at + c)]));
         let nominal = &node.nominal;
+        let position = nominal.position + part(POSITION);
+        let velocity = nominal.velocity + part(VELOCITY);
+        // With the error of the clock, which is the same for the whole recording: lengths go with its square.
+        let sd = |at: usize, values: &Vector3<f64>, clock_sd: f64| {
+            let sd = |c: usize| deviation(covariance[(at + c, at + c)]);
+            std::array::from_fn(|c| sd(c).hypot(clock_sd * values[c]))
+        };
         let attitude =
             Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(nominal.attitude);
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
         PathNode {
             sample: node.sample,
-            position_m: (nominal.position + part(POSITION)).into(),
-            position_sd_m: sd(POSITION),
-            velocity_mps: (nominal.velocity + part(VELOCITY)).into(),
-            velocity_sd_mps: sd(VELOCITY),
+            position_m: position.into(),
+            position_sd_m: sd(POSITION, &position, 2.0 * CLOCK_SD),
+            velocity_mps: velocity.into(),
+            velocity_sd_mps: sd(VELOCITY, &velocity, CLOCK_SD),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
         }
-    }
-
-    /// With the error of the clock, which is the same for the whole recording: lengths go with its square.
-    pub(crate) fn with_clock(mut self) -> Self {
-        for c in 0..3 {
-            let (p, v) = (self.position_m[c], self.velocity_mps[c]);
-            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * CLOCK_SD * p);
-            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(CLOCK_SD * v);
-        }
-        self
     }
 
     /// As the filter knows it.

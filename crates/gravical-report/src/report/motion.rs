@@ -21,7 +21,10 @@ pub fn motion<'a>(
     let figure = |title, names: &[&str]| Section::new(title).figures(figures, names);
     // For a recording at rest the verdict says everything.
     let moved = !result.moves.is_empty();
-    let budget = result.largest_budget().filter(|_| moved);
+    // Of the move that is least certain.
+    let budgets = (1..).zip(&result.moves);
+    let budgets = budgets.filter_map(|(number, m)| Some((number, m.budget_m?, norm(&m.sigma_m?))));
+    let budget = budgets.max_by(|a, b| a.2.total_cmp(&b.2));
     let accelerations = ["acceleration", "motion-acceleration"];
     Document {
         verdict: Some(verdict(result)),
@@ -33,7 +36,7 @@ pub fn motion<'a>(
     .with(figure("Acceleration", &accelerations))
     .with(moved.then(|| moves(result)))
     .with(moved.then(|| end(result)))
-    .with(budget.map(|(number, b)| error_budget(number, result.moves.len() == 1, &b)))
+    .with(budget.map(|(number, b, _)| error_budget(number, result.moves.len() == 1, &b)))
     .with(result.truth.as_ref().map(truth))
     .with(timing(result, recording))
     .with(rests(result))

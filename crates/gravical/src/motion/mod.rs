@@ -47,6 +47,7 @@ use gravical_motion::{
 };
 
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
@@ -166,11 +167,12 @@ pub fn motion(
         end_s: t[rest.end - 1],
     };
     let timing = &recording.timing;
+    let [procedure, frame] = words::procedure(options, has_gyro);
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
         verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
-        procedure: words::procedure(options, has_gyro),
+        procedure,
         rate_hz: Rates {
             nominal: timing.nominal_rate_hz,
             r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
@@ -178,7 +180,7 @@ pub fn motion(
         duration_s: t[t.len() - 1] - t[0],
         rows: recording.rows() as u64,
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
-        frame: words::frame(options),
+        frame,
         rests: rests.iter().map(span).collect(),
         noise: own.motion.noise,
         visible_moves,
@@ -237,7 +239,10 @@ impl Work<'_> {
         let covariance = match section.covariance_of_parameters() {
             Some(covariance) => by_covariance(section, &covariance, axes),
             None => {
-                findings.push(words::no_covariance());
+                findings.push(finding!(
+                    CovarianceUnknown,
+                    "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
+                ));
                 UNSTATED.force()
             }
         };

@@ -30,7 +30,11 @@ pub(super) fn moves(
     let mut speeds = speeds.map(|state| norm(&state.velocity_mps)).enumerate();
     let mut moves = Vec::with_capacity(own.motion.moves.len());
     for m in &own.motion.moves {
-        let unconfirmed = lone_rest_s.filter(|_| m.stances == 0);
+        let unconfirmed = lone_rest_s.filter(|_| m.stances == 0).map(|rest_s| {
+            format!(
+                "the sensor rests once, for {rest_s:.1} s: too short to be distinguished from a part of the move; hold it still for 2 s at both ends"
+            )
+        });
         let unusable = m.unusable.map(words::unusable);
         let mut one = Move {
             start_s: t[m.samples.start],
@@ -39,7 +43,7 @@ pub(super) fn moves(
             closure: m.closure,
             stances: m.stances,
             replaced: m.replaced,
-            unusable: unusable.or_else(|| unconfirmed.map(words::lone_rest)),
+            unusable: unusable.or(unconfirmed),
             ..Move::default()
         };
         if one.unusable.is_none() {

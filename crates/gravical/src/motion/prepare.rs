@@ -87,12 +87,10 @@ pub(super) fn prepare(
         FULL_SCALES_G.map(|g| g * 9.80665).to_vec(),
         FULL_SCALES_DEG_S.map(f64::to_radians).to_vec(),
     ];
-    let columns = [Some(&recording.accel), recording.gyro.as_ref()];
+    let rates = recording.gyro.as_ref().filter(|_| gyro.is_some());
+    let columns = [Some(&recording.accel), rates].into_iter().flatten();
     let (mut values, mut bridged, mut steps) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 6]);
-    for (k, channels) in columns.into_iter().enumerate() {
-        let Some(channels) = channels.filter(|_| units[k] > 0.0) else {
-            continue;
-        };
+    for (k, channels) in columns.enumerate() {
         let row = |i: usize| channels.each_ref().map(|c| c[i]);
         values[k] = (0..t_s.len()).map(row).collect();
         let ranges = full_scales[k].iter().map(|end| end / units[k]);

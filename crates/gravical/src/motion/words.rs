@@ -75,40 +75,27 @@ impl MotionVerdict {
     }
 }
 
-/// How motion was computed.
-pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> String {
-    let attitude = match options.procedure {
-        Procedure::Report => {
-            let how = "smoothed by savgol:5,2; mean of the first 500 rows subtracted; trapezoid; no zero-velocity update";
-            return how.to_owned();
-        }
-        Procedure::Strapdown if gyro => "attitude by strapdown, levelled at the rests",
-        Procedure::Strapdown | Procedure::ConstantTilt => "tilt by the rests, without a gyroscope",
-    };
-    let how = if options.causal {
-        ", forwards"
+/// How motion was computed, and what the axes of velocity and position are.
+pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> [String; 2] {
+    if options.procedure == Procedure::Report {
+        let how = "smoothed by savgol:5,2; mean of the first 500 rows subtracted; trapezoid; no zero-velocity update";
+        return [how, "the sensor's own axes"].map(str::to_owned);
+    }
+    let attitude = if gyro {
+        "attitude by strapdown, levelled at the rests"
     } else {
-        " and smoother"
+        "tilt by the rests, without a gyroscope"
     };
-    format!("{attitude}; trapezoid; velocity zero at rests; error-state filter{how}")
-}
-
-/// What the axes of velocity and position are.
-pub(super) fn frame(options: &MotionOptions) -> String {
-    let text = if options.procedure == Procedure::Report {
-        "the sensor's own axes"
+    let filter = if options.causal {
+        "filter, forwards"
     } else {
-        "z up along gravity, x along the sensor's x at the start, made horizontal"
+        "filter and smoother"
     };
-    text.to_owned()
-}
-
-/// A calibration without covariance.
-pub(super) fn no_covariance() -> Finding {
-    finding!(
-        CovarianceUnknown,
-        "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
-    )
+    let frame = "z up along gravity, x along the sensor's x at the start, made horizontal";
+    [
+        format!("{attitude}; trapezoid; velocity zero at rests; error-state {filter}"),
+        frame.to_owned(),
+    ]
 }
 
 /// Rows that are no samples: incomplete, or behind in time.
@@ -169,13 +156,6 @@ pub(super) fn unusable(why: Unusable) -> String {
             "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
         }
     }
-}
-
-/// Why a rest that is the only one and short confirms nothing, s.
-pub(super) fn lone_rest(rest_s: f64) -> String {
-    format!(
-        "the sensor rests once, for {rest_s:.1} s: too short to be distinguished from a part of the move; hold it still for 2 s at both ends"
-    )
 }
 
 /// Columns that may have been calibrated before.
