@@ -6,8 +6,7 @@
 //!    [`gravical_motion::Samples`].
 //! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `moves`, `result`, `words`, `track`: what is said, and the samples behind it. [`truth`]: beside a
-//!    reference.
+//! 4. `summary`, `result`, `track`: what is said, and the samples behind it. [`truth`]: beside a reference.
 //!
 //! # Example
 //!
@@ -28,14 +27,13 @@
 //! ```
 
 mod estimate;
-mod moves;
 mod options;
 mod prepare;
 mod result;
+mod summary;
 mod track;
 pub mod truth;
 mod uncertainty;
-mod words;
 
 use std::ops::Range;
 use std::path::Path;
@@ -53,7 +51,6 @@ use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
 use estimate::Estimate;
-use moves::{end, moves, visible_moves};
 use prepare::{Prepared, prepare};
 use truth::Reference;
 use uncertainty::{
@@ -111,7 +108,7 @@ pub fn motion(
         gyro_calibrated,
         per_mps2,
     } = prepare(recording, file, options, &mut findings)?;
-    findings.extend(words::rows_left_out(recording, &samples));
+    findings.extend(summary::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
     let given = rests.map(|r| r.spans(samples.channels().time_s));
     let by_file = file.map(|file| Gravity {
@@ -143,19 +140,19 @@ pub fn motion(
     });
     let uncalibrated = uncalibrated.transpose()?;
 
-    let moves = moves(&own, uncalibrated.as_ref(), options);
-    let end = end(&own, &moves, options);
+    let moves = summary::moves(&own, uncalibrated.as_ref(), options);
+    let end = summary::end(&own, &moves, options);
     let rests = &own.motion.rests;
     let no_rest = rests.is_empty() && !by_report;
     let t = own.samples.channels().time_s;
-    let visible_moves = visible_moves(&own, options);
+    let visible_moves = summary::visible_moves(&own, options);
     let has_gyro = !own.samples.channels().rate_rad_s.is_empty();
-    findings.extend(words::circumstances(has_gyro, &moves, options));
+    findings.extend(summary::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
     {
         let [x, y, z, ..] = own.samples.channels().mean(rest);
-        findings.extend(words::size([x, y, z], &gravity));
+        findings.extend(summary::size([x, y, z], &gravity));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
@@ -167,7 +164,7 @@ pub fn motion(
         end_s: t[rest.end - 1],
     };
     let timing = &recording.timing;
-    let [procedure, frame] = words::procedure(options, has_gyro);
+    let [procedure, frame] = summary::procedure(options, has_gyro);
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
@@ -188,7 +185,7 @@ pub fn motion(
         r#final: end,
         uncalibrated: uncalibrated.as_ref().map(|plain| FinalState {
             sigma_m: None,
-            ..moves::end(plain, &moves, options)
+            ..summary::end(plain, &moves, options)
         }),
         moves,
         truth: None,
@@ -264,7 +261,7 @@ impl Work<'_> {
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             doubts += applied_twice(section, self.per_mps2, axes);
-            findings.push(words::already_calibrated(by_board));
+            findings.push(summary::already_calibrated(by_board));
         }
         if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));
