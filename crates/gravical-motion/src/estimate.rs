@@ -10,7 +10,7 @@ use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, closing, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
-use crate::result::{Motion, Move, PathNode, ends};
+use crate::result::{Ends, Motion, Move, PathNode};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::{Stance, detect_stances, steps};
@@ -153,7 +153,12 @@ impl Course<'_> {
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
                 motion.moves.push(Move {
-                    ends: ends(!is_first, rest.is_some()),
+                    ends: match (is_first, &rest) {
+                        (false, Some(_)) => Ends::RestToRest,
+                        (true, Some(_)) => Ends::ToRest,
+                        (false, None) => Ends::FromRest,
+                        (true, None) => Ends::Free,
+                    },
                     ..this.run(&mut filter, &mut recorder)
                 });
                 leg = Some(this);

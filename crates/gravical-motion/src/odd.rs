@@ -147,11 +147,9 @@ fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f6
     };
     let over: Vec<f64> = rows.clone().map(over).collect();
     if over.iter().all(|v| v.is_finite()) {
-        let bridge = over.iter().map(|over| end + over * end.signum());
-        column[rows.clone()]
-            .iter_mut()
-            .zip(bridge)
-            .for_each(|(v, b)| *v = b);
+        for (value, over) in column[rows.clone()].iter_mut().zip(&over) {
+            *value = end + over * end.signum();
+        }
     }
     let beyond: f64 = over.iter().map(|over| over / rows.len() as f64).sum();
     BRIDGE_SD * beyond + ONSET_SD * step

@@ -39,16 +39,6 @@ pub enum Ends {
     Free,
 }
 
-/// By rests before and after.
-pub(crate) fn ends(before: bool, after: bool) -> Ends {
-    match (before, after) {
-        (true, true) => Ends::RestToRest,
-        (false, true) => Ends::ToRest,
-        (true, false) => Ends::FromRest,
-        (false, false) => Ends::Free,
-    }
-}
-
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Budget {

@@ -72,15 +72,6 @@ pub(crate) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Density of the tilt of a move without a gyroscope, rad²/s.
-    fn tilt(&self) -> Vector3<f64> {
-        if self.samples.has_gyro() {
-            return Vector3::zeros();
-        }
-        let density = TILT_DEG.to_radians().powi(2) / TILT_S;
-        Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
-    }
-
     /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid), and its
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
     pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
@@ -188,7 +179,11 @@ impl Model<'_> {
         };
         let noise = &self.noise.rest;
         let force = white(&noise.force, &unmeasured.force, &excess.force);
-        let tilts = excess.rate + self.tilt();
+        let mut tilts = excess.rate;
+        if !self.samples.has_gyro() {
+            let density = TILT_DEG.to_radians().powi(2) / TILT_S;
+            tilts += Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
+        }
         let rate =
             white(&noise.rate, &unmeasured.rate, &tilts) + Matrix3::identity() * sums.unsteady;
         let mut q = SMatrix::<f64, 9, 9>::zeros();

@@ -47,7 +47,7 @@ use gravical_motion::{
 use crate::calibration_file::CalibrationFile;
 use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::recording::{Finding, Meter, Recording};
+use crate::recording::{Finding, Meter, Recording, why_calibrated};
 use crate::{Error, Result};
 
 use estimate::Estimate;
@@ -261,7 +261,12 @@ impl Work<'_> {
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             doubts += applied_twice(section, self.per_mps2, axes);
-            findings.push(summary::already_calibrated(by_board));
+            let why = why_calibrated(by_board);
+            let finding = finding!(
+                AlreadyCalibrated,
+                "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
+            );
+            findings.push(finding.advise("calibration", ""));
         }
         if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));

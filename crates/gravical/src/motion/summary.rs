@@ -11,7 +11,7 @@ use super::uncertainty::GravityMisfit;
 use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::numfmt::{digits, milli_g};
-use crate::recording::{Finding, LineSpans, Recording, Severity, why_calibrated};
+use crate::recording::{Finding, LineSpans, Recording, Severity};
 
 /// Durations that visible moves are reported of, s.
 const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
@@ -255,16 +255,6 @@ pub(super) fn unusable(why: Unusable) -> String {
             "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
         }
     }
-}
-
-/// Columns that may have been calibrated before.
-pub(super) fn already_calibrated(by_board: bool) -> Finding {
-    let why = why_calibrated(by_board);
-    let finding = finding!(
-        AlreadyCalibrated,
-        "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
-    );
-    finding.advise("calibration", "")
 }
 
 /// The magnitude at rest without a calibration, where it is not gravity.

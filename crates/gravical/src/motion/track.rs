@@ -48,19 +48,17 @@ pub struct MotionSample {
 impl MotionSample {
     /// In the order of the columns of the table.
     pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
-        let state = self.state;
+        let (s, [rx, ry, rz], [fx, fy, fz]) = (self.state, self.raw_mps2, self.force_mps2);
+        let ([qw, qx, qy, qz], still) = (s.attitude, f64::from(s.at_rest));
+        let first = [self.t_s, rx, ry, rz, fx, fy, fz, still, qw, qx, qy, qz];
         let vectors = [
-            state.acceleration_mps2,
-            state.velocity_mps,
-            state.position_m,
-            state.velocity_sd_mps,
-            state.position_sd_m,
+            s.acceleration_mps2,
+            s.velocity_mps,
+            s.position_m,
+            s.velocity_sd_mps,
+            s.position_sd_m,
         ];
-        let forces = [self.raw_mps2, self.force_mps2];
-        let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
-        let before = before.chain([f64::from(state.at_rest)]);
-        let before = before.chain(state.attitude);
-        before.chain(vectors.into_iter().flatten())
+        first.into_iter().chain(vectors.into_iter().flatten())
     }
 }
 
