@@ -31,7 +31,7 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
     let of_samples = |name: &'static str, role: Role, vector: fn(&MotionSample) -> [f64; 3]| {
         path(name, role, samples.iter().map(vector).collect())
     };
-    // Of the states vectors without the calibration, where there is one, and of the result.
+    // Of the states: without the calibration, where there is one, and of the result.
     let of_states = |vector: fn(&SampleState) -> [f64; 3]| -> Vec<Path<'_>> {
         let plain = uncalibrated.iter().map(|states| {
             let values = states.iter().map(vector).collect();
