@@ -34,13 +34,6 @@ pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6]
     })
 }
 
-/// True if it may be a measurement.
-fn is_possible(time_s: f64, force: &[f64; 3], rate: &[f64; 3]) -> bool {
-    time_s.abs() < MAX_TIME_S
-        && force.iter().all(|v| v.abs() < MAX_FORCE_MPS2)
-        && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S)
-}
-
 /// Why nobody knows how far a move went: its deviations do not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unusable {
@@ -101,10 +94,10 @@ impl Samples {
             let is_first = samples.is_empty();
             let is_like_the_others = is_first || rate.is_some() == samples.has_gyro();
             let is_later = samples.time_s.last().is_none_or(|last| time_s > *last);
-            if is_like_the_others
-                && is_later
-                && is_possible(time_s, &force, &rate.unwrap_or_default())
-            {
+            let is_possible = time_s.abs() < MAX_TIME_S
+                && force.iter().all(|v| v.abs() < MAX_FORCE_MPS2)
+                && rate.iter().flatten().all(|v| v.abs() < MAX_RATE_RAD_S);
+            if is_like_the_others && is_later && is_possible {
                 samples.time_s.push(time_s);
                 samples.force.push(force);
                 samples.rate.extend(rate);
