@@ -147,7 +147,7 @@ fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64
             }
             let innovation = innovation(&filter, span);
             let is_start = into_s == 0.0;
-            is_sure |= is_start && innovation.velocity_sd_mps() < MAX_SURE_MPS;
+            is_sure |= is_start && (0..3).all(|c| innovation.s[(c, c)] < MAX_SURE_MPS.powi(2));
             let cost = if is_start && has_gyro {
                 COST_OF_BOTH * excess_chi2(&innovation, true)
             } else {

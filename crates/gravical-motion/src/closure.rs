@@ -45,11 +45,6 @@ impl Innovation {
             .map_or(f64::INFINITY, |s| (y.transpose() * s * y)[0])
     }
 
-    /// Standard deviation of the velocity, the largest of the axes, m/s.
-    pub fn velocity_sd_mps(&self) -> f64 {
-        (0..3).map(|c| self.s[(c, c)]).fold(0.0, f64::max).sqrt()
-    }
-
     /// The density over `seconds` that makes a velocity whose χ² is above `limit` one of chance. None if it is
     /// one.
     pub fn force_density(&self, limit: f64, seconds: f64) -> Option<Density> {

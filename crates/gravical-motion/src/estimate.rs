@@ -10,7 +10,7 @@ use crate::filter::{Filter, Record, Recorder};
 use crate::moves::{Leg, closing, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
-use crate::result::{Motion, PathNode, ends};
+use crate::result::{Ends, Motion, Move, PathNode};
 use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::{Stance, detect_stances, steps};
@@ -36,7 +36,6 @@ const BELIEVED_S: f64 = 4.0;
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
 /// or rests that are given are not spans of samples in order.
-#[must_use]
 pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     if !options.are_possible() {
         return Motion::default();
@@ -47,8 +46,9 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         None => detect_rests(&samples.channels()),
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
-    let in_order = found.iter().all(fits) && found.is_sorted_by(|a, b| a.end <= b.start);
-    // Ends of detected ones may overlap.
+    // Edges of detected ones may overlap; they may be given to another estimate.
+    let is_later = |a: &Range<usize>, b: &Range<usize>| a.start < b.start && a.end < b.end;
+    let in_order = found.iter().all(fits) && found.is_sorted_by(is_later);
     let are_possible = options.rests.is_none() || in_order;
     let Some(first) = found.first().filter(|_| are_possible) else {
         return Motion::default();
@@ -75,6 +75,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(first) = rests.first() else {
         return Motion::default();
     };
+    // The rest that says what the attitude is.
     let levelled = if options.causal {
         learned
     } else {
@@ -87,7 +88,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         } else {
             detect_stances(samples, &levelled)
         },
-        levelled,
     };
     let has_gyro = samples.has_gyro();
     Motion {
@@ -95,7 +95,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
             accel_n: noise.rest.force.map(f64::sqrt).into(),
             gyro_n: has_gyro.then(|| noise.rest.rate.map(f64::sqrt).into()),
         }),
-        ..course.run(rests.into_iter())
+        ..course.run(Filter::new(model, 0, &levelled), rests.into_iter())
     }
 }
 
@@ -103,8 +103,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
 struct Course<'a> {
     model: Model<'a>,
     stances: Vec<Stance>,
-    /// The rest that says what the attitude is.
-    levelled: Range<usize>,
 }
 
 /// How a move and the rest after it were gone through, for the way back.
@@ -117,10 +115,9 @@ struct Passed<'a> {
 impl Course<'_> {
     /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
     /// kept only until the smoother has gone back through them.
-    fn run(&self, mut rests: IntoIter<Range<usize>>) -> Motion {
+    fn run(&self, mut filter: Filter<'_>, mut rests: IntoIter<Range<usize>>) -> Motion {
         let model = &self.model;
         let causal = model.options.causal;
-        let mut filter = Filter::new(*model, 0, &self.levelled);
         let (mut motion, mut passed, mut last_step) = (Motion::default(), Vec::new(), None);
         loop {
             if model.options.is_stopped() {
@@ -145,7 +142,6 @@ impl Course<'_> {
                 let mut this = Leg {
                     end,
                     excess: model.noise.excess(filter.at, end),
-                    ends: ends(!is_first, rest.is_some()),
                     // A causal run knows the first second of it.
                     rest: rest.as_ref().filter(|_| !is_first).map(|rest| {
                         if causal {
@@ -156,8 +152,15 @@ impl Course<'_> {
                     }),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
-                let found = this.run(&mut filter, &mut recorder);
-                motion.moves.push(found);
+                motion.moves.push(Move {
+                    ends: match (is_first, &rest) {
+                        (false, Some(_)) => Ends::RestToRest,
+                        (true, Some(_)) => Ends::ToRest,
+                        (false, None) => Ends::FromRest,
+                        (true, None) => Ends::Free,
+                    },
+                    ..this.run(&mut filter, &mut recorder)
+                });
                 leg = Some(this);
             }
             let closed = match &rest {
@@ -187,7 +190,6 @@ impl Course<'_> {
         if !causal {
             self.smooth(passed, &mut motion);
         }
-        motion.path = motion.path.into_iter().map(PathNode::with_clock).collect();
         motion
     }
 
@@ -231,7 +233,6 @@ impl Course<'_> {
                 let leg = Leg {
                     end: rest.start,
                     excess: model.noise.excess(trail.at, rest.start),
-                    ends: ends(true, false),
                     rest: None,
                     stances: samples.filter(|i| *i > trail.at).collect(),
                 };

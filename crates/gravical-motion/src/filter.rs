@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 use crate::noise::Density;
 use crate::state::{
     ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level,
+    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level, set_rows,
 };
 use crate::transition::{Model, Transition};
 
@@ -149,11 +149,9 @@ impl<'a> Filter<'a> {
         }
     }
 
-    /// From here on the bias of the gyroscope may be another one by this variance.
-    pub fn inflate_rate_bias(&mut self, variance: f64) {
-        for c in RATE_BIAS..RATE_BIAS + 3 {
-            self.covariance[(c, c)] += variance;
-        }
+    /// From here on three states may be others by this variance.
+    pub fn widen(&mut self, first: usize, variance: f64) {
+        (first..first + 3).for_each(|c| self.covariance[(c, c)] += variance);
     }
 
     /// Integrates to a sample in nodes of so many samples.
@@ -180,12 +178,9 @@ impl<'a> Filter<'a> {
 
     /// Random walks of the biases.
     fn walk(&mut self, seconds: f64) {
-        let (covariance, has_gyro) = (&mut self.covariance, self.model.samples.has_gyro());
-        for c in 0..3 {
-            covariance[(FORCE_BIAS + c, FORCE_BIAS + c)] += FORCE_BIAS_WALK.powi(2) * seconds;
-            if has_gyro {
-                covariance[(RATE_BIAS + c, RATE_BIAS + c)] += RATE_BIAS_WALK.powi(2) * seconds;
-            }
+        self.widen(FORCE_BIAS, FORCE_BIAS_WALK.powi(2) * seconds);
+        if self.model.samples.has_gyro() {
+            self.widen(RATE_BIAS, RATE_BIAS_WALK.powi(2) * seconds);
         }
     }
 
@@ -259,22 +254,19 @@ impl<'a> Filter<'a> {
         let mut m = self.velocity_innovation(speed_sd_mps);
         let reading = Vector3::from(reading);
 
-        m.h.fixed_view_mut::<3, 3>(3, ATTITUDE)
-            .copy_from(&-force.cross_matrix());
-        m.h.fixed_view_mut::<3, 3>(3, FORCE_BIAS)
-            .copy_from(&-attitude);
+        set_rows(&mut m.h, (3, ATTITUDE), &-force.cross_matrix());
+        set_rows(&mut m.h, (3, FORCE_BIAS), &-attitude);
         m.h[(5, GRAVITY)] = -1.0;
         let directions = &model.directions.force;
         let by_matrix = by_element(&attitude, &reading) * directions.fixed_rows::<9>(0);
         let by_parameters = by_matrix + attitude * directions.fixed_rows::<3>(9);
-        m.h.fixed_view_mut::<3, 12>(3, FORCE_PARAMETERS)
-            .copy_from(&by_parameters);
+        set_rows(&mut m.h, (3, FORCE_PARAMETERS), &by_parameters);
         let innovation = Vector3::new(0.0, 0.0, self.nominal.gravity) - force;
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
         let white = Matrix3::from_diagonal(&(model.noise.rest.force / seconds));
         let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
-        m.s.fixed_view_mut::<3, 3>(3, 3).copy_from(&white);
+        set_rows(&mut m.s, (3, 3), &white);
 
         let second_order = self.second_order(&m.h);
         let tilted_s = (samples.time_s[self.at] - self.rest_s).clamp(0.0, MAX_TILTED_S);

@@ -46,7 +46,7 @@ mod transition;
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use noise::NoiseAtRest;
-pub use odd::{Bridged, Sensor, bridge_odd};
+pub use odd::{Bridged, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };

@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
-use crate::result::{Ends, Move};
+use crate::result::Move;
+use crate::state::RATE_BIAS;
 use crate::transition::Model;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
@@ -40,14 +41,14 @@ pub(crate) struct Leg {
     pub end: usize,
     /// Noise that it has beyond that of the rests.
     pub excess: Density,
-    pub ends: Ends,
     /// The part of the rest that it has to close with.
     pub rest: Option<Range<usize>>,
     pub stances: Vec<usize>,
 }
 
 impl Leg {
-    /// Goes through the move, with more noise where it does not close; returns it but for its displacement.
+    /// Goes through the move, with more noise where it does not close; returns it but for its displacement and
+    /// ends.
     pub fn run(&mut self, filter: &mut Filter<'_>, recorder: &mut Recorder) -> Move {
         let (span, samples) = (filter.at..self.end, filter.model.samples);
         let seconds = samples.time_s[span.end] - samples.time_s[span.start];
@@ -75,7 +76,6 @@ impl Leg {
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
-            ends: self.ends,
             closure: closed,
             stances: self.stances.len(),
             unusable: samples.unusable(&span),
@@ -97,7 +97,7 @@ impl Leg {
         let rectified_sd = model.directions.rate_sd * RECTIFIED;
         let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
         recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
-        filter.inflate_rate_bias(inflation);
+        filter.widen(RATE_BIAS, inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(stance, node, excess, recorder);
@@ -113,7 +113,7 @@ impl Leg {
             filter.update(&innovation, recorder);
         }
         filter.propagate(end, node, excess, recorder);
-        filter.inflate_rate_bias(inflation);
+        filter.widen(RATE_BIAS, inflation);
         recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }
 }

@@ -153,10 +153,8 @@ fn quiet_blocks(samples: &Samples, rests: &[Range<usize>]) -> Vec<Vec<Block>> {
 
 /// Density of the force in one rest, the axes together, (m/s²)² s; none where it has too few samples to tell.
 pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
-    if rest.len() < MIN_BLOCK_LEN {
-        return None;
-    }
-    Some(at_rest(samples, std::slice::from_ref(rest)).0.force.sum())
+    let can_tell = rest.len() >= MIN_BLOCK_LEN;
+    can_tell.then(|| at_rest(samples, std::slice::from_ref(rest)).0.force.sum())
 }
 
 /// Densities of all windows, a quarter of one apart; none of those in `quiet` spans.

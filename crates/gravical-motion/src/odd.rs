@@ -19,24 +19,13 @@ const BRIDGE_SD: f64 = 0.25;
 /// … and of the largest step at its ends: when it left the range is known to a tenth of a row.
 const ONSET_SD: f64 = 0.1;
 
-/// A sensor of the IMU.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sensor {
-    /// Specific force.
-    Accelerometer,
-    /// Angular rate.
-    Gyroscope,
-}
-
 /// A run of one channel that was no measurement and was replaced.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bridged {
     /// The rows.
     pub rows: Range<usize>,
-    /// Whose channel.
-    pub sensor: Sensor,
-    /// 0, 1, 2 for x, y, z.
-    pub axis: usize,
+    /// 0 to 2 for x, y, z of the accelerometer, 3 to 5 of the gyroscope.
+    pub channel: usize,
     /// They stood at the end of the range, and the truth lies beyond it; else out of all others for a few rows.
     pub is_clipped: bool,
     /// What the mean of the bridge may be off, unit of the channel.
@@ -49,11 +38,10 @@ pub struct Bridged {
 /// Values at the end of one of the full-scale `ranges` (unit of the channels; the one that the largest
 /// value reaches) follow the slopes on both sides and stay at or beyond the range. Spikes of up to four
 /// rows higher than `min_spike` follow a line. Times are s, in order; at the first and last two rows
-/// nothing is replaced.
+/// nothing is replaced. Channels are those of an accelerometer: add 3 for a gyroscope.
 pub fn bridge_odd(
     time_s: &[f64],
     values: &mut [[f64; 3]],
-    sensor: Sensor,
     ranges: &[f64],
     min_spike: f64,
 ) -> Vec<Bridged> {
@@ -91,8 +79,7 @@ pub fn bridge_odd(
             if sd.is_finite() {
                 out.push(Bridged {
                     rows,
-                    sensor,
-                    axis,
+                    channel: axis,
                     is_clipped,
                     sd,
                 });
@@ -160,11 +147,9 @@ fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f6
     };
     let over: Vec<f64> = rows.clone().map(over).collect();
     if over.iter().all(|v| v.is_finite()) {
-        let bridge = over.iter().map(|over| end + over * end.signum());
-        column[rows.clone()]
-            .iter_mut()
-            .zip(bridge)
-            .for_each(|(v, b)| *v = b);
+        for (value, over) in column[rows.clone()].iter_mut().zip(&over) {
+            *value = end + over * end.signum();
+        }
     }
     let beyond: f64 = over.iter().map(|over| over / rows.len() as f64).sum();
     BRIDGE_SD * beyond + ONSET_SD * step

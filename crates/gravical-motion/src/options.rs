@@ -37,7 +37,6 @@ pub struct ElementErrors {
 
 impl ElementErrors {
     /// As a covariance of an accelerometer.
-    #[must_use]
     pub fn force(&self) -> ForceCovariance {
         let sd = |k: usize| match k {
             0 | 4 | 8 => self.scale,
@@ -48,7 +47,6 @@ impl ElementErrors {
     }
 
     /// As one of a gyroscope.
-    #[must_use]
     pub fn rate(&self) -> RateCovariance {
         self.force().fixed_view::<9, 9>(0, 0).into_owned()
     }

@@ -39,16 +39,6 @@ pub enum Ends {
     Free,
 }
 
-/// By rests before and after.
-pub(crate) fn ends(before: bool, after: bool) -> Ends {
-    match (before, after) {
-        (true, true) => Ends::RestToRest,
-        (false, true) => Ends::ToRest,
-        (true, false) => Ends::FromRest,
-        (false, false) => Ends::Free,
-    }
-}
-
 /// Standard deviations that parts of the uncertainty contribute to a displacement, m; squares add up.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Budget {
@@ -125,29 +115,25 @@ impl PathNode {
         covariance: &SMatrix<f64, MOVING, MOVING>,
     ) -> Self {
         let part = |at: usize| error.fixed_rows::<3>(at).into_owned();
-        let sd = |at: usize| std::array::from_fn(|c| deviation(covariance[(at + c, at + c)]));
         let nominal = &node.nominal;
+        let position = nominal.position + part(POSITION);
+        let velocity = nominal.velocity + part(VELOCITY);
+        // With the error of the clock, which is the same for the whole recording: lengths go with its square.
+        let sd = |at: usize, values: &Vector3<f64>, clock_sd: f64| {
+            let sd = |c: usize| deviation(covariance[(at + c, at + c)]);
+            std::array::from_fn(|c| sd(c).hypot(clock_sd * values[c]))
+        };
         let attitude =
             Rotation3::new(part(ATTITUDE)) * Rotation3::from_matrix_unchecked(nominal.attitude);
         let attitude = UnitQuaternion::from_rotation_matrix(&attitude);
         PathNode {
             sample: node.sample,
-            position_m: (nominal.position + part(POSITION)).into(),
-            position_sd_m: sd(POSITION),
-            velocity_mps: (nominal.velocity + part(VELOCITY)).into(),
-            velocity_sd_mps: sd(VELOCITY),
+            position_m: position.into(),
+            position_sd_m: sd(POSITION, &position, 2.0 * CLOCK_SD),
+            velocity_mps: velocity.into(),
+            velocity_sd_mps: sd(VELOCITY, &velocity, CLOCK_SD),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
         }
-    }
-
-    /// With the error of the clock, which is the same for the whole recording: lengths go with its square.
-    pub(crate) fn with_clock(mut self) -> Self {
-        for c in 0..3 {
-            let (p, v) = (self.position_m[c], self.velocity_mps[c]);
-            self.position_sd_m[c] = self.position_sd_m[c].hypot(2.0 * CLOCK_SD * p);
-            self.velocity_sd_mps[c] = self.velocity_sd_mps[c].hypot(CLOCK_SD * v);
-        }
-        self
     }
 
     /// As the filter knows it.
@@ -174,7 +160,6 @@ impl Motion {
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
     /// were given, nor in a causal run.
-    #[must_use]
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
         let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);

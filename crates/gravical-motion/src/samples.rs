@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use gravical_signal::{Channels, pieces, resolution, sampling_period};
 
-use crate::odd::{Bridged, Sensor};
+use crate::odd::Bridged;
 
 /// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
 const MAX_FORCE_MPS2: f64 = 1e4;
@@ -25,7 +25,6 @@ const MAX_MISSED_TURN_RAD: f64 = 0.07;
 /// Steps that the values of each channel are written in, m/s² and rad/s; 0 where they are all the same.
 ///
 /// Take it from values in the sensor's own axes: a cross-axis matrix mixes the steps.
-#[must_use]
 pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6] {
     std::array::from_fn(|c| {
         let column = [force_mps2, rate_rad_s][c / 3];
@@ -33,13 +32,6 @@ pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6]
         let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
         resolution(values.take(RESOLUTION_VALUES))
     })
-}
-
-/// True if it may be a measurement.
-fn is_possible(time_s: f64, force: &[f64; 3], rate: &[f64; 3]) -> bool {
-    time_s.abs() < MAX_TIME_S
-        && force.iter().all(|v| v.abs() < MAX_FORCE_MPS2)
-        && rate.iter().all(|v| v.abs() < MAX_RATE_RAD_S)
 }
 
 /// Why nobody knows how far a move went: its deviations do not hold.
@@ -81,7 +73,6 @@ impl Samples {
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
     /// that do not increase. Where that leaves a hole there is a gap.
-    #[must_use]
     pub fn new(
         rows: impl Iterator<Item = (f64, [f64; 3], Option<[f64; 3]>)>,
         bridged: Vec<Bridged>,
@@ -103,10 +94,10 @@ impl Samples {
             let is_first = samples.is_empty();
             let is_like_the_others = is_first || rate.is_some() == samples.has_gyro();
             let is_later = samples.time_s.last().is_none_or(|last| time_s > *last);
-            if is_like_the_others
-                && is_later
-                && is_possible(time_s, &force, &rate.unwrap_or_default())
-            {
+            let is_possible = time_s.abs() < MAX_TIME_S
+                && force.iter().all(|v| v.abs() < MAX_FORCE_MPS2)
+                && rate.iter().flatten().all(|v| v.abs() < MAX_RATE_RAD_S);
+            if is_like_the_others && is_later && is_possible {
                 samples.time_s.push(time_s);
                 samples.force.push(force);
                 samples.rate.extend(rate);
@@ -126,12 +117,22 @@ impl Samples {
     }
 
     /// Ends a piece before each of `rows`, where an unknown time is missing that the stamps may not show.
-    #[must_use]
     pub fn with_breaks(mut self, rows: &[usize]) -> Samples {
         self.breaks = rows.iter().map(|row| self.first_sample(*row)).collect();
         self.breaks.sort_unstable();
         self.pieces = pieces(&self.time_s, self.period_s, &self.breaks);
         self
+    }
+
+    /// Other values of the same rows, a gyroscope where these have one.
+    pub fn with_values(&self, values: impl Fn(usize) -> ([f64; 3], Option<[f64; 3]>)) -> Samples {
+        let values = self.rows.iter().map(|row| values(*row));
+        let (force, rate): (Vec<_>, Vec<Option<[f64; 3]>>) = values.unzip();
+        Samples {
+            force,
+            rate: rate.into_iter().flatten().collect(),
+            ..self.clone()
+        }
     }
 
     /// The first sample of row `row` or later.
@@ -140,25 +141,21 @@ impl Samples {
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
     /// True without samples.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
 
     /// The row of each sample.
-    #[must_use]
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
     /// Times, values and pieces.
-    #[must_use]
     pub fn channels(&self) -> Channels<'_> {
         Channels {
             time_s: &self.time_s,
@@ -209,7 +206,7 @@ impl Samples {
         }
         let turns = self
             .bridged_in(span)
-            .filter(|(b, _)| b.sensor == Sensor::Gyroscope && b.is_clipped);
+            .filter(|(b, _)| b.channel >= 3 && b.is_clipped);
         let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
         (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)
     }

@@ -26,6 +26,15 @@ pub(crate) type ErrorState = SVector<f64, STATES>;
 /// Nine rows over all states.
 pub(crate) type NineRows = SMatrix<f64, MOVING, STATES>;
 
+/// Writes three rows of a matrix from an element on.
+pub(crate) fn set_rows<const C: usize, const W: usize>(
+    matrix: &mut SMatrix<f64, MOVING, C>,
+    (row, column): (usize, usize),
+    block: &SMatrix<f64, 3, W>,
+) {
+    matrix.fixed_view_mut::<3, W>(row, column).copy_from(block);
+}
+
 /// The nominal state.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Nominal {

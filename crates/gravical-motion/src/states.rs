@@ -56,12 +56,12 @@ impl Motion {
     pub fn states<'a>(&'a self, samples: &'a Samples) -> impl Iterator<Item = SampleState> + 'a {
         let covered = self.path.last().is_some_and(|n| n.sample < samples.len());
         let path = if covered { &self.path[..] } else { &[][..] };
-        let (mut next, mut before) = (0, Before::default());
+        let mut before = Before::default();
         let pairs = path.windows(2).filter(|p| p[0].sample < p[1].sample);
         let known = pairs.flat_map(move |pair| {
-            let first = std::mem::replace(&mut next, pair[1].sample + 1);
-            let interval = Interval::new(self, samples, &pair[0], &pair[1], &mut before);
-            (first..=pair[1].sample).map(move |i| interval.state(i))
+            let states = between(self, samples, [&pair[0], &pair[1]], &mut before);
+            // Its first one is the last of the interval before.
+            states.skip(usize::from(pair[0].sample > 0))
         });
         let unknown = std::iter::repeat(SampleState::UNKNOWN);
         let mut rests = self.rests.iter().peekable();
@@ -84,162 +84,112 @@ struct Before {
     is_single: bool,
 }
 
-/// Samples from a node to the next.
-struct Interval<'a> {
+/// The states from a node to the next, both included.
+fn between<'a>(
+    motion: &Motion,
     samples: &'a Samples,
-    from: &'a PathNode,
-    to: &'a PathNode,
-    /// Attitudes by the gyroscope; where it is not integrated the first alone.
-    turned: Vec<UnitQuaternion<f64>>,
-    /// Rotation vector that is missing at the end, world axes.
-    missing: Vector3<f64>,
-    /// What the samples lack of acceleration, m/s².
-    correction: Vector3<f64>,
-    /// Velocity and position; empty where they are not integrated.
-    integrated: Vec<[Vector3<f64>; 2]>,
-}
+    [from, to]: [&'a PathNode; 2],
+    before: &mut Before,
+) -> impl Iterator<Item = SampleState> + use<'a> {
+    let (span, last) = (from.sample..=to.sample, to.sample - from.sample);
+    let (time_s, force) = (&samples.time_s[span.clone()], &samples.force[span.clone()]);
+    let seconds = time_s[last] - time_s[0];
+    let step_s = |i: usize| time_s[i] - time_s[i - 1];
+    let fraction = move |i: usize| (time_s[i] - time_s[0]) / seconds;
+    let has_gap = samples.gaps(&(from.sample..to.sample)).next().is_some();
+    let next = motion
+        .moves
+        .partition_point(|m| m.samples.end <= from.sample);
+    let next = motion.moves.get(next);
+    let is_integrated = !has_gap && next.is_some_and(|m| m.samples.start <= from.sample);
 
-impl<'a> Interval<'a> {
-    fn new(
-        motion: &Motion,
-        samples: &'a Samples,
-        from: &'a PathNode,
-        to: &'a PathNode,
-        before: &mut Before,
-    ) -> Interval<'a> {
-        let (first, last) = (from.sample, to.sample);
-        let has_gap = samples.gaps(&(first..last)).next().is_some();
-        let next = motion.moves.partition_point(|m| m.samples.end <= first);
-        let next = motion.moves.get(next);
-        let is_integrated = !has_gap && next.is_some_and(|m| m.samples.start <= first);
-        let mut attitude = quaternion(&from.attitude);
-        let mut turned = vec![attitude];
-        if is_integrated {
-            for i in first + 1..=last {
-                if let Some(rate) = samples.rate.get(i - 1..=i) {
-                    let rate = [Vector3::from(rate[0]), Vector3::from(rate[1])];
-                    let h = samples.time_s[i] - samples.time_s[i - 1];
-                    attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, h));
-                }
-                turned.push(attitude);
-            }
+    // Attitudes by the gyroscope; where it is not integrated the first alone.
+    let mut attitude = quaternion(&from.attitude);
+    let mut turned = vec![attitude];
+    let (rates, steps) = (samples.rate.get(span), if is_integrated { last } else { 0 });
+    for i in 1..=steps {
+        if let Some(rates) = rates {
+            let rate = [Vector3::from(rates[i - 1]), Vector3::from(rates[i])];
+            attitude *= UnitQuaternion::from_scaled_axis(turn(&rate, step_s(i)));
         }
-        let mut interval = Interval {
-            samples,
-            from,
-            to,
-            turned,
-            missing: (quaternion(&to.attitude) * attitude.inverse()).scaled_axis(),
-            correction: before.correction,
-            integrated: Vec::new(),
-        };
-        if !has_gap {
-            interval.correct(before);
-            before.is_single = last == first + 1;
+        turned.push(attitude);
+    }
+    // Rotation vector that is missing at the end, world axes.
+    let missing = (quaternion(&to.attitude) * attitude.inverse()).scaled_axis();
+    // Attitude and acceleration that a sample measures, m/s².
+    let measured = move |i: usize| -> (UnitQuaternion<f64>, Vector3<f64>) {
+        let turned = turned.get(i).unwrap_or(&turned[0]);
+        let attitude = UnitQuaternion::from_scaled_axis(missing * fraction(i)) * turned;
+        let force = attitude * Vector3::from(force[i]);
+        (attitude, force - Vector3::new(0.0, 0.0, GRAVITY_MPS2))
+    };
+
+    let mut velocity = Vector3::from(from.velocity_mps);
+    if !has_gap {
+        // The trapezoid of the accelerations, the first as it was with the correction before, is the velocity.
+        let mut sum = Vector3::<f64>::zeros();
+        for i in 1..=last {
+            let after = time_s[(i + 1).min(last)];
+            sum += measured(i).1 * (0.5 * (after - time_s[i - 1]));
         }
-        if is_integrated {
-            interval.integrate(before.last_acceleration);
-        }
-        before.correction = interval.correction;
-        before.last_acceleration = Some(interval.acceleration(last));
-        interval
-    }
-
-    fn step_s(&self, i: usize) -> f64 {
-        self.samples.time_s[i] - self.samples.time_s[i - 1]
-    }
-
-    /// Fraction of its time that is past at a sample.
-    fn fraction(&self, i: usize) -> f64 {
-        let time_s = &self.samples.time_s;
-        let from_s = time_s[self.from.sample];
-        (time_s[i] - from_s) / (time_s[self.to.sample] - from_s)
-    }
-
-    fn attitude(&self, i: usize) -> UnitQuaternion<f64> {
-        let turned = self.turned.get(i - self.from.sample);
-        let turned = turned.unwrap_or(&self.turned[0]);
-        UnitQuaternion::from_scaled_axis(self.missing * self.fraction(i)) * turned
-    }
-
-    /// Acceleration that a sample measures, m/s².
-    fn measured(&self, i: usize) -> Vector3<f64> {
-        let force = self.attitude(i) * Vector3::from(self.samples.force[i]);
-        force - Vector3::new(0.0, 0.0, GRAVITY_MPS2)
-    }
-
-    fn acceleration(&self, i: usize) -> Vector3<f64> {
-        self.measured(i) + self.correction
-    }
-
-    /// Takes the correction by which the trapezoid of the accelerations, the first as it was with the correction
-    /// before, is the velocity.
-    fn correct(&mut self, before: &Before) {
-        let time_s = &self.samples.time_s;
-        let (from, to) = (self.from.sample, self.to.sample);
-        let mut sum = Vector3::zeros();
-        for i in from + 1..=to {
-            let after = time_s[(i + 1).min(to)];
-            sum += self.measured(i) * (0.5 * (after - time_s[i - 1]));
-        }
-        let velocity = Vector3::from(self.to.velocity_mps) - Vector3::from(self.from.velocity_mps);
-        let half_s = 0.5 * self.step_s(from + 1);
-        let seconds = time_s[to] - time_s[from];
-        self.correction = match before.last_acceleration {
-            Some(last) if !(to == from + 1 && before.is_single) => {
-                (velocity - sum - last * half_s) / (seconds - half_s)
+        let lacks = Vector3::from(to.velocity_mps) - velocity - sum;
+        let half_s = 0.5 * step_s(1);
+        before.correction = match before.last_acceleration {
+            Some(first) if !(last == 1 && before.is_single) => {
+                (lacks - first * half_s) / (seconds - half_s)
             }
             // With one step after the other a correction that starts from the last one would swing.
-            _ => (velocity - sum - self.measured(from) * half_s) / seconds,
+            _ => (lacks - measured(0).1 * half_s) / seconds,
         };
+        before.is_single = last == 1;
     }
+    let correction = before.correction;
 
-    /// Trapezoids of the accelerations, the first one given; what is missing of the position at the end is spread.
-    fn integrate(&mut self, first: Option<Vector3<f64>>) {
-        let (from, to) = (self.from.sample, self.to.sample);
-        let mut acceleration = first.unwrap_or_else(|| self.acceleration(from));
-        let mut velocity = Vector3::from(self.from.velocity_mps);
-        let mut position = Vector3::from(self.from.position_m);
-        self.integrated.push([velocity, position]);
-        for i in from + 1..=to {
-            let (h, next) = (self.step_s(i), self.acceleration(i));
+    // Velocity and position by trapezoids; what is missing of the position at the end is spread.
+    let mut integrated = Vec::new();
+    if is_integrated {
+        let first = before.last_acceleration;
+        let mut acceleration = first.unwrap_or(measured(0).1 + correction);
+        let mut position = Vector3::from(from.position_m);
+        integrated.push([velocity, position]);
+        for i in 1..=last {
+            let (h, next) = (step_s(i), measured(i).1 + correction);
             let change = (acceleration + next) * (0.5 * h);
             position += (velocity + change * 0.5) * h;
             velocity += change;
             acceleration = next;
-            self.integrated.push([velocity, position]);
+            integrated.push([velocity, position]);
         }
-        let missing = Vector3::from(self.to.position_m) - position;
-        for i in from..to {
-            let u = self.fraction(i);
-            self.integrated[i - from][1] += missing * (u * u * (3.0 - 2.0 * u));
+        let missing = Vector3::from(to.position_m) - position;
+        for (i, [_, position]) in integrated.iter_mut().enumerate() {
+            let u = fraction(i);
+            *position += missing * (u * u * (3.0 - 2.0 * u));
         }
-        let ends = [self.to.velocity_mps, self.to.position_m];
-        self.integrated[to - from] = ends.map(Vector3::from);
+        integrated[last] = [to.velocity_mps, to.position_m].map(Vector3::from);
     }
+    before.last_acceleration = Some(measured(last).1 + correction);
 
-    fn state(&self, i: usize) -> SampleState {
-        let (u, from, to) = (self.fraction(i), self.from, self.to);
+    (0..=last).map(move |i| {
+        let (u, (attitude, measured)) = (fraction(i), measured(i));
         let linear =
             |a: &[f64; 3], b: &[f64; 3]| std::array::from_fn(|c| a[c] * (1.0 - u) + b[c] * u);
-        let [velocity_mps, position_m] = match self.integrated.get(i - from.sample) {
+        let [velocity_mps, position_m] = match integrated.get(i) {
             Some(integrated) => integrated.map(<[f64; 3]>::from),
             None => [
                 linear(&from.velocity_mps, &to.velocity_mps),
                 linear(&from.position_m, &to.position_m),
             ],
         };
-        let attitude = self.attitude(i);
         SampleState {
             at_rest: false,
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
-            acceleration_mps2: self.acceleration(i).into(),
+            acceleration_mps2: (measured + correction).into(),
             velocity_mps,
             velocity_sd_mps: linear(&from.velocity_sd_mps, &to.velocity_sd_mps),
             position_m,
             position_sd_m: linear(&from.position_sd_m, &to.position_sd_m),
         }
-    }
+    })
 }
 
 fn quaternion(attitude: &[f64; 4]) -> UnitQuaternion<f64> {

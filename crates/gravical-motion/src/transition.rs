@@ -5,12 +5,11 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use crate::noise::{Density, Noise};
-use crate::odd::Sensor;
 use crate::options::{Directions, MotionOptions};
 use crate::samples::Samples;
 use crate::state::{
     ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
-    RATE_BIAS, RATE_PARAMETERS, VELOCITY, by_element,
+    RATE_BIAS, RATE_PARAMETERS, VELOCITY, by_element, set_rows,
 };
 
 /// What of the bend of the force between three samples, (h/12) Δ²f, is an error of the trapezoid. Without
@@ -73,15 +72,6 @@ pub(crate) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Density of the tilt of a move without a gyroscope, rad²/s.
-    fn tilt(&self) -> Vector3<f64> {
-        if self.samples.has_gyro() {
-            return Vector3::zeros();
-        }
-        let density = TILT_DEG.to_radians().powi(2) / TILT_S;
-        Vector3::new(density, density, density * YAW_OVER_TILT.powi(2))
-    }
-
     /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid), and its
     /// errors to first order. `excess` is noise beyond that of the rests, world axes.
     pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
@@ -146,35 +136,29 @@ impl Model<'_> {
     fn derivatives(&self, sums: &Sums, seconds: f64) -> NineRows {
         let half = 0.5 * seconds;
         let mut f = NineRows::identity();
-        let mut set = |i: usize, j: usize, block: &Matrix3<f64>| {
-            f.fixed_view_mut::<3, 3>(i, j).copy_from(block);
-        };
-        set(POSITION, VELOCITY, &(Matrix3::identity() * seconds));
-        set(POSITION, ATTITUDE, &(-sums.force * half));
-        set(VELOCITY, ATTITUDE, &-sums.force);
-        set(POSITION, FORCE_BIAS, &(-sums.attitude * half));
-        set(VELOCITY, FORCE_BIAS, &-sums.attitude);
+        let moved = Matrix3::<f64>::identity() * seconds;
+        set_rows(&mut f, (POSITION, VELOCITY), &moved);
+        set_rows(&mut f, (POSITION, ATTITUDE), &(-sums.force * half));
+        set_rows(&mut f, (VELOCITY, ATTITUDE), &-sums.force);
+        set_rows(&mut f, (POSITION, FORCE_BIAS), &(-sums.attitude * half));
+        set_rows(&mut f, (VELOCITY, FORCE_BIAS), &-sums.attitude);
         let tilted = sums.force * sums.attitude;
-        set(POSITION, RATE_BIAS, &(tilted * (half / 3.0)));
-        set(VELOCITY, RATE_BIAS, &(tilted * 0.5));
-        set(ATTITUDE, RATE_BIAS, &-sums.attitude);
+        set_rows(&mut f, (POSITION, RATE_BIAS), &(tilted * (half / 3.0)));
+        set_rows(&mut f, (VELOCITY, RATE_BIAS), &(tilted * 0.5));
+        set_rows(&mut f, (ATTITUDE, RATE_BIAS), &-sums.attitude);
         f[(VELOCITY + 2, GRAVITY)] = -seconds;
         f[(POSITION + 2, GRAVITY)] = -seconds * half;
         let Directions { force, rate, .. } = self.directions;
         let attitude = sums.by_rate * rate;
         let velocity = sums.force * attitude * -0.5;
-        f.fixed_view_mut::<3, 9>(POSITION, RATE_PARAMETERS)
-            .copy_from(&(velocity * (seconds / 3.0)));
-        f.fixed_view_mut::<3, 9>(VELOCITY, RATE_PARAMETERS)
-            .copy_from(&velocity);
-        f.fixed_view_mut::<3, 9>(ATTITUDE, RATE_PARAMETERS)
-            .copy_from(&attitude);
+        let position = velocity * (seconds / 3.0);
+        set_rows(&mut f, (POSITION, RATE_PARAMETERS), &position);
+        set_rows(&mut f, (VELOCITY, RATE_PARAMETERS), &velocity);
+        set_rows(&mut f, (ATTITUDE, RATE_PARAMETERS), &attitude);
         let by_matrix = sums.by_force * force.fixed_rows::<9>(0);
         let velocity = by_matrix + sums.attitude * force.fixed_rows::<3>(9);
-        f.fixed_view_mut::<3, 12>(POSITION, FORCE_PARAMETERS)
-            .copy_from(&(velocity * half));
-        f.fixed_view_mut::<3, 12>(VELOCITY, FORCE_PARAMETERS)
-            .copy_from(&velocity);
+        set_rows(&mut f, (POSITION, FORCE_PARAMETERS), &(velocity * half));
+        set_rows(&mut f, (VELOCITY, FORCE_PARAMETERS), &velocity);
         f
     }
 
@@ -195,25 +179,26 @@ impl Model<'_> {
         };
         let noise = &self.noise.rest;
         let force = white(&noise.force, &unmeasured.force, &excess.force);
-        let tilts = excess.rate + self.tilt();
+        let mut tilts = excess.rate;
+        if !self.samples.has_gyro() {
+            let density = TILT_DEG.to_radians().powi(2) / TILT_S;
+            tilts += Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
+        }
         let rate =
             white(&noise.rate, &unmeasured.rate, &tilts) + Matrix3::identity() * sums.unsteady;
         let mut q = SMatrix::<f64, 9, 9>::zeros();
-        let set = |q: &mut SMatrix<f64, 9, 9>, i: usize, j: usize, block: &Matrix3<f64>| {
-            q.fixed_view_mut::<3, 3>(i, j).copy_from(block);
-        };
         let cross = -sums.force * rate * 0.5;
-        set(&mut q, ATTITUDE, ATTITUDE, &rate);
-        set(&mut q, VELOCITY, ATTITUDE, &cross);
-        set(&mut q, ATTITUDE, VELOCITY, &cross.transpose());
+        set_rows(&mut q, (ATTITUDE, ATTITUDE), &rate);
+        set_rows(&mut q, (VELOCITY, ATTITUDE), &cross);
+        set_rows(&mut q, (ATTITUDE, VELOCITY), &cross.transpose());
         let by_rate = sums.force * rate * sums.force.transpose() / 3.0;
-        set(&mut q, VELOCITY, VELOCITY, &by_rate);
+        set_rows(&mut q, (VELOCITY, VELOCITY), &by_rate);
         let q_rate = q;
         let [moved, moved_twice] = [seconds / 2.0, seconds * seconds / 3.0].map(|t| force * t);
-        set(&mut q, VELOCITY, VELOCITY, &(by_rate + force));
-        set(&mut q, POSITION, VELOCITY, &moved);
-        set(&mut q, VELOCITY, POSITION, &moved);
-        set(&mut q, POSITION, POSITION, &moved_twice);
+        set_rows(&mut q, (VELOCITY, VELOCITY), &(by_rate + force));
+        set_rows(&mut q, (POSITION, VELOCITY), &moved);
+        set_rows(&mut q, (VELOCITY, POSITION), &moved);
+        set_rows(&mut q, (POSITION, POSITION), &moved_twice);
         (q, q_rate)
     }
 
@@ -222,11 +207,12 @@ impl Model<'_> {
     fn unmeasured(&self, span: &Range<usize>) -> Density {
         let mut variance = Density::default();
         for (bridged, sd) in self.samples.bridged_in(span) {
-            let axis = bridged.axis.min(2);
-            match bridged.sensor {
-                Sensor::Accelerometer => variance.force[axis] += sd * sd,
-                Sensor::Gyroscope => variance.rate[axis] += sd * sd,
-            }
+            let sensor = if bridged.channel < 3 {
+                &mut variance.force
+            } else {
+                &mut variance.rate
+            };
+            sensor[bridged.channel % 3] += sd * sd;
         }
         for (seconds, interrupted) in self.samples.gaps(span) {
             let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };

@@ -243,7 +243,7 @@ fn motion(mut call: Call) -> Result<Outcome> {
         let here = PathBuf::from(&rows.name);
         let reference = read_reference(&path, &rows, &here)?;
         add_comparison(&mut motion, &reference)?;
-        inputs.push(reference.input());
+        inputs.push(reference.input);
     }
     let (json, table) = (json(&motion.result)?, Table::of_motion(&motion));
     let kind = Kind::Motion(Box::new(motion), rows);

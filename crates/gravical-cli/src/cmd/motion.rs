@@ -90,7 +90,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.truth {
         let reference = read_reference(path, &recording, &args.input)?;
         add_comparison(&mut motion, &reference)?;
-        inputs.push(reference.input());
+        inputs.push(reference.input);
     }
 
     if target != Target::Nowhere {

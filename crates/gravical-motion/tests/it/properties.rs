@@ -1,6 +1,6 @@
 //! What must not matter, what has to agree, and what must not break it.
 
-use gravical_motion::{Motion, MotionOptions, Sensor, bridge_odd, estimate_motion, resolutions};
+use gravical_motion::{Motion, MotionOptions, bridge_odd, estimate_motion, resolutions};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
@@ -120,7 +120,7 @@ proptest! {
             .map(|i| if i % 37 == 36 { odd } else { i as f64 * step })
             .collect();
         let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
-        let bridged = bridge_odd(&time_s, &mut force, Sensor::Accelerometer, &[19.6, 0.0], 5.0);
+        let bridged = bridge_odd(&time_s, &mut force, &[19.6, 0.0], 5.0);
         let samples = with_bridges(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
         let rests = given.then(|| vec![0..still / 2, still / 2 + 3..still]);
         let options = MotionOptions { causal, rests, ..options() };

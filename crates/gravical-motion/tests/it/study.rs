@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use gravical_motion::{
-    Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples, Sensor,
+    Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples,
     bridge_odd, estimate_motion, resolutions,
 };
 
@@ -64,20 +64,12 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
     for row in runs.filter(|run| run.len() >= 10).flatten() {
         force[*row] = [f64::NAN; 3];
     }
-    let mut bridged = bridge_odd(
-        &recording.time_s,
-        &mut force,
-        Sensor::Accelerometer,
-        &[ranges[0]],
-        5.0,
-    );
-    bridged.extend(bridge_odd(
-        &recording.time_s,
-        &mut rate,
-        Sensor::Gyroscope,
-        &[ranges[1]],
-        2.0,
-    ));
+    let mut bridged = bridge_odd(&recording.time_s, &mut force, &[ranges[0]], 5.0);
+    let of_rate = bridge_odd(&recording.time_s, &mut rate, &[ranges[1]], 2.0);
+    bridged.extend(of_rate.into_iter().map(|b| Bridged {
+        channel: b.channel + 3,
+        ..b
+    }));
     with_bridges(
         &recording.time_s,
         &force,

@@ -2,50 +2,86 @@
 
 use std::f64::consts::PI;
 
-use gravical::motion::{MotionResult, MotionSample, SampleState};
+use gravical::motion::{Motion, MotionSample, SampleState};
 
 use super::panel::{Axis, Figure, Panel, Role, Series, XYZ};
 use super::svg::extent;
 
-/// What is drawn.
-struct Motion<'a> {
-    result: &'a MotionResult,
-    t_s: Vec<f64>,
-    samples: Vec<MotionSample>,
-    /// Samples before which others are missing.
-    breaks: Vec<usize>,
-    uncalibrated: Option<Vec<SampleState>>,
-}
-
 /// All figures that a result allows. Where nothing moved there is the acceleration; what is not
 /// known is left out.
-pub fn figures(motion: &gravical::motion::Motion) -> Vec<Figure> {
-    let reference = motion.reference.as_ref();
-    let motion = &Motion {
-        result: &motion.result,
-        t_s: motion.samples().map(|s| s.t_s).collect(),
-        samples: motion.samples().collect(),
-        breaks: motion.breaks().collect(),
-        uncalibrated: motion.uncalibrated_states().map(Iterator::collect),
+pub fn figures(motion: &Motion) -> Vec<Figure> {
+    let (result, is_calibrated) = (&motion.result, motion.result.calibration.is_some());
+    let samples: Vec<MotionSample> = motion.samples().collect();
+    let uncalibrated = motion.uncalibrated_states();
+    let uncalibrated = uncalibrated.map(Iterator::collect::<Vec<SampleState>>);
+    let t_s: Vec<f64> = samples.iter().map(|s| s.t_s).collect();
+    let breaks: Vec<usize> = motion.breaks().collect();
+    let path = |name: &'static str, role: Role, values: Vec<[f64; 3]>| Path {
+        name,
+        role,
+        t_s: &t_s,
+        breaks: &breaks,
+        values,
     };
-    if motion.result.moves.is_empty() {
-        return motion.acceleration().into_iter().collect();
+    let name = if is_calibrated {
+        "calibrated"
+    } else {
+        "without a calibration"
+    };
+    let of_samples = |name: &'static str, role: Role, vector: fn(&MotionSample) -> [f64; 3]| {
+        path(name, role, samples.iter().map(vector).collect())
+    };
+    // Of the states: without the calibration, where there is one, and of the result.
+    let of_states = |vector: fn(&SampleState) -> [f64; 3]| -> Vec<Path<'_>> {
+        let plain = uncalibrated.iter().map(|states| {
+            let values = states.iter().map(vector).collect();
+            path("uncalibrated", Role::Raw, values)
+        });
+        let values = samples.iter().map(|s| vector(&s.state)).collect();
+        plain.chain([path(name, Role::Result, values)]).collect()
+    };
+    let rests = result.rests.iter().map(|s| [s.start_s, s.end_s]);
+    let rests = Series::intervals("at rest", &rests.collect::<Vec<_>>());
+
+    let mut forces = vec![of_samples(name, Role::Result, |s| s.force_mps2)];
+    if is_calibrated {
+        forces.insert(0, of_samples("raw", Role::Raw, |s| s.raw_mps2));
     }
-    let velocities = motion.states(|s| s.velocity_mps);
-    let mut positions = motion.states(|s| s.position_m);
-    positions.extend(reference.map(|r| Path {
+    let caption = "Specific force in sensor axes, including gravity. Rests are shaded.";
+    let names = ["acceleration", "Acceleration", "m/s²"];
+    let acceleration = over_time(&rests, names, caption, &forces, None);
+    if result.moves.is_empty() {
+        return acceleration.into_iter().collect();
+    }
+
+    let banded = |title: &str, unit: &str, paths: &[Path<'_>], sigma: &[[f64; 3]]| {
+        let name = title.to_lowercase();
+        let caption = format!(
+            "{title} in the frame of the result. The band, where it is known, is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
+        );
+        over_time(&rests, [&name, title, unit], &caption, paths, Some(sigma))
+    };
+    let mut positions = of_states(|s| s.position_m);
+    positions.extend(motion.reference.as_ref().map(|r| Path {
         name: "reference",
         role: Role::Reference,
         t_s: &r.t_s,
         breaks: &[],
         values: r.position_m.clone(),
     }));
+    let sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.position_sd_m).collect();
+    let speed_sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.velocity_sd_mps).collect();
+    let velocities = of_states(|s| s.velocity_mps);
+    let accelerations = of_samples(name, Role::Result, |s| s.state.acceleration_mps2);
+    let frame = &result.frame;
+    let caption = format!("Acceleration without gravity, in the frame of the result ({frame}).");
+    let names = ["motion-acceleration", "Acceleration of the motion", "m/s²"];
     let all = [
-        motion.banded("Position", "m", &positions, |s| s.position_sd_m),
-        motion.trajectory(&positions),
-        motion.banded("Velocity", "m/s", &velocities, |s| s.velocity_sd_mps),
-        motion.acceleration(),
-        motion.motion_acceleration(),
+        banded("Position", "m", &positions, &sigma),
+        trajectory(&positions, &sigma),
+        banded("Velocity", "m/s", &velocities, &speed_sigma),
+        acceleration,
+        over_time(&rests, names, &caption, &[accelerations], None),
     ];
     all.into_iter().flatten().collect()
 }
@@ -85,141 +121,67 @@ impl Path<'_> {
     }
 }
 
-impl Motion<'_> {
-    /// Vectors of each sample.
-    fn path(&self, name: &'static str, role: Role, values: Vec<[f64; 3]>) -> Path<'_> {
-        Path {
-            name,
-            role,
-            t_s: &self.t_s,
-            breaks: &self.breaks,
-            values,
-        }
-    }
-
-    /// Vectors of the result.
-    fn result(&self, vector: impl Fn(&MotionSample) -> [f64; 3]) -> Path<'_> {
-        let name = match self.result.calibration {
-            Some(_) => "calibrated",
-            None => "without a calibration",
+/// A figure of a panel over time for each axis, with the rests shaded and a band of twice the
+/// uncertainty of the result, where that is given; none where it shows nothing.
+fn over_time(
+    rests: &Series,
+    [name, title, unit]: [&str; 3],
+    caption: &str,
+    paths: &[Path<'_>],
+    sigma: Option<&[[f64; 3]]>,
+) -> Option<Figure> {
+    let panels = [0, 1, 2].map(|axis| {
+        let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
+        let lines: Vec<Series> = lines.collect();
+        let result = paths.iter().filter(|p| p.role == Role::Result);
+        let bands = result.filter_map(|p| Some(p.band(sigma?, axis)));
+        // In view is what the lines reach, and one and a half times as much on either side:
+        // bands that dwarf them would leave nothing else to see.
+        let (low, high) = extent(lines.iter().flat_map(|s| &s.y).copied());
+        let room = 1.5 * (high - low);
+        let is_cut = sigma.is_some() && room > 0.0;
+        let y = Axis {
+            within: is_cut.then_some([low - room, high + room]),
+            ..Axis::new("", unit)
         };
-        let values = self.samples.iter().map(vector).collect();
-        self.path(name, Role::Result, values)
-    }
+        let series = [rests.clone()].into_iter().chain(bands).chain(lines);
+        Panel::new(XYZ[axis], Axis::new("time", "s"), y, series)
+    });
+    let mut lines = panels.iter().flat_map(|p| &p.series[1..]);
+    let is_known = lines.any(Series::has_values);
+    is_known.then(|| Figure::new(name, title, caption, panels))
+}
 
-    /// Vectors without the calibration, where there is one, and of the result.
-    fn states(&self, vector: fn(&SampleState) -> [f64; 3]) -> Vec<Path<'_>> {
-        let plain = self.uncalibrated.iter().map(|states| {
-            let values = states.iter().map(vector).collect();
-            self.path("uncalibrated", Role::Raw, values)
+/// The path in space: from above, and from the side where it reaches further; `sigma` of each sample.
+fn trajectory(paths: &[Path<'_>], sigma: &[[f64; 3]]) -> Option<Figure> {
+    let own = paths.iter().find(|p| p.role == Role::Result)?;
+    let ([start, end], sigma) = (ends(&own.values)?, ends(sigma));
+    // The uncalibrated path does not decide what is in view.
+    let spans = [0, 1, 2].map(|axis| {
+        let shown = paths.iter().filter(|p| p.role != Role::Raw);
+        let values = shown.flat_map(|p| &p.values).map(|v| v[axis]);
+        extent(values.filter(|v| v.is_finite()))
+    });
+    let size = spans.map(|(low, high)| high - low);
+    let room = 0.3 * size.into_iter().fold(0.0, f64::max);
+    let side = if size[0] >= size[1] { [0, 2] } else { [1, 2] };
+    let views = [("from above", [0, 1]), ("from the side", side)];
+    let panels = views.map(|(title, plane)| {
+        let flat = |v: [f64; 3]| plane.map(|axis| v[axis]);
+        let [x, y] = plane.map(|axis: usize| Axis {
+            within: (room > 0.0).then_some([spans[axis].0 - room, spans[axis].1 + room]),
+            ..Axis::new(XYZ[axis], "m")
         });
-        plain.chain([self.result(|s| vector(&s.state))]).collect()
-    }
-
-    /// A figure of a panel over time for each axis, with the rests shaded and a band of twice the
-    /// uncertainty of the result, where that is given; none where it shows nothing.
-    fn over_time(
-        &self,
-        [name, title, unit]: [&str; 3],
-        caption: &str,
-        paths: &[Path<'_>],
-        sigma: Option<&[[f64; 3]]>,
-    ) -> Option<Figure> {
-        let rests = self.result.rests.iter().map(|s| [s.start_s, s.end_s]);
-        let rests = Series::intervals("at rest", &rests.collect::<Vec<_>>());
-        let panels = [0, 1, 2].map(|axis| {
-            let lines = paths.iter().map(|p| p.line(|t, v| [t, v[axis]]));
-            let lines: Vec<Series> = lines.collect();
-            let result = paths.iter().filter(|p| p.role == Role::Result);
-            let bands = result.filter_map(|p| Some(p.band(sigma?, axis)));
-            // In view is what the lines reach, and one and a half times as much on either side:
-            // bands that dwarf them would leave nothing else to see.
-            let (low, high) = extent(lines.iter().flat_map(|s| &s.y).copied());
-            let room = 1.5 * (high - low);
-            let is_cut = sigma.is_some() && room > 0.0;
-            let y = Axis {
-                within: is_cut.then_some([low - room, high + room]),
-                ..Axis::new("", unit)
-            };
-            let series = [rests.clone()].into_iter().chain(bands).chain(lines);
-            Panel::new(XYZ[axis], Axis::new("time", "s"), y, series)
-        });
-        let mut lines = panels.iter().flat_map(|p| &p.series[1..]);
-        let is_known = lines.any(Series::has_values);
-        is_known.then(|| Figure::new(name, title, caption, panels))
-    }
-
-    /// Vectors over time, the result with a band.
-    fn banded(
-        &self,
-        title: &str,
-        unit: &str,
-        paths: &[Path<'_>],
-        sigma: fn(&SampleState) -> [f64; 3],
-    ) -> Option<Figure> {
-        let sigma: Vec<[f64; 3]> = self.samples.iter().map(|s| sigma(&s.state)).collect();
-        let caption = format!(
-            "{title} in the frame of the result. The band, where it is known, is twice the predicted standard uncertainty; it is cut off where it is much wider than the motion."
-        );
-        let name = title.to_lowercase();
-        self.over_time([&name, title, unit], &caption, paths, Some(&sigma))
-    }
-
-    /// Specific force raw and calibrated, along the axes of the sensor.
-    fn acceleration(&self) -> Option<Figure> {
-        let raw = self.result.calibration.as_ref().map(|_| Path {
-            name: "raw",
-            role: Role::Raw,
-            ..self.result(|s| s.raw_mps2)
-        });
-        let paths = raw.into_iter().chain([self.result(|s| s.force_mps2)]);
-        let caption = "Specific force in sensor axes, including gravity. Rests are shaded.";
-        let names = ["acceleration", "Acceleration", "m/s²"];
-        self.over_time(names, caption, &paths.collect::<Vec<_>>(), None)
-    }
-
-    /// Acceleration without gravity in the frame of the result.
-    fn motion_acceleration(&self) -> Option<Figure> {
-        let frame = &self.result.frame;
-        let caption =
-            format!("Acceleration without gravity, in the frame of the result ({frame}).");
-        let path = self.result(|s| s.state.acceleration_mps2);
-        let title = "Acceleration of the motion";
-        let names = ["motion-acceleration", title, "m/s²"];
-        self.over_time(names, &caption, &[path], None)
-    }
-
-    /// The path in space: from above, and from the side where it reaches further.
-    fn trajectory(&self, paths: &[Path<'_>]) -> Option<Figure> {
-        let [start, end] = ends(&self.result(|s| s.state.position_m).values)?;
-        let sigma = ends(&self.result(|s| s.state.position_sd_m).values);
-        // The uncalibrated path does not decide what is in view.
-        let spans = [0, 1, 2].map(|axis| {
-            let shown = paths.iter().filter(|p| p.role != Role::Raw);
-            let values = shown.flat_map(|p| &p.values).map(|v| v[axis]);
-            extent(values.filter(|v| v.is_finite()))
-        });
-        let size = spans.map(|(low, high)| high - low);
-        let room = 0.3 * size.into_iter().fold(0.0, f64::max);
-        let side = if size[0] >= size[1] { [0, 2] } else { [1, 2] };
-        let views = [("from above", [0, 1]), ("from the side", side)];
-        let panels = views.map(|(title, plane)| {
-            let flat = |v: [f64; 3]| plane.map(|axis| v[axis]);
-            let [x, y] = plane.map(|axis: usize| Axis {
-                within: (room > 0.0).then_some([spans[axis].0 - room, spans[axis].1 + room]),
-                ..Axis::new(XYZ[axis], "m")
-            });
-            let area = sigma.map(|[_, sigma]| ellipse(flat(end), flat(sigma)));
-            let lines = paths.iter().map(|p| p.line(|_, v| flat(v)));
-            let spots = [("start", Role::Result, start), ("end", Role::Warning, end)];
-            let spots = spots
-                .map(|(name, role, v)| Series::points(name, role, [<(f64, f64)>::from(flat(v))]));
-            let series = area.into_iter().chain(lines).chain(spots);
-            Panel::new(title, x, y, series).equal()
-        });
-        let caption = "The path from above and from the side, equal scale on both axes. Circle: start, diamond: end, shaded: ± 1σ of the end. What reaches much further than the path is cut off.";
-        Some(Figure::new("trajectory", "Trajectory", caption, panels).beside())
-    }
+        let area = sigma.map(|[_, sigma]| ellipse(flat(end), flat(sigma)));
+        let lines = paths.iter().map(|p| p.line(|_, v| flat(v)));
+        let spots = [("start", Role::Result, start), ("end", Role::Warning, end)];
+        let spots =
+            spots.map(|(name, role, v)| Series::points(name, role, [<(f64, f64)>::from(flat(v))]));
+        let series = area.into_iter().chain(lines).chain(spots);
+        Panel::new(title, x, y, series).equal()
+    });
+    let caption = "The path from above and from the side, equal scale on both axes. Circle: start, diamond: end, shaded: ± 1σ of the end. What reaches much further than the path is cut off.";
+    Some(Figure::new("trajectory", "Trajectory", caption, panels).beside())
 }
 
 /// The area within one standard uncertainty of the end.

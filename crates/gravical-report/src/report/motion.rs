@@ -21,7 +21,10 @@ pub fn motion<'a>(
     let figure = |title, names: &[&str]| Section::new(title).figures(figures, names);
     // For a recording at rest the verdict says everything.
     let moved = !result.moves.is_empty();
-    let budget = result.largest_budget().filter(|_| moved);
+    // Of the move that is least certain.
+    let budgets = (1..).zip(&result.moves);
+    let budgets = budgets.filter_map(|(number, m)| Some((number, m.budget_m?, norm(&m.sigma_m?))));
+    let budget = budgets.max_by(|a, b| a.2.total_cmp(&b.2));
     let accelerations = ["acceleration", "motion-acceleration"];
     Document {
         verdict: Some(verdict(result)),
@@ -33,7 +36,7 @@ pub fn motion<'a>(
     .with(figure("Acceleration", &accelerations))
     .with(moved.then(|| moves(result)))
     .with(moved.then(|| end(result)))
-    .with(budget.map(|(number, b)| error_budget(number, result.moves.len() == 1, &b)))
+    .with(budget.map(|(number, b, _)| error_budget(number, result.moves.len() == 1, &b)))
     .with(result.truth.as_ref().map(truth))
     .with(timing(result, recording))
     .with(rests(result))
@@ -163,7 +166,7 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
         (norm(&b.calibration), "calibration of both sensors, gravity"),
         (norm(&b.attitude), attitude),
     ];
-    let total = parts.iter().map(|(v, _)| v * v).sum::<f64>().sqrt();
+    let total = norm(&parts.map(|(value, _)| value));
     if total == 0.0 || !total.is_finite() {
         return section;
     }
@@ -186,32 +189,32 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
 }
 
 fn truth<'a>(c: &Comparison) -> Section<'a> {
-    let shifted = match c.time_offset_s {
-        0.0 => String::new(),
-        offset => format!(", time offset {offset:+.3} s"),
-    };
     let (name, points, yaw_deg) = (short_name(&c.source), c.points, c.yaw_deg);
-    let source = format!(
-        "{name}: {points} points from {:.2} to {:.2} s",
-        c.from_s, c.to_s
+    let (from_s, to_s, offset_s) = (c.from_s, c.to_s, c.time_offset_s);
+    let mut how = format!(
+        "{name}: {points} points from {from_s:.2} to {to_s:.2} s, rotated by {yaw_deg:+.1}° about the vertical"
     );
-    let turned = format!("rotated by {yaw_deg:+.1}° about the vertical{shifted}");
-    let of_path = |v| format!(" ({} % of the path)", digits(v, 2));
-    let end_error = digits(c.end_error_m, 2) + " m";
-    let percent = c.percent_of_path.map_or(String::new(), of_path);
+    if offset_s != 0.0 {
+        how += &format!(", time offset {offset_s:+.3} s");
+    }
+    let mut end_error = digits(c.end_error_m, 2) + " m";
+    if let Some(percent) = c.percent_of_path {
+        end_error += &format!(" ({} % of the path)", digits(percent, 2));
+    }
     Section::new("Comparison with the reference")
-        .with(Block::Paragraph(format!("{source}, {turned}")))
-        .fact("end error", end_error + &percent)
-        .fact("RMSE", format!("{} m", digits(c.rmse_m, 2)))
-        .fact("path", format!("{} m", digits(c.path_m, 3)))
+        .with(Block::Paragraph(how))
+        .fact("end error", end_error)
+        .fact("RMSE", digits(c.rmse_m, 2) + " m")
+        .fact("path", digits(c.path_m, 3) + " m")
 }
 
 /// How the recording was read and processed.
 fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     // A finding reports a unit that is decided later.
-    let gyro = match &recording.gyro {
-        Some(_) => "; with a gyroscope",
-        None => "; no gyroscope",
+    let gyro = if recording.gyro.is_some() {
+        "with a gyroscope"
+    } else {
+        "no gyroscope"
     };
     let scale = &recording.accel_scale;
     let (unit, how) = (scale.unit, origin(scale.origin));
@@ -227,18 +230,17 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         (None, Some(rate)) => format!("{rate} Hz according to the file, no time stamps"),
         (None, None) => "rate unknown".to_owned(),
     };
-    let left_out = match result.rows_left_out {
-        0 => String::new(),
-        n => format!("; {n} rows skipped"),
-    };
-    let duration = format!("{:.2} s", result.duration_s);
+    let mut time = format!("{:.2} s, {rate}", result.duration_s);
+    if result.rows_left_out > 0 {
+        time += &format!("; {} rows skipped", result.rows_left_out);
+    }
     Section::new("Timing and procedure")
         .fact("read as", recording.description.clone())
-        .fact("unit", format!("accelerometer {unit} ({how}){gyro}"))
+        .fact("unit", format!("accelerometer {unit} ({how}); {gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())
         .fact("frame", result.frame.clone())
-        .fact("time", format!("{duration}, {rate}{left_out}"))
+        .fact("time", time)
         .fact("rests", rests)
 }
 
@@ -252,12 +254,14 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
         let times = [span.start_s, span.end_s, span.end_s - span.start_s];
         table = table.row(number.to_string(), seconds(times));
     }
-    let hidden = result.visible_moves.iter().map(|v| {
-        let (duration, distance) = (digits(v.seconds, 2), digits(v.distance_m, 2));
-        format!("{distance} m in {duration} s")
-    });
+    let section = section.full(table);
+    if result.visible_moves.is_empty() {
+        return section;
+    }
+    let hidden = result.visible_moves.iter();
+    let hidden = hidden.map(|v| digits(v.distance_m, 2) + " m in " + &digits(v.seconds, 2) + " s");
     let hidden = hidden.collect::<Vec<_>>().join(", ");
-    let hidden = (!hidden.is_empty())
-        .then(|| Block::Paragraph(format!("A shorter move may hide in a rest: {hidden}.")));
-    section.full(table).full(hidden)
+    section.full(Block::Paragraph(format!(
+        "A shorter move may hide in a rest: {hidden}."
+    )))
 }

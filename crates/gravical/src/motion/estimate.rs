@@ -1,7 +1,5 @@
 //! Samples and what the engine makes of them.
 
-use std::ops::Range;
-
 use gravical_motion::{Motion, Move, PathNode, Samples};
 
 use crate::Result;
@@ -18,17 +16,6 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// Its rests in other samples of the same rows.
-    pub fn rests_in(&self, samples: &Samples) -> Vec<Range<usize>> {
-        let rows = self.samples.rows();
-        let at = |row: usize| samples.rows().partition_point(|r| *r < row);
-        let rests = self.motion.rests.iter();
-        rests
-            .map(|rest| at(rows[rest.start])..at(rows[rest.end - 1] + 1))
-            .filter(|rest| !rest.is_empty())
-            .collect()
-    }
-
     /// By the procedure of the student report: Savitzky–Golay, the mean of the first rows off, trapezoid. One move
     /// in the axes of the sensor, without rests and bands.
     ///

@@ -6,8 +6,7 @@
 //!    [`gravical_motion::Samples`].
 //! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `moves`, `result`, `words`, `track`: what is said, and the samples behind it. [`truth`]: beside a
-//!    reference.
+//! 4. `summary`, `result`, `track`: what is said, and the samples behind it. [`truth`]: beside a reference.
 //!
 //! # Example
 //!
@@ -28,14 +27,13 @@
 //! ```
 
 mod estimate;
-mod moves;
 mod options;
 mod prepare;
 mod result;
+mod summary;
 mod track;
 pub mod truth;
 mod uncertainty;
-mod words;
 
 use std::ops::Range;
 use std::path::Path;
@@ -47,13 +45,13 @@ use gravical_motion::{
 };
 
 use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
 use crate::gravity::Gravity;
-use crate::recording::{Finding, Meter, Recording};
+use crate::recording::{Finding, Meter, Recording, why_calibrated};
 use crate::{Error, Result};
 
 use estimate::Estimate;
-use moves::{end, moves, visible_moves};
-use prepare::prepare;
+use prepare::{Prepared, prepare};
 use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
@@ -104,9 +102,13 @@ pub fn motion(
     recording.refuse_averaged("cut the hours of the motion out: `gravical convert` writes all")?;
     let file = calibration.map(|c| c.file);
     let mut findings = recording.findings.clone();
-    let prepared = prepare(recording, file, options, &mut findings)?;
-    let (samples, plain) = (prepared.samples, prepared.plain);
-    findings.extend(words::rows_left_out(recording, &samples));
+    let Prepared {
+        samples,
+        plain,
+        gyro_calibrated,
+        per_mps2,
+    } = prepare(recording, file, options, &mut findings)?;
+    findings.extend(summary::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
     let given = rests.map(|r| r.spans(samples.channels().time_s));
     let by_file = file.map(|file| Gravity {
@@ -119,8 +121,8 @@ pub fn motion(
         file,
         options,
         gravity,
-        gyro_calibrated: prepared.gyro_calibrated,
-        per_mps2: prepared.per_mps2,
+        gyro_calibrated,
+        per_mps2,
         rests: given.transpose()?,
     };
     let by_report = options.procedure == Procedure::Report;
@@ -133,24 +135,24 @@ pub fn motion(
         if by_report {
             return Estimate::by_report(samples);
         }
-        let rests = own.rests_in(&samples);
+        let rests = own.motion.rests.clone();
         work.run(samples, DATA_SHEET.force(), Some(rests))
     });
     let uncalibrated = uncalibrated.transpose()?;
 
-    let moves = moves(&own, uncalibrated.as_ref(), options);
-    let end = end(&own, &moves, options);
+    let moves = summary::moves(&own, uncalibrated.as_ref(), options);
+    let end = summary::end(&own, &moves, options);
     let rests = &own.motion.rests;
     let no_rest = rests.is_empty() && !by_report;
     let t = own.samples.channels().time_s;
-    let visible_moves = visible_moves(&own, options);
+    let visible_moves = summary::visible_moves(&own, options);
     let has_gyro = !own.samples.channels().rate_rad_s.is_empty();
-    findings.extend(words::circumstances(has_gyro, &moves, options));
+    findings.extend(summary::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
     {
         let [x, y, z, ..] = own.samples.channels().mean(rest);
-        findings.extend(words::size([x, y, z], &gravity));
+        findings.extend(summary::size([x, y, z], &gravity));
     }
     for finding in &mut findings {
         finding.file.get_or_insert_with(|| recording.name.clone());
@@ -162,11 +164,12 @@ pub fn motion(
         end_s: t[rest.end - 1],
     };
     let timing = &recording.timing;
+    let [procedure, frame] = summary::procedure(options, has_gyro);
     let result = MotionResult {
         input: recording.name.clone(),
         calibration: calibration.map(|c| c.name.to_owned()),
         verdict: MotionVerdict::of(&moves, &visible_moves, no_rest, misfit),
-        procedure: words::procedure(options, has_gyro),
+        procedure,
         rate_hz: Rates {
             nominal: timing.nominal_rate_hz,
             r#true: timing.mean_rate_hz.or(timing.median_rate_hz),
@@ -174,7 +177,7 @@ pub fn motion(
         duration_s: t[t.len() - 1] - t[0],
         rows: recording.rows() as u64,
         rows_left_out: (recording.rows() - own.samples.len()) as u64,
-        frame: words::frame(options),
+        frame,
         rests: rests.iter().map(span).collect(),
         noise: own.motion.noise,
         visible_moves,
@@ -182,7 +185,7 @@ pub fn motion(
         r#final: end,
         uncalibrated: uncalibrated.as_ref().map(|plain| FinalState {
             sigma_m: None,
-            ..moves::end(plain, &moves, options)
+            ..summary::end(plain, &moves, options)
         }),
         moves,
         truth: None,
@@ -218,12 +221,29 @@ impl Work<'_> {
         plain: Option<&Samples>,
         findings: &mut Vec<Finding>,
     ) -> Result<(Estimate, Option<GravityMisfit>)> {
-        let covariance = self.covariance(&samples);
-        let own = self.run(samples, covariance, self.rests.clone())?;
         let Some(file) = self.file else {
+            // Gravity itself may show more than a data sheet allows.
+            let off = norm(&typical(&samples)) / self.gravity.value_mps2 - 1.0;
+            let errors = ElementErrors {
+                scale: DATA_SHEET.scale.max(off.abs()),
+                ..DATA_SHEET
+            };
+            let own = self.run(samples, errors.force(), self.rests.clone())?;
             return Ok((own, None));
         };
         let (section, axes) = (&file.accelerometer, &self.options.axes);
+        // How far the parameters may be off, before the rests are asked.
+        let covariance = match section.covariance_of_parameters() {
+            Some(covariance) => by_covariance(section, &covariance, axes),
+            None => {
+                findings.push(finding!(
+                    CovarianceUnknown,
+                    "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
+                ));
+                UNSTATED.force()
+            }
+        };
+        let own = self.run(samples, covariance, self.rests.clone())?;
         // Where gravity is that of the calibration, its error is the same in both.
         let known = file.sensor().filter(|_| self.options.gravity.is_none());
         let known = known.map(|s| by_covariance(section, &s.covariance, axes));
@@ -232,9 +252,6 @@ impl Work<'_> {
         let worst =
             |samples: &Samples| GravityMisfit::worst(&own, samples, &known, gravity_mps2, causal);
         let (misfit, raw_misfit) = (worst(&own.samples), plain.and_then(worst));
-        if section.covariance_of_parameters().is_none() {
-            findings.push(words::no_covariance());
-        }
         let mut doubts = ForceCovariance::zeros();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
             doubts += misfit.covariance();
@@ -244,7 +261,12 @@ impl Work<'_> {
         let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             doubts += applied_twice(section, self.per_mps2, axes);
-            findings.push(words::already_calibrated(by_board));
+            let why = why_calibrated(by_board);
+            let finding = finding!(
+                AlreadyCalibrated,
+                "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
+            );
+            findings.push(finding.advise("calibration", ""));
         }
         if doubts == ForceCovariance::zeros() {
             return Ok((own, misfit));
@@ -282,24 +304,6 @@ impl Work<'_> {
             return Err(Error::io(Path::new(&self.recording.name), stopped));
         }
         Ok(Estimate { samples, motion })
-    }
-
-    /// How far the parameters may be off, before the rests are asked.
-    fn covariance(&self, samples: &Samples) -> ForceCovariance {
-        let Some(file) = self.file else {
-            // Gravity itself may show more than a data sheet allows.
-            let off = norm(&typical(samples)) / self.gravity.value_mps2 - 1.0;
-            return ElementErrors {
-                scale: DATA_SHEET.scale.max(off.abs()),
-                ..DATA_SHEET
-            }
-            .force();
-        };
-        let section = &file.accelerometer;
-        match section.covariance_of_parameters() {
-            Some(covariance) => by_covariance(section, &covariance, &self.options.axes),
-            None => UNSTATED.force(),
-        }
     }
 }
 

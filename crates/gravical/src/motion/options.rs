@@ -45,26 +45,19 @@ impl FromStr for Intervals {
 }
 
 fn interval(text: &str) -> Result<(f64, f64)> {
-    let bad = |why: &str| {
-        Error::usage("rests-syntax", format!("interval {text:?}: {why}"))
-            .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
-    };
-    let (start, end) = text
-        .split_once('-')
-        .ok_or_else(|| bad("there is no dash between start and end"))?;
     let number = |part: &str, open: f64| match part.trim() {
-        "" => Ok(open),
-        part => part
-            .parse()
-            .ok()
-            .filter(|v: &f64| v.is_finite())
-            .ok_or_else(|| bad(&format!("{part:?} is no number"))),
+        "" => Some(open),
+        part => part.parse().ok().filter(|v: &f64| v.is_finite()),
     };
-    let pair = (number(start, 0.0)?, number(end, f64::INFINITY)?);
-    if pair.1 <= pair.0 {
-        return Err(bad("it ends before it starts"));
-    }
-    Ok(pair)
+    let ends = text.split_once('-').and_then(|(start, end)| {
+        let ends = (number(start, 0.0)?, number(end, f64::INFINITY)?);
+        (ends.0 < ends.1).then_some(ends)
+    });
+    ends.ok_or_else(|| {
+        let text = format!("{text:?} is no start and later end, in seconds with a dash between");
+        Error::usage("rests-syntax", text)
+            .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
+    })
 }
 
 impl Intervals {
@@ -154,7 +147,6 @@ pub struct MotionOptions {
 
 impl MotionOptions {
     /// The procedure of the student report.
-    #[must_use]
     pub fn report() -> Self {
         MotionOptions {
             procedure: Procedure::Report,

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
-use gravical_motion::{Bridged, Samples, Sensor, bridge_odd};
+use gravical_motion::{Bridged, Samples, bridge_odd};
 
 use super::options::{MotionOptions, Procedure};
-use crate::calibration_file::{CalibrationFile, TemperatureModel};
+use crate::calibration_file::CalibrationFile;
 use crate::finding::finding;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
@@ -29,7 +29,7 @@ const MIN_SPIKE: [f64; 2] = [5.0, 5.0];
 pub(super) struct Prepared {
     /// By the calibration.
     pub samples: Samples,
-    /// By the nominal scales alone; none without a calibration.
+    /// The same rows by the nominal scales alone; none without a calibration.
     pub plain: Option<Samples>,
     /// The gyroscope's own calibration is applied.
     pub gyro_calibrated: bool,
@@ -83,25 +83,22 @@ pub(super) fn prepare(
     let t_s = times(recording)?;
     let axes = &options.axes;
     let units = [accel.matrix[0][0], gyro.map_or(0.0, |g| g.matrix[0][0])];
-    let sensors = [Sensor::Accelerometer, Sensor::Gyroscope];
     let full_scales = [
         FULL_SCALES_G.map(|g| g * 9.80665).to_vec(),
         FULL_SCALES_DEG_S.map(f64::to_radians).to_vec(),
     ];
-    let columns = [Some(&recording.accel), recording.gyro.as_ref()];
+    let rates = recording.gyro.as_ref().filter(|_| gyro.is_some());
+    let columns = [Some(&recording.accel), rates].into_iter().flatten();
     let (mut values, mut bridged, mut steps) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 6]);
-    for (k, channels) in columns.into_iter().enumerate() {
-        let Some(channels) = channels.filter(|_| units[k] > 0.0) else {
-            continue;
-        };
+    for (k, channels) in columns.enumerate() {
         let row = |i: usize| channels.each_ref().map(|c| c[i]);
         values[k] = (0..t_s.len()).map(row).collect();
         let ranges = full_scales[k].iter().map(|end| end / units[k]);
         let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
         let min_spike = MIN_SPIKE[k] / units[k];
-        let found = bridge_odd(&t_s, &mut values[k], sensors[k], &ranges, min_spike);
+        let found = bridge_odd(&t_s, &mut values[k], &ranges, min_spike);
         bridged.extend(found.into_iter().map(|b| Bridged {
-            axis: axes.case_axis(b.axis),
+            channel: 3 * k + axes.case_axis(b.channel),
             sd: b.sd * units[k],
             ..b
         }));
@@ -118,39 +115,42 @@ pub(super) fn prepare(
     if let (Some(model), None) = (drift, first_c) {
         findings.push(not_applied(model, "the recording has no temperatures"));
     }
-    let samples = |accel: Calibration<f64>,
+    // m/s² and rad/s of a row, along the axes of the case.
+    let convert = |row: usize,
+                   accel: Calibration<f64>,
                    gyro: Option<GyroscopeCalibration<f64>>,
-                   drift: Option<&TemperatureModel>| {
-        // The last that came, before that the first.
-        let mut now_c = first_c;
-        let rows = t_s.iter().zip(&force).enumerate();
-        let rows = rows.map(|(row, (t_s, force))| {
-            let t_c = temperature_c.get(row).copied();
-            now_c = t_c.filter(|t| t.is_finite()).or(now_c);
-            let drift = drift.zip(now_c);
-            let [x, y, z, u, v, w] = drift.map_or([0.0; 6], |(model, t_c)| model.drift_at(t_c));
-            let force = accel.apply(matrix3::sub(force, &[x, y, z]));
-            let rate = gyro.zip(rate.get(row)).map(|(gyro, rate)| {
-                let rate = gyro.apply(matrix3::sub(rate, &[u, v, w]), force);
-                axes.of_rates().to_case(rate)
-            });
-            (*t_s, axes.to_case(force), rate)
+                   [x, y, z, u, v, w]: [f64; 6]| {
+        let force = accel.apply(matrix3::sub(&force[row], &[x, y, z]));
+        let rate = gyro.zip(rate.get(row)).map(|(gyro, rate)| {
+            let rate = gyro.apply(matrix3::sub(rate, &[u, v, w]), force);
+            axes.of_rates().to_case(rate)
         });
-        let samples = Samples::new(rows, bridged.clone(), steps).with_breaks(&recording.breaks);
-        if samples.len() < 2 {
-            let (complete, all) = (samples.len(), t_s.len());
-            let text =
-                format!("{complete} of {all} rows hold a complete sample; two at least are needed");
-            return Err(Error::input("no-samples", text)
-                .at(Path::new(&recording.name), None)
-                .with_hint("`gravical inspect` shows what is in it"));
-        }
-        Ok(samples)
+        (axes.to_case(force), rate)
     };
     let own_accel = file.map(CalibrationFile::accelerometer_calibration);
+    // The last that came, before that the first.
+    let mut now_c = first_c;
+    let rows = t_s.iter().enumerate().map(|(row, t_s)| {
+        let t_c = temperature_c.get(row).copied();
+        now_c = t_c.filter(|t| t.is_finite()).or(now_c);
+        let drift = drift.zip(now_c).map(|(model, t_c)| model.drift_at(t_c));
+        let (accel, gyro) = (own_accel.unwrap_or(accel), own_gyro.or(gyro));
+        let (force, rate) = convert(row, accel, gyro, drift.unwrap_or_default());
+        (*t_s, force, rate)
+    });
+    let samples = Samples::new(rows, bridged, steps).with_breaks(&recording.breaks);
+    if samples.len() < 2 {
+        let (complete, all) = (samples.len(), t_s.len());
+        let text =
+            format!("{complete} of {all} rows hold a complete sample; two at least are needed");
+        return Err(Error::input("no-samples", text)
+            .at(Path::new(&recording.name), None)
+            .with_hint("`gravical inspect` shows what is in it"));
+    }
+    let by_nominal_scales = |row: usize| convert(row, accel, gyro, [0.0; 6]);
     Ok(Prepared {
-        samples: samples(own_accel.unwrap_or(accel), own_gyro.or(gyro), drift)?,
-        plain: own_accel.map(|_| samples(accel, gyro, None)).transpose()?,
+        plain: own_accel.map(|_| samples.with_values(by_nominal_scales)),
+        samples,
         gyro_calibrated: own_gyro.is_some(),
         per_mps2,
     })

@@ -51,18 +51,6 @@ pub struct MotionResult {
     pub findings: Vec<Finding>,
 }
 
-impl MotionResult {
-    /// The uncertainty of the move that is least certain, and the number of that move, from 1.
-    #[must_use]
-    pub fn largest_budget(&self) -> Option<(usize, Budget)> {
-        let total = |m: &Move| m.sigma_m.map_or(0.0, |s| s.iter().map(|v| v * v).sum());
-        let known = self.moves.iter().enumerate();
-        let known = known.filter_map(|(k, m)| Some((k + 1, m.budget_m?, total(m))));
-        let largest = known.max_by(|a, b| f64::total_cmp(&a.2, &b.2))?;
-        Some((largest.0, largest.1))
-    }
-}
-
 /// The verdict on a motion, with its reasons.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MotionVerdict {

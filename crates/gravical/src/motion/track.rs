@@ -6,8 +6,8 @@ use std::ops::Range;
 use gravical_motion::SampleState;
 use gravical_recording::write::write_fixed;
 
+use super::Motion;
 use super::estimate::Estimate;
-use super::{Motion, Move};
 
 /// Names of the columns that are always there.
 const COLUMNS: &str = "t_s,raw_ax_mps2,raw_ay_mps2,raw_az_mps2,\
@@ -48,19 +48,17 @@ pub struct MotionSample {
 impl MotionSample {
     /// In the order of the columns of the table.
     pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
-        let state = self.state;
+        let (s, [rx, ry, rz], [fx, fy, fz]) = (self.state, self.raw_mps2, self.force_mps2);
+        let ([qw, qx, qy, qz], still) = (s.attitude, f64::from(s.at_rest));
+        let first = [self.t_s, rx, ry, rz, fx, fy, fz, still, qw, qx, qy, qz];
         let vectors = [
-            state.acceleration_mps2,
-            state.velocity_mps,
-            state.position_m,
-            state.velocity_sd_mps,
-            state.position_sd_m,
+            s.acceleration_mps2,
+            s.velocity_mps,
+            s.position_m,
+            s.velocity_sd_mps,
+            s.position_sd_m,
         ];
-        let forces = [self.raw_mps2, self.force_mps2];
-        let before = [self.t_s].into_iter().chain(forces.into_iter().flatten());
-        let before = before.chain([f64::from(state.at_rest)]);
-        let before = before.chain(state.attitude);
-        before.chain(vectors.into_iter().flatten())
+        first.into_iter().chain(vectors.into_iter().flatten())
     }
 }
 
@@ -70,7 +68,7 @@ impl Motion {
         let own = self.own.samples.channels();
         let plain = self.uncalibrated.as_ref();
         let raw = plain.map_or(own, |plain| plain.samples.channels());
-        let states = states(&self.own, &self.result.moves).enumerate();
+        let states = self.states(&self.own).enumerate();
         states.map(move |(i, state)| MotionSample {
             t_s: own.time_s[i],
             raw_mps2: raw.force_mps2[i],
@@ -80,10 +78,34 @@ impl Motion {
     }
 
     /// The state at each sample without the calibration; none without one.
-    #[must_use]
     pub fn uncalibrated_states(&self) -> Option<impl Iterator<Item = SampleState>> {
-        let plain = self.uncalibrated.as_ref()?;
-        Some(states(plain, &self.result.moves))
+        self.uncalibrated.as_ref().map(|plain| self.states(plain))
+    }
+
+    /// The states of an estimate of these rows: in a move that is not usable only that it moves is known, and from
+    /// there on no position.
+    fn states<'a>(&self, estimate: &'a Estimate) -> impl Iterator<Item = SampleState> + use<'a> {
+        let last = self.own.samples.len() - 1;
+        let moves = self.own.motion.moves.iter().zip(&self.result.moves);
+        let unusable = moves.filter(|(_, m)| m.unusable.is_some());
+        // At its ends it may rest, but for those of the recording.
+        let unusable = unusable.map(|(m, _)| {
+            let Range { start, end } = m.samples;
+            start + usize::from(start > 0)..end + usize::from(end == last)
+        });
+        let unusable: Vec<Range<usize>> = unusable.collect();
+        let mut next = 0;
+        let states = estimate.motion.states(&estimate.samples).enumerate();
+        states.map(move |(i, mut state)| {
+            next += usize::from(unusable.get(next).is_some_and(|m| m.end <= i));
+            if unusable.get(next).is_some_and(|m| m.contains(&i)) {
+                state = SampleState::UNKNOWN;
+            }
+            if unusable.first().is_some_and(|m| m.start <= i) {
+                (state.position_m, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
+            }
+            state
+        })
     }
 
     /// Samples before which others are missing, or the recording is parted.
@@ -91,37 +113,6 @@ impl Motion {
         let pieces = self.own.samples.channels().pieces;
         pieces.iter().skip(1).map(|p| p.start)
     }
-}
-
-/// The states of an estimate: in a move that is not usable only that it moves is known, and from there on no
-/// position.
-fn states<'a>(
-    estimate: &'a Estimate,
-    moves: &[Move],
-) -> impl Iterator<Item = SampleState> + use<'a> {
-    let time_s = estimate.samples.channels().time_s;
-    let last = time_s.len() - 1;
-    // At its ends it may rest, but for those of the recording.
-    let inside = |m: &Move| {
-        let from = time_s.partition_point(|t| *t <= m.start_s);
-        let from = if from > 1 { from } else { 0 };
-        let end = time_s.partition_point(|t| *t < m.end_s);
-        from..if end < last { end } else { last + 1 }
-    };
-    let unusable = moves.iter().filter(|m| m.unusable.is_some());
-    let unusable: Vec<Range<usize>> = unusable.map(inside).collect();
-    let mut next = 0;
-    let states = estimate.motion.states(&estimate.samples).enumerate();
-    states.map(move |(i, mut state)| {
-        next += usize::from(unusable.get(next).is_some_and(|m| m.end <= i));
-        if unusable.get(next).is_some_and(|m| m.contains(&i)) {
-            state = SampleState::UNKNOWN;
-        }
-        if unusable.first().is_some_and(|m| m.start <= i) {
-            (state.position_m, state.position_sd_m) = ([f64::NAN; 3], [f64::NAN; 3]);
-        }
-        state
-    })
 }
 
 /// Names of the columns of the table of a motion.

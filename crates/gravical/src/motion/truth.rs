@@ -42,14 +42,14 @@ const STEP_S: f64 = 0.5;
 const PATH_BIN_S: f64 = 0.1;
 /// Path below which a share of it says nothing, m.
 const MIN_PATH_M: f64 = 1e-3;
+/// Units that names of columns end with, in m.
+const UNITS: [(&str, f64); 3] = [("", 1.0), ("m", 1.0), ("mm", 1e-3)];
 
 /// Positions that somebody else measured.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    /// The file as it was given.
-    pub source: String,
-    /// SHA-256 of the file, where the recording has one.
-    pub sha256: Option<String>,
+    /// The file as it was given, with its SHA-256 where the recording has one.
+    pub input: InputFile,
     /// Time, s, by its own stamps; rising, without the rows that have no position.
     pub t_s: Vec<f64>,
     /// Position, m.
@@ -58,18 +58,6 @@ pub struct Reference {
     pub same_file: bool,
     /// What is odd.
     pub findings: Vec<Finding>,
-}
-
-impl Reference {
-    /// The file that it was read from, for the record.
-    #[must_use]
-    pub fn input(&self) -> InputFile {
-        InputFile {
-            path: self.source.clone(),
-            sha256: self.sha256.clone(),
-            role: InputRole::Reference,
-        }
-    }
 }
 
 /// Reads the reference at `path` for `recording`, which was read from `recorded_at`. When both are one file,
@@ -158,8 +146,11 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         "{unknown} of {all} rows of the reference have no position; stepped over"
     );
     Ok(Reference {
-        source: path.display().to_string(),
-        sha256: input.sha256(),
+        input: InputFile {
+            path: path.display().to_string(),
+            sha256: input.sha256(),
+            role: InputRole::Reference,
+        },
         t_s,
         position_m,
         same_file,
@@ -170,36 +161,21 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
 /// Columns called `px_m`, `pos_x`, `Position X (mm)` …, and metres of their unit; in a file of its own also
 /// plain `x`, `y`, `z`, which in a recording would be acceleration.
 fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f64)> {
-    let names: Vec<(String, f64)> = names.iter().map(|name| plain_name(name)).collect();
-    let prefixes = ["p", "pos", "position", ""].into_iter();
-    let mut prefixes = prefixes.filter(|prefix| !(same_file && prefix.is_empty()));
-    prefixes.find_map(|prefix| {
-        let find = |axis: &str| {
-            let mut plain = names.iter().map(|(plain, _)| plain.strip_prefix(prefix));
-            plain.position(|rest| rest == Some(axis))
-        };
-        let columns = [find("x")?, find("y")?, find("z")?];
-        let metres = names[columns[0]].1;
-        let are_alike = columns.iter().all(|c| names[*c].1 == metres);
-        are_alike.then_some((columns, metres))
-    })
-}
-
-/// A name in lower case without marks and unit, and metres of the unit: 1 without one.
-fn plain_name(name: &str) -> (String, f64) {
-    let words = name
-        .split(|c: char| !c.is_alphanumeric())
-        .filter(|w| !w.is_empty());
-    let mut words: Vec<String> = words.map(str::to_lowercase).collect();
-    let metres = match words.last().map(String::as_str) {
-        Some("m" | "metre" | "metres" | "meter" | "meters") => Some(1.0),
-        Some("mm" | "millimetre" | "millimetres" | "millimeter" | "millimeters") => Some(1e-3),
-        _ => None,
+    let plain = |name: &String| -> String {
+        let characters = name.chars().filter(|c| c.is_alphanumeric());
+        characters.flat_map(char::to_lowercase).collect()
     };
-    if metres.is_some() && words.len() > 1 {
-        words.pop();
-    }
-    (words.concat(), metres.unwrap_or(1.0))
+    let names: Vec<String> = names.iter().map(plain).collect();
+    let prefixes = ["p", "pos", "position", ""].into_iter();
+    let prefixes = prefixes.filter(|prefix| !(same_file && prefix.is_empty()));
+    let mut kinds = prefixes.flat_map(|prefix| UNITS.map(|unit| (prefix, unit)));
+    kinds.find_map(|(prefix, (unit, metres))| {
+        let find = |axis: &str| {
+            let name = format!("{prefix}{axis}{unit}");
+            names.iter().position(|plain| *plain == name)
+        };
+        Some(([find("x")?, find("y")?, find("z")?], metres))
+    })
 }
 
 /// Compares `motion` with `reference`: its result gets the comparison and what is odd about it, and it the
@@ -215,9 +191,8 @@ pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> 
     let (comparison, aligned) = compare(&own, &motion.result.moves, reference, &mut findings)?;
     motion.reference = Some(aligned);
     motion.result.truth = Some(comparison);
-    for finding in &mut findings {
-        finding.file.get_or_insert_with(|| reference.source.clone());
-    }
+    let findings = findings.into_iter();
+    let findings = findings.map(|finding| finding.in_file(&reference.input.path));
     motion.result.findings.extend(findings);
     Ok(())
 }
@@ -263,7 +238,7 @@ fn compare(
         );
         return Err(Error::input("truth-overlap", text)
             .with_hint("record both from one motion to the next, or shift the reference's stamps")
-            .at(Path::new(&reference.source), None));
+            .at(Path::new(&reference.input.path), None));
     };
     let origin = result_m[0];
     for positions in [&mut result_m, &mut reference_m] {
@@ -284,7 +259,7 @@ fn compare(
     let path_m = path_m(&t_s, &reference_m);
     let end_error_m = norm(&errors[errors.len() - 1]);
     let comparison = Comparison {
-        source: reference.source.clone(),
+        source: reference.input.path.clone(),
         end_error_m,
         rmse_m: rms(&errors, [0.0; 3]),
         percent_of_path: (path_m > MIN_PATH_M).then(|| 100.0 * end_error_m / path_m),

@@ -145,15 +145,14 @@ impl GravityMisfit {
         gravity_mps2: f64,
         causal: bool,
     ) -> Option<Self> {
-        let mut rests = estimate.rests_in(samples);
-        rests.truncate(if causal { 1 } else { rests.len() });
+        let most = if causal { 1 } else { usize::MAX };
+        let rests = estimate.motion.rests.iter().take(most);
         let noise = estimate.motion.noise?;
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
         let (channels, t) = (samples.channels(), samples.channels().time_s);
         rests
-            .iter()
             .map(|rest| {
                 let [x, y, z, ..] = channels.mean(rest);
                 let measured_mps2 = norm(&[x, y, z]);
@@ -175,7 +174,6 @@ impl GravityMisfit {
     }
 
     /// The difference, in standard uncertainties.
-    #[must_use]
     pub fn sigmas(&self) -> f64 {
         (self.measured_mps2 - self.gravity_mps2).abs() / self.sigma_mps2
     }

@@ -69,8 +69,11 @@ fn seen(rate_hz: f64, ahead_s: f64, yaw_rad: f64) -> Reference {
         ]
     };
     Reference {
-        source: "camera.csv".to_owned(),
-        sha256: None,
+        input: InputFile {
+            path: "camera.csv".to_owned(),
+            sha256: None,
+            role: InputRole::Reference,
+        },
         position_m: t_s.iter().map(|t| turned(place(*t))).collect(),
         t_s: t_s.iter().map(|t| t + ahead_s).collect(),
         same_file: false,
