@@ -72,12 +72,8 @@ pub fn run(
         now_s: 0.0,
     };
     let ended = driver.begin(before).and_then(|()| driver.guide());
-    // What cannot be written has been rescued, and would be once more.
-    if ended.as_ref().is_err_and(|error| error.code() == "io") {
-        driver.journal = None;
-    } else {
-        driver.opened.source.close(false);
-    }
+    // Whatever failed, rows that wait are written.
+    driver.opened.source.close(false);
     if let Err(error) = ended {
         // What shows the events may have failed, too.
         let _ = driver.end(EndReason::Failed, &error.to_string());
