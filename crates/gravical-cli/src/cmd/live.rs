@@ -28,7 +28,7 @@ use crate::options::{GravityArgs, number};
 
 use connect::{Connection, OpenSource, Origin};
 use console::{Console, EventLines, Plain};
-use source::{PortSource, Replay, Simulated, Source};
+use source::{Incoming, PortSource, Replay, Simulated, Source};
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -272,7 +272,6 @@ impl Args {
     /// Opens the source.
     fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
         let resumes = self.resume.is_some();
-        let path = folder.join(RECORDING);
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
                 let replay = Replay {
@@ -286,6 +285,7 @@ impl Args {
                 make_folder(folder)?;
                 let seed = seed.unwrap_or_else(Simulated::draw_seed);
                 let name = format!("simulated MPU6050, seed {seed}");
+                let path = folder.join(RECORDING);
                 let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
                 (SourceKind::Simulate, name, Box::new(simulated))
             }
@@ -296,17 +296,11 @@ impl Args {
                 (SourceKind::Port, port.name().to_owned(), Box::new(port))
             }
         };
-        let before = if resumes {
-            std::fs::read(&path).map_err(|e| Error::io(&path, e))?
-        } else {
-            Vec::new()
-        };
         Ok(OpenSource {
             kind,
             name,
             source,
-            before,
-            first: Vec::new(),
+            first: Incoming::default(),
         })
     }
 }

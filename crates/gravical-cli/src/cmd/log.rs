@@ -15,10 +15,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use gravical::Result;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ColumnsSpec, ReadOptions, parse_columns, read};
-use gravical::Result;
 
 pub use event::Event;
 pub use file::{Existing, LogFile, free_path};

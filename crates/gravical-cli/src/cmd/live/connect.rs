@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, Event, Loss, SourceKind};
+use gravical::live::event::{Command, Event, SourceKind};
 use gravical::live::sentence;
 use gravical::{Category, Error, Result};
 
 use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
+use crate::cmd::log;
 use crate::device::ports::{list, the_board};
 
 /// Time between two looks at the ports, and at what the user wants.
@@ -38,9 +39,8 @@ pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
-    /// The recording before it was opened, and the first bytes since.
-    pub before: Vec<u8>,
-    pub first: Vec<u8>,
+    /// What it had while its first rows were waited for.
+    pub first: Incoming,
 }
 
 /// Opens a source, and shows what hinders.
@@ -77,7 +77,7 @@ impl Connection<'_> {
     fn first_rows(&mut self) -> Result<Option<OpenSource>> {
         let mut opened = self.args.open(&self.origin, self.folder)?;
         // A port may be that of another device.
-        while opened.kind == SourceKind::Port && opened.first.is_empty() {
+        while opened.kind == SourceKind::Port && opened.first.bytes.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
             if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
                 opened.source.close(true);
@@ -88,21 +88,26 @@ impl Connection<'_> {
     }
 
     fn wait(&mut self, opened: &mut OpenSource) -> Result<()> {
-        for incoming in opened.source.next()?.into_iter().flatten() {
-            match incoming {
-                Incoming::Bytes(bytes) => opened.first.extend(bytes),
-                Incoming::Connected(name) => {
+        let Incoming { bytes, events } = opened.source.next()?.unwrap_or_default();
+        opened.first.bytes.extend(bytes);
+        for event in events {
+            match event {
+                log::Event::Opened { port: name, .. } => {
                     opened.name.clone_from(&name);
                     self.origin = Origin::Port(Some(name.clone()));
                     let text = format!("{name} is open: waiting for its first rows.");
                     self.console.note(Event::Connecting { name }, &text)?;
                 }
-                Incoming::Lost(Loss::Unplugged) => {
+                log::Event::Lost { .. } => {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                Incoming::Warning(text) => self.console.note(Event::Warning, &text)?,
-                Incoming::Lost(Loss::Silent) => {}
+                log::Event::Warning { text } => self.console.note(Event::Warning, &text)?,
+                log::Event::Waiting { text } => {
+                    let text = format!("waiting for {text}");
+                    self.console.note(Event::Warning, &text)?;
+                }
+                _ => {}
             }
         }
         Ok(())

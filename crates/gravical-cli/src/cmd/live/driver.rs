@@ -9,7 +9,7 @@ use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
 use gravical::live::Session;
-use gravical::live::event::{Command, EndReason, Event, Message, Rejection, SourceKind};
+use gravical::live::event::{Command, EndReason, Event, Loss, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::numfmt::count;
 use gravical::{Error, Result};
@@ -19,7 +19,7 @@ use super::Args;
 use super::connect::OpenSource;
 use super::console::Console;
 use super::source::Incoming;
-use crate::cmd::log::{Existing, LogFile};
+use crate::cmd::log::{self, Existing, LogFile};
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -101,8 +101,11 @@ impl Driver<'_> {
             gravity: self.session.gravity(),
         };
         self.note(event, &text)?;
-        if let Some(journal) = before {
-            let bytes = std::mem::take(&mut self.opened.before);
+        let first = std::mem::take(&mut self.opened.first);
+        if let (Some(journal), Some(folder)) = (before, self.folder) {
+            let path = folder.join(RECORDING);
+            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+            bytes.truncate(bytes.len().saturating_sub(first.bytes.len()));
             let restored = self.session.restore(&bytes, journal)?;
             self.render(&restored)?;
         }
@@ -110,8 +113,7 @@ impl Driver<'_> {
             // It is left alone until its noise is known.
             self.busy_until_s = self.now_s + HAND_S;
         }
-        let first = std::mem::take(&mut self.opened.first);
-        self.receive(Incoming::Bytes(first))
+        self.receive(first)
     }
 
     /// Reads rows and does what the user wants, until there is an end.
@@ -123,9 +125,7 @@ impl Driver<'_> {
                 self.show(messages)?;
                 return self.command(&Command::Finish);
             };
-            for incoming in next {
-                self.receive(incoming)?;
-            }
+            self.receive(next)?;
             let kind = self.opened.kind;
             let is_seen = self.console.page.is_some();
             if !self.commands()? && kind == SourceKind::Simulate && !is_seen {
@@ -142,20 +142,28 @@ impl Driver<'_> {
 
     /// Passes to the session what the source has.
     fn receive(&mut self, incoming: Incoming) -> Result<()> {
-        let messages = match incoming {
-            Incoming::Bytes(bytes) => {
-                let mut messages = self.session.resumed();
-                messages.extend(self.session.bytes(&bytes)?);
-                if self.opened.kind == SourceKind::Port {
-                    // The logger has waited for rows enough, also of a slow sensor.
-                    messages.extend(self.session.settle_format().unwrap_or_default());
-                }
-                messages
+        let Incoming { bytes, events } = incoming;
+        let mut messages = Vec::new();
+        if !bytes.is_empty() {
+            messages = self.session.resumed();
+            messages.extend(self.session.bytes(&bytes)?);
+            if self.opened.kind == SourceKind::Port {
+                // The logger has waited for rows enough, also of a slow sensor.
+                messages.extend(self.session.settle_format().unwrap_or_default());
             }
-            Incoming::Lost(why) => self.session.lost(why),
-            Incoming::Connected(_) => Vec::new(),
-            Incoming::Warning(text) => self.session.note(Event::Warning, &text),
-        };
+        }
+        for event in events {
+            messages.extend(match event {
+                log::Event::Lost { .. } => self.session.lost(Loss::Unplugged),
+                log::Event::Silent { .. } => self.session.lost(Loss::Silent),
+                log::Event::Warning { text } => self.session.note(Event::Warning, &text),
+                log::Event::Waiting { text } => {
+                    let text = format!("waiting for {text}");
+                    self.session.note(Event::Warning, &text)
+                }
+                _ => Vec::new(),
+            });
+        }
         self.show(messages)
     }
 
@@ -165,13 +173,14 @@ impl Driver<'_> {
             if let Some(journal) = &mut self.journal
                 && !message.event.is_status()
             {
-                // Without these a session could not be resumed as it was.
+                // With these a session is resumed as it was.
                 let is_vital = matches!(
                     message.event,
                     Event::Session { .. }
                         | Event::PoseAccepted(_)
                         | Event::PoseUndone { .. }
                         | Event::Gravity(_)
+                        | Event::Lost { .. }
                 );
                 if is_vital {
                     self.opened.source.make_safe()?;
