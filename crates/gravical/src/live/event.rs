@@ -169,7 +169,6 @@ pub enum Event {
 
 impl Message {
     /// An event, and its sentences: `text` with a capital letter, a mark at its end, and minus signs.
-    #[must_use]
     pub fn new(t_s: f64, event: Event, text: &str) -> Self {
         Message {
             v: EVENTS_VERSION,
@@ -180,7 +179,6 @@ impl Message {
     }
 
     /// One line of JSON, without its end.
-    #[must_use]
     pub fn to_json(&self) -> String {
         // Names and numbers are always JSON.
         serde_json::to_string(self).unwrap_or_default()
@@ -189,7 +187,6 @@ impl Message {
 
 impl Event {
     /// True for the state that changes ten times a second: it is not part of the record.
-    #[must_use]
     pub fn is_status(&self) -> bool {
         matches!(self, Event::Status(_))
     }

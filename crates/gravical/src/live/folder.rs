@@ -41,7 +41,6 @@ pub struct Journal {
 }
 
 /// True for the folder of a session.
-#[must_use]
 pub fn is_session(folder: &Path) -> bool {
     folder.join(JOURNAL).is_file()
 }

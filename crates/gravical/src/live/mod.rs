@@ -99,7 +99,6 @@ fn any_of(faces: &[Face]) -> String {
 
 /// A whole sentence: it begins with a capital letter, unless that is the name of an axis, and ends with a
 /// mark. Minus signs before numbers and names of faces are those of the page.
-#[must_use]
 pub fn sentence(text: &str) -> String {
     let text = text.trim();
     let word = text.split(|c: char| !c.is_alphanumeric()).next();

@@ -108,7 +108,6 @@ pub struct Session {
 
 impl Session {
     /// A session that reads the recording `name`.
-    #[must_use]
     pub fn new(name: &str, options: LiveOptions) -> Self {
         let rate_hz = options.read.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
         Session {
@@ -255,7 +254,6 @@ impl Session {
     }
 
     /// The calibration from the poses so far.
-    #[must_use]
     pub fn calibration(&self) -> Option<&CalibrationFile> {
         self.file.as_ref()
     }
@@ -266,13 +264,11 @@ impl Session {
     }
 
     /// Local gravity.
-    #[must_use]
     pub fn gravity(&self) -> Gravity {
         self.options.gravity
     }
 
     /// True once the user has finished or cancelled.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.stop == Some(State::Done)
     }
@@ -362,7 +358,6 @@ impl Session {
     }
 
     /// The direction of the free pose that is wanted next.
-    #[must_use]
     pub fn next_up(&self) -> Option<[f64; 3]> {
         let is_free = self.missing_faces().is_empty() && self.grade() != Some(Grade::Good);
         let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
