@@ -62,16 +62,6 @@ pub(super) struct Hold {
     forced: bool,
 }
 
-impl Hold {
-    fn new(rows: Range<usize>, forced: bool) -> Self {
-        Hold {
-            rows,
-            is_over: false,
-            forced,
-        }
-    }
-}
-
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
     pub(super) options: LiveOptions,
@@ -244,11 +234,10 @@ impl Session {
             Command::Finish => self.finish(),
             Command::Gravity { value, latitude } => self.set_gravity(*value, *latitude),
             Command::Cancel => self.stop = Some(State::Done),
-            Command::Resume => self.warn("The session goes on already."),
-            Command::Port { .. } | Command::Simulate => {
-                self.warn("The sensor was chosen: another one needs a new session.");
-            }
             Command::Hand { .. } => self.warn("This sensor is moved by hand, not by commands."),
+            Command::Resume | Command::Port { .. } | Command::Simulate => {
+                self.warn("The session has begun; another sensor needs another session.");
+            }
         }
         self.take_events()
     }
@@ -541,7 +530,8 @@ impl Session {
             self.emit(Event::Gravity(gravity), text);
         }
         self.progress_s = self.now_s;
-        self.request_pose();
+        let (event, text) = self.next_step();
+        self.emit(event, &text);
         true
     }
 
@@ -590,7 +580,13 @@ impl Session {
         }
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => hold.rows.end = run.end,
-            _ => self.hold = Some(Hold::new(run, false)),
+            _ => {
+                self.hold = Some(Hold {
+                    rows: run,
+                    is_over: false,
+                    forced: false,
+                });
+            }
         }
     }
 
@@ -602,10 +598,9 @@ impl Session {
 
     /// The hold goes on: it settles, is captured, is over.
     fn advance_hold(&mut self) {
-        let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over) else {
+        let (Some(hold), Some(units)) = (self.hold.clone(), self.units) else {
             return;
         };
-        let Some(units) = self.units else { return };
         if !self.is_capturing(&hold) {
             return;
         }
@@ -669,7 +664,7 @@ impl Session {
             .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
-            *hold = Hold::new(rows.end..hold.rows.end, forced);
+            hold.rows.start = rows.end;
             hold.is_over = !fault.as_ref().is_some_and(|f| f.0 == Rejection::Moved);
         }
         self.progress_s = self.now_s;
@@ -742,8 +737,8 @@ impl Session {
             Some(hold) if has_units => {
                 // What it has rested already counts.
                 let earliest = hold.rows.end.saturating_sub(most_rows);
-                let start = hold.rows.start.max(earliest);
-                *hold = Hold::new(start..hold.rows.end, true);
+                hold.rows.start = hold.rows.start.max(earliest);
+                (hold.is_over, hold.forced) = (false, true);
             }
             _ => self.warn("It moves: hold it still first."),
         }
@@ -778,7 +773,8 @@ impl Session {
         self.progress_s = self.now_s;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
-            *hold = Hold::new(hold.rows.end..hold.rows.end, hold.forced);
+            hold.rows.start = hold.rows.end;
+            hold.is_over = false;
         }
         self.fit();
     }
@@ -796,14 +792,13 @@ impl Session {
             }
             None
         });
-        if let Some((event, text)) = self.file.as_ref().map(shown_fit) {
-            self.emit(event, &text);
-        }
+        let shown = self.file.as_ref().map(shown_fit);
         let full = self.full_fit().filter(|_| self.grade() != before);
-        if let Some((event, text)) = full.map(|file| verdict(file, false)) {
+        let verdict = full.map(|file| verdict(file, false));
+        let said = [shown, verdict, Some(self.next_step())];
+        for (event, text) in said.into_iter().flatten() {
             self.emit(event, &text);
         }
-        self.request_pose();
     }
 
     fn calibrated(&self) -> Result<CalibrationFile> {
@@ -845,12 +840,6 @@ impl Session {
             hint,
         };
         (event, text)
-    }
-
-    /// Says which pose is wanted next.
-    fn request_pose(&mut self) {
-        let (event, text) = self.next_step();
-        self.emit(event, &text);
     }
 
     fn set_gravity(&mut self, value: Option<f64>, latitude: Option<f64>) {
