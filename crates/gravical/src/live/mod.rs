@@ -38,7 +38,6 @@ pub mod folder;
 mod rest;
 mod session;
 mod status;
-mod stillness;
 
 use crate::gravity::Gravity;
 use crate::poses::face::Face;

@@ -18,8 +18,7 @@ use crate::{Error, Result};
 
 use super::event::{Command, Event, Loss, Message, Pose, Rejection, State, Wanted};
 use super::folder::{Journal, section};
-use super::rest::{Fault, LET_GO, Means, Units};
-use super::stillness::{Stillness, StillnessDetector};
+use super::rest::{Fault, LET_GO, Means, Stillness, StillnessDetector, Units};
 use super::{APART_DEG, LiveOptions, any_of, face_of, sentence};
 
 /// Rows of this time are at hand, s: twice the longest capture.
