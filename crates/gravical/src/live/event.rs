@@ -185,13 +185,6 @@ impl Message {
     }
 }
 
-impl Event {
-    /// True for the state that changes ten times a second: it is not part of the record.
-    pub fn is_status(&self) -> bool {
-        matches!(self, Event::Status(_))
-    }
-}
-
 /// A port that can be chosen.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortInfo {

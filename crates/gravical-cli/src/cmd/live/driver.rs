@@ -74,17 +74,17 @@ pub fn run(
     let ended = driver.begin(before).and_then(|()| driver.guide());
     // Whatever failed, rows that wait are written.
     driver.opened.source.close(false);
-    if let Err(error) = ended {
+    let done = match ended {
+        Err(error) => Err(error.into()),
+        Ok(()) if driver.console.is_interrupted() => driver.stopped(),
+        Ok(()) if driver.session.is_done() => driver.save(),
+        Ok(()) => return driver.out_of_rows(),
+    };
+    if let Err(error) = &done {
         // What shows the events may have failed, too.
         let _ = driver.end(EndReason::Failed, &error.to_string());
-        Err(error.into())
-    } else if driver.console.is_interrupted() {
-        driver.stopped()
-    } else if driver.session.is_done() {
-        driver.save()
-    } else {
-        driver.out_of_rows()
     }
+    done
 }
 
 impl Driver<'_> {
@@ -106,8 +106,10 @@ impl Driver<'_> {
             let path = folder.join(RECORDING);
             let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
             bytes.truncate(bytes.len().saturating_sub(first.bytes.len()));
-            let restored = self.session.restore(&bytes, journal)?;
-            self.render(&restored)?;
+            for message in self.session.restore(&bytes, journal)? {
+                self.now_s = message.t_s;
+                self.console.show(&message)?;
+            }
         }
         if self.opened.kind == SourceKind::Simulate {
             // It is left alone until its noise is known.
@@ -170,34 +172,7 @@ impl Driver<'_> {
     /// Shows events; what has to be safe is safe before.
     fn show(&mut self, messages: Vec<Message>) -> Result<()> {
         for message in messages {
-            if let Some(journal) = &mut self.journal
-                && !message.event.is_status()
-            {
-                // With these a session is resumed as it was.
-                let is_vital = matches!(
-                    message.event,
-                    Event::Session { .. }
-                        | Event::PoseAccepted(_)
-                        | Event::PoseUndone { .. }
-                        | Event::Gravity(_)
-                        | Event::Lost { .. }
-                );
-                if is_vital {
-                    self.opened.source.make_safe()?;
-                }
-                journal.write(format!("{}\n", message.to_json()).as_bytes())?;
-                if is_vital {
-                    journal.sync()?;
-                }
-            }
-            self.render(&[message])?;
-        }
-        Ok(())
-    }
-
-    /// Shows events that are in the journal.
-    fn render(&mut self, messages: &[Message]) -> Result<()> {
-        for message in messages {
+            self.record(&message)?;
             self.now_s = message.t_s;
             let is_over = match &message.event {
                 Event::PoseAccepted(_) => true,
@@ -209,9 +184,27 @@ impl Driver<'_> {
             if is_over {
                 self.busy_until_s = self.now_s;
             }
-            self.console.show(message)?;
+            self.console.show(&message)?;
         }
         Ok(())
+    }
+
+    /// Writes an event to the journal; that of what a session goes on with is safe then.
+    fn record(&mut self, message: &Message) -> Result<()> {
+        let is_vital = match message.event {
+            Event::Status(_) => return Ok(()),
+            Event::Session { .. } | Event::Gravity(_) | Event::Lost { .. } => true,
+            Event::PoseAccepted(_) | Event::PoseUndone { .. } => true,
+            _ => false,
+        };
+        let Some(journal) = &mut self.journal else {
+            return Ok(());
+        };
+        if is_vital {
+            self.opened.source.make_safe()?;
+        }
+        journal.write(format!("{}\n", message.to_json()).as_bytes())?;
+        if is_vital { journal.sync() } else { Ok(()) }
     }
 
     /// Does what the user wants; false once nobody types any more.

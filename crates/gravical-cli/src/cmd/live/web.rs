@@ -185,7 +185,7 @@ impl Page {
                 Event::End { .. } => said.has_ended = true,
                 _ => {}
             }
-            if message.event.is_status() {
+            if matches!(message.event, Event::Status(_)) {
                 said.status = Some(text);
             } else {
                 said.past.push(text);
