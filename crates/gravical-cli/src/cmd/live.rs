@@ -22,13 +22,13 @@ use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, free_path};
+use crate::cmd::log::{self, BoardArgs, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 
 use connect::{Connection, OpenSource, Origin};
 use console::{Console, EventLines, Plain};
-use source::{Incoming, PortSource, Replay, Simulated, Source};
+use source::{Incoming, Replay, Simulated, Source};
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -290,10 +290,15 @@ impl Args {
                 (SourceKind::Simulate, name, Box::new(simulated))
             }
             Origin::Port(name) => {
+                make_folder(folder)?;
                 let mut board = self.board.clone();
                 board.port.clone_from(name);
-                let port = PortSource::open(&board, folder, resumes)?;
-                (SourceKind::Port, port.name().to_owned(), Box::new(port))
+                let args = log::Args::of_session(&board, folder.join(RECORDING), resumes);
+                let mut port = log::Session::open(&args)?;
+                // What a session goes on with are whole lines.
+                port.file.start()?;
+                let name = port.port().unwrap_or("the board").to_owned();
+                (SourceKind::Port, name, Box::new(port))
             }
         };
         Ok(OpenSource {

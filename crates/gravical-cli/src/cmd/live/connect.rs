@@ -12,7 +12,7 @@ use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
 use crate::cmd::log;
-use crate::device::ports::{list, the_board};
+use crate::device::ports::list;
 
 /// Time between two looks at the ports, and at what the user wants.
 const LOOK: Duration = Duration::from_millis(200);
@@ -60,7 +60,12 @@ impl Connection<'_> {
     /// Those of the source; in a script those of a board, too.
     pub fn open(mut self) -> Result<Option<OpenSource>> {
         while !self.console.is_interrupted() {
-            match self.first_rows() {
+            let done = self.first_rows();
+            if !matches!(done, Ok(Some(_))) {
+                // Without a board no empty folder remains; one with a file in it does.
+                let _ = std::fs::remove_dir(self.folder);
+            }
+            match done {
                 Ok(None) => {}
                 Err(trouble)
                     if trouble.category() == Category::Device && self.console.is_seen() =>
@@ -113,10 +118,11 @@ impl Connection<'_> {
         Ok(())
     }
 
-    /// Shows the ports until one is chosen, or the one that was waited for is there.
+    /// Shows the ports until one is chosen; where one is missing, until there are others.
     fn ask(&mut self, trouble: &Error) -> Result<()> {
         let code = trouble.code();
         let is_mute = ["board-silent", "no-samples-from-board", "settings-refused"].contains(&code);
+        let waits = ["no-port", "no-such-port", "several-ports"].contains(&code);
         let remedy = match code {
             "no-port" | "no-such-port" => {
                 "plug it in: it is opened when it is there; or choose another port"
@@ -125,36 +131,29 @@ impl Connection<'_> {
             _ => trouble.hint().unwrap_or("choose another port"),
         };
         let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+        let tried = match &self.origin {
+            Origin::Port(name) => name.clone(),
+            _ => None,
+        };
+        let port = tried.clone().unwrap_or_else(|| "PORT".to_owned());
         let mut shown = None;
         while !self.console.is_interrupted() && !self.chooses()? {
-            let found = list().unwrap_or_default();
-            let tried = match &self.origin {
-                Origin::Port(name) => name.clone(),
-                _ => None,
-            };
-            let arrived = match (code, &tried) {
-                ("no-port", _) => the_board(&found).ok().map(|port| port.name),
-                ("no-such-port", Some(name)) => {
-                    let is_there = found.iter().any(|p| p.name == *name);
-                    (is_there || Path::new(name).exists()).then(|| name.clone())
-                }
-                _ => None,
-            };
-            if arrived.is_some() {
-                self.origin = Origin::Port(arrived);
+            let ports = list().unwrap_or_default();
+            let now = Some((ports.clone(), Path::new(&port).exists()));
+            if shown.is_some() && shown != now && waits {
                 return Ok(());
             }
-            if shown.as_ref() != Some(&found) {
-                let port = path_word(Path::new(tried.as_deref().unwrap_or("PORT")));
+            if shown != now {
                 let flash = FLASH.iter().filter(|_| is_mute);
+                let flash = flash.map(|line| line.replace("{port}", &path_word(Path::new(&port))));
                 let event = Event::Ports {
-                    ports: found.clone(),
-                    tried,
-                    flash: flash.map(|line| line.replace("{port}", &port)).collect(),
+                    ports,
+                    tried: tried.clone(),
+                    flash: flash.collect(),
                     simulate: self.args.resume.is_none(),
                 };
                 self.console.note(event, &text)?;
-                shown = Some(found);
+                shown = now;
             }
             std::thread::sleep(LOOK);
         }

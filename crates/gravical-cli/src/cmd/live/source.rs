@@ -8,9 +8,7 @@ use gravical::calibration_file::CalibrationFile;
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
 use gravical::live::event::{Command, Event};
-use gravical::live::folder::RECORDING;
 use gravical::numfmt::milli_g;
-use gravical::output::make_folder;
 use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
 use gravical::simulate::{
@@ -229,58 +227,22 @@ impl Source for Simulated {
 }
 
 /// A board at a port, recorded as `gravical log` does.
-pub struct PortSource {
-    recording: log::Session,
-    folder: PathBuf,
-}
-
-impl PortSource {
-    /// Opens the port, and the file in `folder`.
-    ///
-    /// # Errors
-    ///
-    /// Those of the port and of the file.
-    pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
-        let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
-        make_folder(folder)?;
-        let opened = log::Session::open(&args);
-        if opened.is_err() {
-            // Without a board no empty folder remains; one with a file in it does.
-            let _ = std::fs::remove_dir(folder);
-        }
-        let mut recording = opened?;
-        // What a session goes on with are whole lines.
-        recording.file.start()?;
-        Ok(PortSource {
-            recording,
-            folder: folder.to_owned(),
-        })
-    }
-
-    /// The port, as far as it is known.
-    pub fn name(&self) -> &str {
-        self.recording.port().unwrap_or("the board")
-    }
-}
-
-impl Source for PortSource {
+impl Source for log::Session {
     fn next(&mut self) -> Result<Option<Incoming>> {
-        let bytes = self.recording.step()?;
-        let events = self.recording.take_events();
+        let bytes = self.step()?;
+        let events = self.take_events();
         Ok(Some(Incoming { bytes, events }))
     }
 
     fn make_safe(&mut self) -> Result<()> {
-        self.recording.file.sync()
+        self.file.sync()
     }
 
     fn close(&mut self, has_failed: bool) {
         // The session has ended, and says what it has.
-        let _ = self.recording.close(has_failed);
+        let _ = log::Session::close(self, has_failed);
         if has_failed {
-            self.recording.file.discard_empty();
-            // Only an empty one is removed.
-            let _ = std::fs::remove_dir(&self.folder);
+            self.file.discard_empty();
         }
     }
 }

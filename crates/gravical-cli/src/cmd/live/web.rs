@@ -67,12 +67,7 @@ const REFUSAL: &str = "This answers its own page only: use the address that grav
 
 /// The page; its token is put in when it is sent.
 const PAGE: &str = include_str!("page/page.html");
-
-/// The files that it is made of.
-const FILES: [(&str, &str, &str); 2] = [
-    ("page.css", CSS, include_str!("page/page.css")),
-    ("page.js", JS, SCRIPT),
-];
+const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
     include_str!("page/board.js"),
@@ -298,10 +293,9 @@ impl Hub {
             "command" if is_post => self.command(request.into_body()).await,
             "command" => StatusCode::METHOD_NOT_ALLOWED.into_response(),
             "report" => self.report(),
-            name => match FILES.iter().find(|(file, _, _)| *file == name) {
-                Some((_, kind, content)) => text(StatusCode::OK, kind, *content),
-                None => StatusCode::NOT_FOUND.into_response(),
-            },
+            "page.css" => text(StatusCode::OK, CSS, STYLE),
+            "page.js" => text(StatusCode::OK, JS, SCRIPT),
+            _ => StatusCode::NOT_FOUND.into_response(),
         };
         let headers = response.headers_mut();
         for (name, value) in HEADERS {
