@@ -212,12 +212,6 @@ impl Session {
         self.take_events()
     }
 
-    /// Something for the record that only the program knows: the beginning, what was saved, the end.
-    pub fn note(&mut self, event: Event, text: &str) -> Vec<Message> {
-        self.emit(event, text);
-        self.take_events()
-    }
-
     /// Does what the user wants. [`Command::Hand`] is for a simulated sensor, not for the session.
     pub fn command(&mut self, command: &Command) -> Vec<Message> {
         if self.is_done() {

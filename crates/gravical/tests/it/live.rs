@@ -66,8 +66,8 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         assert!(rms < 1.5 && worst < 5.0, "{clumsiness:?}: {rms} {worst}");
         assert!(ended.good_s.unwrap() < 180.0, "{clumsiness:?}");
         assert!(ended.count(|e| matches!(e, Event::Verdict { r#final: true, .. })) == 1);
-        let is_event = |m: &&Message| !matches!(m.event, Event::Status(_));
-        let messages = ended.messages.iter().filter(is_event);
+        let all = ended.messages.iter();
+        let messages = all.filter(|m| !matches!(m.event, Event::Status(_)));
         for message in messages.chain(&ended.messages[60..61]) {
             let value = serde_json::to_value(message).unwrap();
             let back: Message = serde_json::from_value(value).unwrap();

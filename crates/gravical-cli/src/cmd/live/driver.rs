@@ -154,18 +154,21 @@ impl Driver<'_> {
                 messages.extend(self.session.settle_format().unwrap_or_default());
             }
         }
+        self.show(messages)?;
         for event in events {
-            messages.extend(match event {
-                log::Event::Lost { .. } => self.session.lost(Loss::Unplugged),
-                log::Event::Silent { .. } => self.session.lost(Loss::Silent),
-                log::Event::Warning { text } => self.session.note(Event::Warning, &text),
-                log::Event::Waiting { text } => {
-                    let text = format!("waiting for {text}");
-                    self.session.note(Event::Warning, &text)
-                }
-                _ => Vec::new(),
-            });
+            match event {
+                log::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
+                log::Event::Silent { .. } => self.lost(Loss::Silent)?,
+                log::Event::Warning { text } => self.warn(&text)?,
+                log::Event::Waiting { text } => self.warn(&format!("waiting for {text}"))?,
+                _ => {}
+            }
         }
+        Ok(())
+    }
+
+    fn lost(&mut self, why: Loss) -> Result<()> {
+        let messages = self.session.lost(why);
         self.show(messages)
     }
 
@@ -260,9 +263,8 @@ impl Driver<'_> {
 
     fn out_of_rows(&mut self) -> anyhow::Result<ExitCode> {
         let poses = count(self.session.poses().count(), "pose");
-        let text = format!("The rows ended after {poses}");
-        self.end(EndReason::SourceEnded, &text)?;
-        let what = format!("the session ended after {poses}, too few for a calibration");
+        let what = format!("the rows ended after {poses}, too few for a calibration");
+        self.end(EndReason::SourceEnded, &what)?;
         let error = Error::input("too-few-poses", what).with_hint(match self.resume_command() {
             Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
@@ -358,8 +360,7 @@ impl Driver<'_> {
 
     /// Shows what only the program knows.
     fn note(&mut self, event: Event, text: &str) -> Result<()> {
-        let messages = self.session.note(event, text);
-        self.show(messages)
+        self.show(vec![Message::new(self.now_s, event, text)])
     }
 
     fn resume_command(&self) -> Option<String> {
