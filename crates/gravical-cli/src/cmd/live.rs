@@ -103,8 +103,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let mut args = args.clone();
     let journal = args.journal()?;
-    let folder = args.folder()?;
+    args.folder = args.folder()?;
     let is_real_time = args.speed() > 0.0;
     let (typing, typed) = sync_channel(ENTRIES);
     let (clicking, clicked) = sync_channel(ENTRIES);
@@ -124,9 +125,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.replay.is_none() {
         console::send_typed(typing);
     }
-    let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
+    let mut done = args.guide(journal.as_ref(), &mut console);
     while done.is_ok() && console.goes_on() {
-        done = args.go_on(folder.as_deref(), &mut console);
+        // What was said in the session counts, not what was given before.
+        args.resume.clone_from(&args.folder);
+        (args.simulate, args.board.port) = (false, None);
+        args.gravity = GravityArgs::default();
+        done = match args.journal() {
+            Ok(journal) => args.guide(journal.as_ref(), &mut console),
+            Err(error) => Err(error.into()),
+        };
     }
     if let (Err(error), Some(page)) = (&done, &console.page) {
         page.fail(&error.to_string());
@@ -136,20 +144,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 impl Args {
     /// From the source to the end of the session; `before` is the journal of one that goes on.
-    fn guide(
-        &self,
-        folder: Option<&Path>,
-        before: Option<&Journal>,
-        console: &mut Console,
-    ) -> anyhow::Result<ExitCode> {
+    fn guide(&self, before: Option<&Journal>, console: &mut Console) -> anyhow::Result<ExitCode> {
         let connection = Connection {
             args: self,
-            folder: folder.unwrap_or(Path::new("")),
             console: &mut *console,
             origin: self.origin(before),
         };
         if let Some(opened) = connection.open()? {
-            return driver::run(self, folder, before, console, opened);
+            return driver::run(self, before, console, opened);
         }
         let event = Event::End {
             reason: EndReason::Interrupted,
@@ -158,17 +160,6 @@ impl Args {
         };
         console.note(event, "Ended before the first row.")?;
         Ok(ExitCode::from(failure::INTERRUPTED))
-    }
-
-    /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
-    /// before.
-    fn go_on(&self, folder: Option<&Path>, console: &mut Console) -> anyhow::Result<ExitCode> {
-        let mut args = self.clone();
-        args.resume = folder.map(Path::to_path_buf);
-        (args.simulate, args.board.port) = (false, None);
-        args.gravity = GravityArgs::default();
-        let journal = args.journal()?;
-        args.guide(folder, journal.as_ref(), console)
     }
 
     /// How the session is guided.
@@ -188,8 +179,8 @@ impl Args {
     }
 
     /// The calibration file.
-    fn output(&self, folder: Option<&Path>) -> Option<PathBuf> {
-        let default = || folder.map(|folder| folder.join("calibration.json"));
+    fn output(&self) -> Option<PathBuf> {
+        let default = || Some(self.folder.as_ref()?.join("calibration.json"));
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
         let resumes = self.resume.is_some();
@@ -270,8 +261,9 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
+    fn open(&self, origin: &Origin) -> Result<OpenSource> {
         let resumes = self.resume.is_some();
+        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
         let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
             Origin::Replay(file) => {
                 let replay = Replay {

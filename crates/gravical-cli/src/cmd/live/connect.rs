@@ -46,7 +46,6 @@ pub struct OpenSource {
 /// Opens a source, and shows what hinders.
 pub struct Connection<'a> {
     pub args: &'a Args,
-    pub folder: &'a Path,
     pub console: &'a mut Console,
     pub origin: Origin,
 }
@@ -61,9 +60,9 @@ impl Connection<'_> {
     pub fn open(mut self) -> Result<Option<OpenSource>> {
         while !self.console.is_interrupted() {
             let done = self.first_rows();
-            if !matches!(done, Ok(Some(_))) {
+            if let (Some(folder), Ok(None) | Err(_)) = (&self.args.folder, &done) {
                 // Without a board no empty folder remains; one with a file in it does.
-                let _ = std::fs::remove_dir(self.folder);
+                let _ = std::fs::remove_dir(folder);
             }
             match done {
                 Ok(None) => {}
@@ -80,7 +79,7 @@ impl Connection<'_> {
 
     /// None: the user wants another source, or none.
     fn first_rows(&mut self) -> Result<Option<OpenSource>> {
-        let mut opened = self.args.open(&self.origin, self.folder)?;
+        let mut opened = self.args.open(&self.origin)?;
         // A port may be that of another device.
         while opened.kind == SourceKind::Port && opened.first.bytes.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());

@@ -31,7 +31,6 @@ const HAND_S: f64 = 8.0;
 struct Driver<'a> {
     args: &'a Args,
     console: &'a mut Console,
-    folder: Option<&'a Path>,
     opened: OpenSource,
     session: Session,
     /// An event a line.
@@ -42,18 +41,18 @@ struct Driver<'a> {
     busy_until_s: f64,
 }
 
-/// Runs a session to its end, in `folder` if it has one; `before` is the journal of one that goes on.
+/// Runs a session to its end; `before` is the journal of one that goes on.
 ///
 /// # Errors
 ///
 /// Those of the options, of the source and of the disk.
 pub fn run(
     args: &Args,
-    folder: Option<&Path>,
     before: Option<&Journal>,
     console: &mut Console,
     opened: OpenSource,
 ) -> anyhow::Result<ExitCode> {
+    let folder = args.folder.as_deref();
     let recording = match folder {
         Some(folder) => folder.join(RECORDING).display().to_string(),
         None => opened.name.clone(),
@@ -64,7 +63,6 @@ pub fn run(
     let mut driver = Driver {
         args,
         console,
-        folder,
         busy_until_s: 0.0,
         opened,
         session: Session::new(&recording, options),
@@ -91,18 +89,18 @@ impl Driver<'_> {
     /// The session begins, or goes on.
     fn begin(&mut self, before: Option<&Journal>) -> Result<()> {
         let mut text = self.opened.name.clone();
-        if let Some(folder) = self.folder {
-            text += &format!("; the session is in {}", folder.display());
+        if let Some(folder) = self.folder_name() {
+            text += &format!("; the session is in {folder}");
         }
         let event = Event::Session {
             source: self.opened.kind,
             name: self.opened.name.clone(),
-            folder: self.folder.map(|f| f.display().to_string()),
+            folder: self.folder_name(),
             gravity: self.session.gravity(),
         };
         self.note(event, &text)?;
         let first = std::mem::take(&mut self.opened.first);
-        if let (Some(journal), Some(folder)) = (before, self.folder) {
+        if let (Some(journal), Some(folder)) = (before, &self.args.folder) {
             let path = folder.join(RECORDING);
             let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
             bytes.truncate(bytes.len().saturating_sub(first.bytes.len()));
@@ -253,8 +251,8 @@ impl Driver<'_> {
         } else {
             (EndReason::Interrupted, "Interrupted")
         };
-        let text = match self.folder {
-            Some(folder) => format!("{what}; what was recorded is in {}.", folder.display()),
+        let text = match self.folder_name() {
+            Some(folder) => format!("{what}; what was recorded is in {folder}."),
             None => what.to_owned(),
         };
         self.end(reason, &text)?;
@@ -275,7 +273,7 @@ impl Driver<'_> {
     /// Saves the calibration: that of what is on the disk, where the session has a folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
         self.opened.source.make_safe()?;
-        let recorded = self.folder.map(|folder| {
+        let recorded = self.args.folder.as_ref().map(|folder| {
             let options = CalibrateOptions {
                 command: Some(command_line()),
                 ..CalibrateOptions::default()
@@ -288,7 +286,7 @@ impl Driver<'_> {
         let file = file.or(self.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
         let grade = file.verdict.grade;
-        let output = self.args.output(self.folder);
+        let output = self.args.output();
         let done = match &output {
             Some(_) => "Done and saved",
             None => "Done, and not saved (-o cal.json does)",
@@ -296,7 +294,7 @@ impl Driver<'_> {
         if let Some(output) = output {
             file.write(&output, false)?;
             let mut written = None;
-            if let (Some(folder), Some((recordings, done))) = (self.folder, &recorded) {
+            if let (Some(folder), Some((recordings, done))) = (&self.args.folder, &recorded) {
                 let session = Some((&recordings[..], &done.segmentation));
                 let figures = figure::calibration::figures(&file, session);
                 let document = report::calibration(&file, Some(&output), &figures);
@@ -310,7 +308,7 @@ impl Driver<'_> {
             }
             let saved = Event::Saved {
                 file: output.display().to_string(),
-                folder: self.folder.map(|f| f.display().to_string()),
+                folder: self.folder_name(),
                 report: written,
                 next: self.next_steps(grade, &path_word(&output)),
             };
@@ -363,8 +361,13 @@ impl Driver<'_> {
         self.show(vec![Message::new(self.now_s, event, text)])
     }
 
+    fn folder_name(&self) -> Option<String> {
+        let folder = self.args.folder.as_ref()?;
+        Some(folder.display().to_string())
+    }
+
     fn resume_command(&self) -> Option<String> {
-        let folder = path_word(self.folder?);
+        let folder = path_word(self.args.folder.as_ref()?);
         Some(format!("gravical live --resume {folder}"))
     }
 }
