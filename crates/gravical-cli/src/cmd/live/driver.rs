@@ -170,10 +170,19 @@ impl Driver<'_> {
         self.show(messages)
     }
 
-    /// Shows events; what has to be safe is safe before.
+    /// Shows events; they are safe in the journal before, and so are the rows that they are of.
     fn show(&mut self, messages: Vec<Message>) -> Result<()> {
+        let is_recorded = |m: &&Message| !matches!(m.event, Event::Status(_));
+        let recorded = messages.iter().filter(is_recorded);
+        let lines: String = recorded.map(|m| m.to_json() + "\n").collect();
+        if let Some(journal) = &mut self.journal
+            && !lines.is_empty()
+        {
+            self.opened.source.make_safe()?;
+            journal.write(lines.as_bytes())?;
+            journal.sync()?;
+        }
         for message in messages {
-            self.record(&message)?;
             self.now_s = message.t_s;
             let is_over = match &message.event {
                 Event::PoseAccepted(_) => true,
@@ -188,24 +197,6 @@ impl Driver<'_> {
             self.console.show(&message)?;
         }
         Ok(())
-    }
-
-    /// Writes an event to the journal; that of what a session goes on with is safe then.
-    fn record(&mut self, message: &Message) -> Result<()> {
-        let is_vital = match message.event {
-            Event::Status(_) => return Ok(()),
-            Event::Session { .. } | Event::Gravity(_) | Event::Lost { .. } => true,
-            Event::PoseAccepted(_) | Event::PoseUndone { .. } => true,
-            _ => false,
-        };
-        let Some(journal) = &mut self.journal else {
-            return Ok(());
-        };
-        if is_vital {
-            self.opened.source.make_safe()?;
-        }
-        journal.write(format!("{}\n", message.to_json()).as_bytes())?;
-        if is_vital { journal.sync() } else { Ok(()) }
     }
 
     /// Does what the user wants; false once nobody types any more.
@@ -245,7 +236,6 @@ impl Driver<'_> {
 
     /// The user has ended it: what was recorded is kept.
     fn stopped(&mut self) -> anyhow::Result<ExitCode> {
-        self.opened.source.make_safe()?;
         let (reason, what) = if self.session.is_done() {
             (EndReason::Cancelled, "Cancelled without a calibration")
         } else {
@@ -272,7 +262,6 @@ impl Driver<'_> {
 
     /// Saves the calibration: that of what is on the disk, where the session has a folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
-        self.opened.source.make_safe()?;
         let recorded = self.args.folder.as_ref().map(|folder| {
             let options = CalibrateOptions {
                 command: Some(command_line()),
