@@ -37,7 +37,6 @@ pub mod event;
 pub mod folder;
 mod rest;
 mod session;
-mod status;
 
 use crate::gravity::Gravity;
 use crate::poses::face::Face;
