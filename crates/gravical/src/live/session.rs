@@ -335,12 +335,6 @@ impl Session {
         self.full_fit().map(|file| file.verdict.grade)
     }
 
-    /// The pose that contradicts the others.
-    fn suspect(&self) -> Option<&Pose> {
-        let (index, _) = self.file.as_ref()?.accelerometer.contradiction()?;
-        self.poses.get(index)
-    }
-
     /// The direction of the free pose that is wanted next.
     pub fn next_up(&self) -> Option<[f64; 3]> {
         let is_free = self.missing_faces().is_empty() && self.grade() != Some(Grade::Good);
@@ -890,7 +884,9 @@ impl Session {
         let (face, tilt_deg) = Face::nearest(up);
         let ring = self.ring(state);
         let here = face_up(up);
-        let suspect = self.suspect().and_then(|pose| pose.face.clone());
+        let section = self.file.as_ref().map(|file| &file.accelerometer);
+        let suspect = section.and_then(|section| section.contradiction());
+        let suspect = suspect.and_then(|(pose, _)| self.poses.get(pose)?.face.clone());
         let tile = |f: Face| match state {
             State::Capture if here == Some(f) => Tile::Capturing,
             _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,

@@ -106,9 +106,7 @@ impl Connection<'_> {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                log::Event::Warning { text } => self.console.note(Event::Warning, &text)?,
-                log::Event::Waiting { text } => {
-                    let text = format!("waiting for {text}");
+                log::Event::Warning { text } | log::Event::Waiting { text } => {
                     self.console.note(Event::Warning, &text)?;
                 }
                 _ => {}

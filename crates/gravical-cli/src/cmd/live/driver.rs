@@ -157,8 +157,7 @@ impl Driver<'_> {
             match event {
                 log::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
                 log::Event::Silent { .. } => self.lost(Loss::Silent)?,
-                log::Event::Warning { text } => self.warn(&text)?,
-                log::Event::Waiting { text } => self.warn(&format!("waiting for {text}"))?,
+                log::Event::Warning { text } | log::Event::Waiting { text } => self.warn(&text)?,
                 _ => {}
             }
         }
