@@ -26,7 +26,7 @@ use crate::cmd::log::{self, BoardArgs, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 
-use connect::{Connection, OpenSource, Origin};
+use connect::{Connection, OpenSource};
 use console::{Console, EventLines, Plain};
 use source::{Incoming, Replay, Simulated, Source};
 use web::Page;
@@ -146,9 +146,8 @@ impl Args {
     /// From the source to the end of the session; `before` is the journal of one that goes on.
     fn guide(&self, before: Option<&Journal>, console: &mut Console) -> anyhow::Result<ExitCode> {
         let connection = Connection {
-            args: self,
+            args: self.clone(),
             console: &mut *console,
-            origin: self.origin(before),
         };
         if let Some(opened) = connection.open()? {
             return driver::run(self, before, console, opened);
@@ -204,11 +203,19 @@ impl Args {
         self.speed.unwrap_or(default)
     }
 
-    /// The journal of a session that goes on.
-    fn journal(&self) -> Result<Option<Journal>> {
+    /// The journal of a session that goes on, whose rows come from where they came before.
+    fn journal(&mut self) -> Result<Option<Journal>> {
         let journal = self.resume.as_deref().map(Journal::read).transpose()?;
         if let Some(journal) = &journal {
             journal.verify(&self.read_options())?;
+            match journal.source.clone() {
+                Some((SourceKind::Simulate, name)) => {
+                    self.simulate = true;
+                    self.seed = name.rsplit(' ').next().and_then(|seed| seed.parse().ok());
+                }
+                Some((_, name)) if self.board.port.is_none() => self.board.port = Some(name),
+                _ => {}
+            }
         }
         Ok(journal)
     }
@@ -233,22 +240,6 @@ impl Args {
         Err(error.at(&folder, None).with_hint(hint))
     }
 
-    /// Where the rows are to come from: what was given, or as in the session before.
-    fn origin(&self, journal: Option<&Journal>) -> Origin {
-        let port = self.board.port.clone();
-        match journal.and_then(|j| j.source.clone()) {
-            Some((SourceKind::Simulate, name)) => {
-                Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
-            }
-            Some((_, name)) => Origin::Port(port.or(Some(name))),
-            None if self.simulate => Origin::Simulated(self.seed),
-            None => match &self.replay {
-                Some(file) => Origin::Replay(file.clone()),
-                None => Origin::Port(port),
-            },
-        }
-    }
-
     fn read_options(&self) -> ReadOptions {
         // In the file of a board the columns have names.
         let rows = self.replay.as_ref().map(|_| &self.board);
@@ -261,37 +252,31 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin) -> Result<OpenSource> {
+    fn open(&self) -> Result<OpenSource> {
         let resumes = self.resume.is_some();
         let folder = self.folder.as_deref().unwrap_or(Path::new(""));
-        let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
-            Origin::Replay(file) => {
-                let replay = Replay {
-                    input: recording::source::open(file, &self.read_options())?,
-                    path: file.clone(),
-                };
-                let name = file.display().to_string();
-                (SourceKind::Replay, name, Box::new(replay))
-            }
-            Origin::Simulated(seed) => {
-                make_folder(folder)?;
-                let seed = seed.unwrap_or_else(Simulated::draw_seed);
-                let name = format!("simulated MPU6050, seed {seed}");
-                let path = folder.join(RECORDING);
-                let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-                (SourceKind::Simulate, name, Box::new(simulated))
-            }
-            Origin::Port(name) => {
-                make_folder(folder)?;
-                let mut board = self.board.clone();
-                board.port.clone_from(name);
-                let args = log::Args::of_session(&board, folder.join(RECORDING), resumes);
-                let mut port = log::Session::open(&args)?;
-                // What a session goes on with are whole lines.
-                port.file.start()?;
-                let name = port.port().unwrap_or("the board").to_owned();
-                (SourceKind::Port, name, Box::new(port))
-            }
+        let (kind, name, source): (_, _, Box<dyn Source>) = if let Some(file) = &self.replay {
+            let replay = Replay {
+                input: recording::source::open(file, &self.read_options())?,
+                path: file.clone(),
+            };
+            let name = file.display().to_string();
+            (SourceKind::Replay, name, Box::new(replay))
+        } else if self.simulate {
+            make_folder(folder)?;
+            let seed = self.seed.unwrap_or_else(Simulated::draw_seed);
+            let name = format!("simulated MPU6050, seed {seed}");
+            let path = folder.join(RECORDING);
+            let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
+            (SourceKind::Simulate, name, Box::new(simulated))
+        } else {
+            make_folder(folder)?;
+            let args = log::Args::of_session(&self.board, folder.join(RECORDING), resumes);
+            let mut port = log::Session::open(&args)?;
+            // What a session goes on with are whole lines.
+            port.file.start()?;
+            let name = port.port().unwrap_or("the board").to_owned();
+            (SourceKind::Port, name, Box::new(port))
         };
         Ok(OpenSource {
             kind,

@@ -1,6 +1,6 @@
 //! The way to the first row: which port is the board, and what to do where that is not clear.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use gravical::escape::path_word;
@@ -23,17 +23,6 @@ const FLASH: [&str; 3] = [
     "arduino-cli upload --fqbn arduino:avr:uno -p {port} firmware/mpu6050_logger",
 ];
 
-/// Where the rows come from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Origin {
-    /// A recording.
-    Replay(PathBuf),
-    /// A simulated sensor of this seed; without one it is drawn.
-    Simulated(Option<u64>),
-    /// The port of this name; without one the only board that is plugged in.
-    Port(Option<String>),
-}
-
 /// A source that is open.
 pub struct OpenSource {
     pub kind: SourceKind,
@@ -45,9 +34,9 @@ pub struct OpenSource {
 
 /// Opens a source, and shows what hinders.
 pub struct Connection<'a> {
-    pub args: &'a Args,
+    /// What the user chooses changes them.
+    pub args: Args,
     pub console: &'a mut Console,
-    pub origin: Origin,
 }
 
 impl Connection<'_> {
@@ -79,7 +68,7 @@ impl Connection<'_> {
 
     /// None: the user wants another source, or none.
     fn first_rows(&mut self) -> Result<Option<OpenSource>> {
-        let mut opened = self.args.open(&self.origin)?;
+        let mut opened = self.args.open()?;
         // A port may be that of another device.
         while opened.kind == SourceKind::Port && opened.first.bytes.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
@@ -98,7 +87,7 @@ impl Connection<'_> {
             match event {
                 log::Event::Opened { port: name, .. } => {
                     opened.name.clone_from(&name);
-                    self.origin = Origin::Port(Some(name.clone()));
+                    self.args.board.port = Some(name.clone());
                     let text = format!("{name} is open: waiting for its first rows.");
                     self.console.note(Event::Connecting { name }, &text)?;
                 }
@@ -128,10 +117,7 @@ impl Connection<'_> {
             _ => trouble.hint().unwrap_or("choose another port"),
         };
         let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
-        let tried = match &self.origin {
-            Origin::Port(name) => name.clone(),
-            _ => None,
-        };
+        let tried = self.args.board.port.clone();
         let port = tried.clone().unwrap_or_else(|| "PORT".to_owned());
         let mut shown = None;
         while !self.console.is_interrupted() && !self.chooses()? {
@@ -167,16 +153,15 @@ impl Connection<'_> {
                     return Ok(false);
                 }
                 Ok(Command::Simulate) if self.args.resume.is_none() => {
-                    self.origin = Origin::Simulated(None);
+                    self.args.simulate = true;
                     return Ok(true);
                 }
                 Ok(Command::Simulate) => "This session is of another sensor.".to_owned(),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);
-                    let port = Origin::Port(Some(name.clone()));
-                    if is_known || port == self.origin {
-                        self.origin = port;
+                    if is_known || self.args.board.port.as_ref() == Some(&name) {
+                        self.args.board.port = Some(name);
                         return Ok(true);
                     }
                     format!("{name} is no port of this computer.")
