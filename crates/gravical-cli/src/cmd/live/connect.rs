@@ -156,7 +156,6 @@ impl Connection<'_> {
                     self.args.simulate = true;
                     return Ok(true);
                 }
-                Ok(Command::Simulate) => "This session is of another sensor.".to_owned(),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);
