@@ -47,6 +47,7 @@ impl Connection<'_> {
     ///
     /// Those of the source; in a script those of a board, too.
     pub fn open(mut self) -> Result<Option<OpenSource>> {
+        let is_seen = self.console.is_seen();
         while !self.console.is_interrupted() {
             let done = self.first_rows();
             if let (Some(folder), Ok(None) | Err(_)) = (&self.args.folder, &done) {
@@ -55,11 +56,7 @@ impl Connection<'_> {
             }
             match done {
                 Ok(None) => {}
-                Err(trouble)
-                    if trouble.category() == Category::Device && self.console.is_seen() =>
-                {
-                    self.ask(&trouble)?;
-                }
+                Err(e) if is_seen && e.category() == Category::Device => self.ask(&e)?,
                 done => return done,
             }
         }
@@ -110,10 +107,8 @@ impl Connection<'_> {
         let is_mute = ["board-silent", "no-samples-from-board", "settings-refused"].contains(&code);
         let waits = ["no-port", "no-such-port", "several-ports"].contains(&code);
         let remedy = match code {
-            "no-port" | "no-such-port" => {
-                "plug it in: it is opened when it is there; or choose another port"
-            }
             "several-ports" => "choose the one of your board",
+            _ if waits => "plug it in: it is opened when it is there; or choose another port",
             _ => trouble.hint().unwrap_or("choose another port"),
         };
         let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
