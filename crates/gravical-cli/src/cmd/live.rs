@@ -22,13 +22,13 @@ use gravical::recording::{self, ReadOptions};
 use gravical::targets::check_targets;
 use gravical::{Error, Result};
 
-use crate::cmd::log::{BoardArgs, free_path};
+use crate::cmd::log::{self, BoardArgs, free_path};
 use crate::failure;
 use crate::options::{GravityArgs, number};
 
-use connect::{Connection, OpenSource, Origin};
+use connect::{Connection, OpenSource};
 use console::{Console, EventLines, Plain};
-use source::{PortSource, Replay, Simulated, Source};
+use source::{Incoming, Replay, Simulated, Source};
 use web::Page;
 
 /// What is typed or clicked waits in a queue of this length.
@@ -103,8 +103,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
+    let mut args = args.clone();
     let journal = args.journal()?;
-    let folder = args.folder()?;
+    args.folder = args.folder()?;
     let is_real_time = args.speed() > 0.0;
     let (typing, typed) = sync_channel(ENTRIES);
     let (clicking, clicked) = sync_channel(ENTRIES);
@@ -124,9 +125,16 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if args.replay.is_none() {
         console::send_typed(typing);
     }
-    let mut done = args.guide(folder.as_deref(), journal.as_ref(), &mut console);
+    let mut done = args.guide(journal.as_ref(), &mut console);
     while done.is_ok() && console.goes_on() {
-        done = args.go_on(folder.as_deref(), &mut console);
+        // What was said in the session counts, not what was given before.
+        args.resume.clone_from(&args.folder);
+        (args.simulate, args.board.port) = (false, None);
+        args.gravity = GravityArgs::default();
+        done = match args.journal() {
+            Ok(journal) => args.guide(journal.as_ref(), &mut console),
+            Err(error) => Err(error.into()),
+        };
     }
     if let (Err(error), Some(page)) = (&done, &console.page) {
         page.fail(&error.to_string());
@@ -136,20 +144,13 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 impl Args {
     /// From the source to the end of the session; `before` is the journal of one that goes on.
-    fn guide(
-        &self,
-        folder: Option<&Path>,
-        before: Option<&Journal>,
-        console: &mut Console,
-    ) -> anyhow::Result<ExitCode> {
+    fn guide(&self, before: Option<&Journal>, console: &mut Console) -> anyhow::Result<ExitCode> {
         let connection = Connection {
-            args: self,
-            folder: folder.unwrap_or(Path::new("")),
+            args: self.clone(),
             console: &mut *console,
-            origin: self.origin(before),
         };
         if let Some(opened) = connection.open()? {
-            return driver::run(self, folder, before, console, opened);
+            return driver::run(self, before, console, opened);
         }
         let event = Event::End {
             reason: EndReason::Interrupted,
@@ -158,17 +159,6 @@ impl Args {
         };
         console.note(event, "Ended before the first row.")?;
         Ok(ExitCode::from(failure::INTERRUPTED))
-    }
-
-    /// Goes on with the session that was saved in `folder`: what was said in it counts, not what was given
-    /// before.
-    fn go_on(&self, folder: Option<&Path>, console: &mut Console) -> anyhow::Result<ExitCode> {
-        let mut args = self.clone();
-        args.resume = folder.map(Path::to_path_buf);
-        (args.simulate, args.board.port) = (false, None);
-        args.gravity = GravityArgs::default();
-        let journal = args.journal()?;
-        args.guide(folder, journal.as_ref(), console)
     }
 
     /// How the session is guided.
@@ -188,8 +178,8 @@ impl Args {
     }
 
     /// The calibration file.
-    fn output(&self, folder: Option<&Path>) -> Option<PathBuf> {
-        let default = || folder.map(|folder| folder.join("calibration.json"));
+    fn output(&self) -> Option<PathBuf> {
+        let default = || Some(self.folder.as_ref()?.join("calibration.json"));
         let output = self.output.clone().or_else(default)?;
         // A session that goes on has saved one.
         let resumes = self.resume.is_some();
@@ -213,11 +203,19 @@ impl Args {
         self.speed.unwrap_or(default)
     }
 
-    /// The journal of a session that goes on.
-    fn journal(&self) -> Result<Option<Journal>> {
+    /// The journal of a session that goes on, whose rows come from where they came before.
+    fn journal(&mut self) -> Result<Option<Journal>> {
         let journal = self.resume.as_deref().map(Journal::read).transpose()?;
         if let Some(journal) = &journal {
             journal.verify(&self.read_options())?;
+            match journal.source.clone() {
+                Some((SourceKind::Simulate, name)) => {
+                    self.simulate = true;
+                    self.seed = name.rsplit(' ').next().and_then(|seed| seed.parse().ok());
+                }
+                Some((_, name)) if self.board.port.is_none() => self.board.port = Some(name),
+                _ => {}
+            }
         }
         Ok(journal)
     }
@@ -242,22 +240,6 @@ impl Args {
         Err(error.at(&folder, None).with_hint(hint))
     }
 
-    /// Where the rows are to come from: what was given, or as in the session before.
-    fn origin(&self, journal: Option<&Journal>) -> Origin {
-        let port = self.board.port.clone();
-        match journal.and_then(|j| j.source.clone()) {
-            Some((SourceKind::Simulate, name)) => {
-                Origin::Simulated(name.rsplit(' ').next().and_then(|seed| seed.parse().ok()))
-            }
-            Some((_, name)) => Origin::Port(port.or(Some(name))),
-            None if self.simulate => Origin::Simulated(self.seed),
-            None => match &self.replay {
-                Some(file) => Origin::Replay(file.clone()),
-                None => Origin::Port(port),
-            },
-        }
-    }
-
     fn read_options(&self) -> ReadOptions {
         // In the file of a board the columns have names.
         let rows = self.replay.as_ref().map(|_| &self.board);
@@ -270,43 +252,37 @@ impl Args {
     }
 
     /// Opens the source.
-    fn open(&self, origin: &Origin, folder: &Path) -> Result<OpenSource> {
+    fn open(&self) -> Result<OpenSource> {
         let resumes = self.resume.is_some();
-        let path = folder.join(RECORDING);
-        let (kind, name, source): (_, _, Box<dyn Source>) = match origin {
-            Origin::Replay(file) => {
-                let replay = Replay {
-                    input: recording::source::open(file, &self.read_options())?,
-                    path: file.clone(),
-                };
-                let name = file.display().to_string();
-                (SourceKind::Replay, name, Box::new(replay))
-            }
-            Origin::Simulated(seed) => {
-                make_folder(folder)?;
-                let seed = seed.unwrap_or_else(Simulated::draw_seed);
-                let name = format!("simulated MPU6050, seed {seed}");
-                let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
-                (SourceKind::Simulate, name, Box::new(simulated))
-            }
-            Origin::Port(name) => {
-                let mut board = self.board.clone();
-                board.port.clone_from(name);
-                let port = PortSource::open(&board, folder, resumes)?;
-                (SourceKind::Port, port.name().to_owned(), Box::new(port))
-            }
-        };
-        let before = if resumes {
-            std::fs::read(&path).map_err(|e| Error::io(&path, e))?
+        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
+        let (kind, name, source): (_, _, Box<dyn Source>) = if let Some(file) = &self.replay {
+            let replay = Replay {
+                input: recording::source::open(file, &self.read_options())?,
+                path: file.clone(),
+            };
+            let name = file.display().to_string();
+            (SourceKind::Replay, name, Box::new(replay))
+        } else if self.simulate {
+            make_folder(folder)?;
+            let seed = self.seed.unwrap_or_else(Simulated::draw_seed);
+            let name = format!("simulated MPU6050, seed {seed}");
+            let path = folder.join(RECORDING);
+            let simulated = Simulated::open(&path, resumes, seed, self.speed())?;
+            (SourceKind::Simulate, name, Box::new(simulated))
         } else {
-            Vec::new()
+            make_folder(folder)?;
+            let args = log::Args::of_session(&self.board, folder.join(RECORDING), resumes);
+            let mut port = log::Session::open(&args)?;
+            // What a session goes on with are whole lines.
+            port.file.start()?;
+            let name = port.port().unwrap_or("the board").to_owned();
+            (SourceKind::Port, name, Box::new(port))
         };
         Ok(OpenSource {
             kind,
             name,
             source,
-            before,
-            first: Vec::new(),
+            first: Incoming::default(),
         })
     }
 }

@@ -14,10 +14,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use gravical::Result;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{ColumnsSpec, ReadOptions, read};
-use gravical::{Error, Result};
 
 pub use event::Event;
 pub use file::{Existing, LogFile, free_path};
@@ -143,11 +143,8 @@ fn end(
     let is_unplugged = !session.is_plugged_in();
     let is_silent = session.recorder.is_silent();
     let now_s = session.now_s();
-    // What failed to be written is rescued.
-    if done.as_ref().map_err(Error::code) != Err("io") {
-        let closed = session.close(done.is_err());
-        done = done.and(closed);
-    }
+    let closed = session.close(done.is_err());
+    done = done.and(closed);
     reporter.report(&session.take_events());
     let (recorder, path) = (&session.recorder, session.file.path());
     let counts = recorder.counts;

@@ -169,7 +169,6 @@ pub enum Event {
 
 impl Message {
     /// An event, and its sentences: `text` with a capital letter, a mark at its end, and minus signs.
-    #[must_use]
     pub fn new(t_s: f64, event: Event, text: &str) -> Self {
         Message {
             v: EVENTS_VERSION,
@@ -180,18 +179,9 @@ impl Message {
     }
 
     /// One line of JSON, without its end.
-    #[must_use]
     pub fn to_json(&self) -> String {
         // Names and numbers are always JSON.
         serde_json::to_string(self).unwrap_or_default()
-    }
-}
-
-impl Event {
-    /// True for the state that changes ten times a second: it is not part of the record.
-    #[must_use]
-    pub fn is_status(&self) -> bool {
-        matches!(self, Event::Status(_))
     }
 }
 
@@ -427,24 +417,25 @@ impl Command {
         let number = |word: &str| word.replace(',', ".").parse::<f64>().ok();
         let gravity = |value, latitude| Command::Gravity { value, latitude };
         let hand = |put, up, shake| Command::Hand { put, up, shake };
-        let command = match words[..] {
-            ["port", name] => Some(Command::Port { name: name.into() }),
-            ["simulate"] => Some(Command::Simulate),
-            ["u" | "undo"] => Some(Command::Undo),
-            ["take" | "capture"] => Some(Command::Capture),
-            ["stop" | "finish" | "save" | "q"] => Some(Command::Finish),
-            ["cancel"] => Some(Command::Cancel),
-            ["r" | "redo", face] => Some(Command::Redo { face: face.into() }),
-            ["gravity", value] => number(value).map(|v| gravity(Some(v), None)),
-            ["latitude", value] => number(value).map(|v| gravity(None, Some(v))),
-            ["shake"] => Some(hand(None, None, true)),
-            ["free"] => Some(hand(None, None, false)),
-            [face] => face_of(face).map(|face| hand(Some(face.name()), None, false)),
-            [x, y, z] => (|| Some([number(x)?, number(y)?, number(z)?]))()
-                .map(|up| hand(None, Some(up), false)),
-            _ => None,
+        let command = || {
+            Some(match words[..] {
+                ["port", name] => Command::Port { name: name.into() },
+                ["simulate"] => Command::Simulate,
+                ["u" | "undo"] => Command::Undo,
+                ["take" | "capture"] => Command::Capture,
+                ["stop" | "finish" | "save" | "q"] => Command::Finish,
+                ["cancel"] => Command::Cancel,
+                ["r" | "redo", face] => Command::Redo { face: face.into() },
+                ["gravity", value] => gravity(Some(number(value)?), None),
+                ["latitude", value] => gravity(None, Some(number(value)?)),
+                ["shake"] => hand(None, None, true),
+                ["free"] => hand(None, None, false),
+                [face] => hand(Some(face_of(face)?.name()), None, false),
+                [x, y, z] => hand(None, Some([number(x)?, number(y)?, number(z)?]), false),
+                _ => return None,
+            })
         };
-        command.ok_or_else(|| {
+        command().ok_or_else(|| {
             Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
                 "port NAME; simulate; undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
             )

@@ -27,7 +27,7 @@ pub const RECORDING: &str = "recording.csv";
 const SAME_MEAN: f64 = 1e-9;
 
 /// A journal.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Journal {
     /// Where the rows came from, and its name.
     pub source: Option<(SourceKind, String)>,
@@ -41,7 +41,6 @@ pub struct Journal {
 }
 
 /// True for the folder of a session.
-#[must_use]
 pub fn is_session(folder: &Path) -> bool {
     folder.join(JOURNAL).is_file()
 }
@@ -61,11 +60,8 @@ impl Journal {
         let path = folder.join(JOURNAL);
         InputFile::read(&path, InputRole::Sections, |bytes| {
             let mut journal = Journal {
-                source: None,
-                gravity: Gravity::default(),
-                poses: Vec::new(),
-                numbers: 0,
                 folder: folder.to_owned(),
+                ..Journal::default()
             };
             let lines = bytes.split_inclusive(|b| *b == b'\n').zip(1..);
             for (line, number) in lines.filter(|(line, _)| line.ends_with(b"\n")) {

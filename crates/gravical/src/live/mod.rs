@@ -37,8 +37,6 @@ pub mod event;
 pub mod folder;
 mod rest;
 mod session;
-mod status;
-mod stillness;
 
 use crate::gravity::Gravity;
 use crate::poses::face::Face;
@@ -99,7 +97,6 @@ fn any_of(faces: &[Face]) -> String {
 
 /// A whole sentence: it begins with a capital letter, unless that is the name of an axis, and ends with a
 /// mark. Minus signs before numbers and names of faces are those of the page.
-#[must_use]
 pub fn sentence(text: &str) -> String {
     let text = text.trim();
     let word = text.split(|c: char| !c.is_alphanumeric()).next();

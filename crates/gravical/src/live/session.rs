@@ -16,10 +16,9 @@ use crate::recording::units::{AccelUnit, GyroScale};
 use crate::recording::{FindingKind, Follow, Recording};
 use crate::{Error, Result};
 
-use super::event::{Command, Event, Loss, Message, Pose, Rejection, State, Wanted};
+use super::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use super::folder::{Journal, section};
-use super::rest::{Fault, LET_GO, Means, Units};
-use super::stillness::{Stillness, StillnessDetector};
+use super::rest::{Fault, LET_GO, Means, Stillness, StillnessDetector, Units};
 use super::{APART_DEG, LiveOptions, any_of, face_of, sentence};
 
 /// Rows of this time are at hand, s: twice the longest capture.
@@ -45,6 +44,8 @@ const MAX_WARMING_C: f64 = 3.0;
 const FINE_TILT_DEG: f64 = 10.0;
 /// Time between two status events, s.
 const STATUS_S: f64 = 0.1;
+/// After this time without progress the status says which test fails, s.
+const HINT_AFTER_S: f64 = 5.0;
 /// From this many poses on, a fit is tried, and from this many on it is complete.
 const FIRST_FIT: usize = 4;
 const FULL_FIT: usize = 6;
@@ -53,62 +54,51 @@ const MANY_POSES: usize = 20;
 
 /// Rest without interruption.
 #[derive(Debug, Clone)]
-pub(super) struct Hold {
+struct Hold {
     /// Its rows.
-    pub rows: Range<usize>,
+    rows: Range<usize>,
     /// It was refused, accepted or rejected: nothing happens until it moves.
-    pub is_over: bool,
+    is_over: bool,
     /// Whatever can be overruled is: the user wants this pose.
     forced: bool,
 }
 
-impl Hold {
-    fn new(rows: Range<usize>, forced: bool) -> Self {
-        Hold {
-            rows,
-            is_over: false,
-            forced,
-        }
-    }
-}
-
 /// A guided calibration. It belongs to one thread.
 pub struct Session {
-    pub(super) options: LiveOptions,
+    options: LiveOptions,
     reading: Follow,
     /// The last rows.
-    pub(super) recent: VecDeque<Sample>,
+    recent: VecDeque<Sample>,
     /// Line of the last row.
     last_line: u32,
     /// None before columns and clock are known.
-    pub(super) detector: Option<StillnessDetector>,
+    detector: Option<StillnessDetector>,
     /// None before the noise at rest is known.
-    pub(super) units: Option<Units>,
+    units: Option<Units>,
     /// Why nothing happens: no rows arrive, or the user has finished or cancelled it.
-    pub(super) stop: Option<State>,
+    stop: Option<State>,
     /// What the last block said; none after rows that are missing.
-    pub(super) last: Option<Stillness>,
-    pub(super) rate_hz: f64,
-    pub(super) hold: Option<Hold>,
+    last: Option<Stillness>,
+    rate_hz: f64,
+    hold: Option<Hold>,
     /// The accepted poses.
-    pub(super) poses: Vec<Pose>,
+    poses: Vec<Pose>,
     /// Numbers of poses that were used.
     numbers: u32,
     /// Faces to record again.
-    pub(super) redo: Vec<Face>,
+    redo: Vec<Face>,
     /// The calibration of the poses so far, and how many it was tried with.
     file: Option<CalibrationFile>,
     fitted: usize,
     /// Time of the last row, of the last progress, and of the last status, s.
-    pub(super) now_s: f64,
-    pub(super) progress_s: f64,
+    now_s: f64,
+    progress_s: f64,
     status_s: f64,
     events: Vec<Message>,
 }
 
 impl Session {
     /// A session that reads the recording `name`.
-    #[must_use]
     pub fn new(name: &str, options: LiveOptions) -> Self {
         let rate_hz = options.read.rate_hz.unwrap_or(Recording::ASSUMED_RATE_HZ);
         Session {
@@ -224,12 +214,6 @@ impl Session {
         self.take_events()
     }
 
-    /// Something for the record that only the program knows: the beginning, what was saved, the end.
-    pub fn note(&mut self, event: Event, text: &str) -> Vec<Message> {
-        self.emit(event, text);
-        self.take_events()
-    }
-
     /// Does what the user wants. [`Command::Hand`] is for a simulated sensor, not for the session.
     pub fn command(&mut self, command: &Command) -> Vec<Message> {
         if self.is_done() {
@@ -245,17 +229,15 @@ impl Session {
             Command::Finish => self.finish(),
             Command::Gravity { value, latitude } => self.set_gravity(*value, *latitude),
             Command::Cancel => self.stop = Some(State::Done),
-            Command::Resume => self.warn("The session goes on already."),
-            Command::Port { .. } | Command::Simulate => {
-                self.warn("The sensor was chosen: another one needs a new session.");
-            }
             Command::Hand { .. } => self.warn("This sensor is moved by hand, not by commands."),
+            Command::Resume | Command::Port { .. } | Command::Simulate => {
+                self.warn("The session has begun; another sensor needs another session.");
+            }
         }
         self.take_events()
     }
 
     /// The calibration from the poses so far.
-    #[must_use]
     pub fn calibration(&self) -> Option<&CalibrationFile> {
         self.file.as_ref()
     }
@@ -266,20 +248,18 @@ impl Session {
     }
 
     /// Local gravity.
-    #[must_use]
     pub fn gravity(&self) -> Gravity {
         self.options.gravity
     }
 
     /// True once the user has finished or cancelled.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.stop == Some(State::Done)
     }
 
     // Events.
 
-    pub(super) fn emit(&mut self, event: Event, text: &str) {
+    fn emit(&mut self, event: Event, text: &str) {
         self.events.push(Message::new(self.now_s, event, text));
     }
 
@@ -298,7 +278,7 @@ impl Session {
     }
 
     /// That the poses are safe; nothing without any.
-    pub(super) fn safe(&self) -> String {
+    fn safe(&self) -> String {
         match self.poses.len() {
             0 => String::new(),
             1 => "1 pose is safe. ".to_owned(),
@@ -309,17 +289,17 @@ impl Session {
     // What is known.
 
     /// A value of the accelerometer in mg; NaN before the unit is known.
-    pub(super) fn mg(&self, units: f64) -> f64 {
+    fn mg(&self, units: f64) -> f64 {
         self.units.map_or(f64::NAN, |u| milli_g(units / u.nominal))
     }
 
     /// The face was recorded.
-    pub(super) fn is_recorded(&self, face: Face) -> bool {
+    fn is_recorded(&self, face: Face) -> bool {
         let name = Some(face.name());
         self.poses.iter().any(|p| p.face == name)
     }
 
-    pub(super) fn missing_faces(&self) -> Vec<Face> {
+    fn missing_faces(&self) -> Vec<Face> {
         let all = Face::all().into_iter();
         all.filter(|face| !self.is_recorded(*face)).collect()
     }
@@ -338,7 +318,7 @@ impl Session {
     }
 
     /// Specific force of the last rows, unit of the recording.
-    pub(super) fn reading(&self) -> [f64; 3] {
+    fn reading(&self) -> [f64; 3] {
         let recent = self.recent.iter().rev();
         let recent = recent.take_while(|s| self.now_s - s.time_s <= SMOOTH_S);
         let samples: Vec<Sample> = recent.copied().collect();
@@ -355,14 +335,7 @@ impl Session {
         self.full_fit().map(|file| file.verdict.grade)
     }
 
-    /// The pose that contradicts the others.
-    pub(super) fn suspect(&self) -> Option<&Pose> {
-        let (index, _) = self.file.as_ref()?.accelerometer.contradiction()?;
-        self.poses.get(index)
-    }
-
     /// The direction of the free pose that is wanted next.
-    #[must_use]
     pub fn next_up(&self) -> Option<[f64; 3]> {
         let is_free = self.missing_faces().is_empty() && self.grade() != Some(Grade::Good);
         let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
@@ -370,7 +343,7 @@ impl Session {
     }
 
     /// The direction of a reading, as far as the sensor is known.
-    pub(super) fn direction(&self, reading: [f64; 3]) -> [f64; 3] {
+    fn direction(&self, reading: [f64; 3]) -> [f64; 3] {
         let force = self.full_fit().map_or(reading, |file| {
             let section = &file.accelerometer;
             let offset = self.units.map_or(0.0, |u| u.zero_offset);
@@ -386,21 +359,21 @@ impl Session {
     }
 
     /// Rows of a hold before its capture begins.
-    pub(super) fn settle_rows(&self) -> usize {
+    fn settle_rows(&self) -> usize {
         (self.options.settle_s * self.rate_hz).round() as usize
     }
 
-    pub(super) fn capture_rows(&self) -> usize {
+    fn capture_rows(&self) -> usize {
         ((self.options.capture_s * self.rate_hz).round() as usize).max(MIN_ROWS)
     }
 
     /// A capture has begun.
-    pub(super) fn is_capturing(&self, hold: &Hold) -> bool {
+    fn is_capturing(&self, hold: &Hold) -> bool {
         self.units.is_some() && !hold.is_over && hold.rows.len() > self.settle_rows()
     }
 
     /// Rest before the noise is known, s.
-    pub(super) fn floor_s(&self) -> f64 {
+    fn floor_s(&self) -> f64 {
         self.options.settle_s + self.options.floor_s
     }
 
@@ -546,7 +519,8 @@ impl Session {
             self.emit(Event::Gravity(gravity), text);
         }
         self.progress_s = self.now_s;
-        self.request_pose();
+        let (event, text) = self.next_step();
+        self.emit(event, &text);
         true
     }
 
@@ -595,7 +569,13 @@ impl Session {
         }
         match &mut self.hold {
             Some(hold) if run.start < hold.rows.end => hold.rows.end = run.end,
-            _ => self.hold = Some(Hold::new(run, false)),
+            _ => {
+                self.hold = Some(Hold {
+                    rows: run,
+                    is_over: false,
+                    forced: false,
+                });
+            }
         }
     }
 
@@ -607,10 +587,9 @@ impl Session {
 
     /// The hold goes on: it settles, is captured, is over.
     fn advance_hold(&mut self) {
-        let Some(hold) = self.hold.clone().filter(|hold| !hold.is_over) else {
+        let (Some(hold), Some(units)) = (self.hold.clone(), self.units) else {
             return;
         };
-        let Some(units) = self.units else { return };
         if !self.is_capturing(&hold) {
             return;
         }
@@ -637,7 +616,7 @@ impl Session {
     }
 
     /// Why a hold in this direction is not wanted.
-    pub(super) fn refusal(&self, up: [f64; 3]) -> Option<Fault> {
+    fn refusal(&self, up: [f64; 3]) -> Option<Fault> {
         let face = face_up(up);
         if self.options.any_pose || face.is_some_and(|f| !self.is_recorded(f)) {
             return None;
@@ -674,7 +653,7 @@ impl Session {
             .or_else(|| self.warming(&means).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
-            *hold = Hold::new(rows.end..hold.rows.end, forced);
+            hold.rows.start = rows.end;
             hold.is_over = !fault.as_ref().is_some_and(|f| f.0 == Rejection::Moved);
         }
         self.progress_s = self.now_s;
@@ -747,8 +726,8 @@ impl Session {
             Some(hold) if has_units => {
                 // What it has rested already counts.
                 let earliest = hold.rows.end.saturating_sub(most_rows);
-                let start = hold.rows.start.max(earliest);
-                *hold = Hold::new(start..hold.rows.end, true);
+                hold.rows.start = hold.rows.start.max(earliest);
+                (hold.is_over, hold.forced) = (false, true);
             }
             _ => self.warn("It moves: hold it still first."),
         }
@@ -783,7 +762,8 @@ impl Session {
         self.progress_s = self.now_s;
         if let Some(hold) = &mut self.hold {
             // The pose that lies there now may be wanted again.
-            *hold = Hold::new(hold.rows.end..hold.rows.end, hold.forced);
+            hold.rows.start = hold.rows.end;
+            hold.is_over = false;
         }
         self.fit();
     }
@@ -801,14 +781,13 @@ impl Session {
             }
             None
         });
-        if let Some((event, text)) = self.file.as_ref().map(shown_fit) {
-            self.emit(event, &text);
-        }
+        let shown = self.file.as_ref().map(shown_fit);
         let full = self.full_fit().filter(|_| self.grade() != before);
-        if let Some((event, text)) = full.map(|file| verdict(file, false)) {
+        let verdict = full.map(|file| verdict(file, false));
+        let said = [shown, verdict, Some(self.next_step())];
+        for (event, text) in said.into_iter().flatten() {
             self.emit(event, &text);
         }
-        self.request_pose();
     }
 
     fn calibrated(&self) -> Result<CalibrationFile> {
@@ -827,7 +806,7 @@ impl Session {
     }
 
     /// What is wanted next.
-    pub(super) fn next_step(&self) -> (Event, String) {
+    fn next_step(&self) -> (Event, String) {
         let missing = self.missing_faces();
         let up = self.next_up();
         let hint = up.map(in_words);
@@ -850,12 +829,6 @@ impl Session {
             hint,
         };
         (event, text)
-    }
-
-    /// Says which pose is wanted next.
-    fn request_pose(&mut self) {
-        let (event, text) = self.next_step();
-        self.emit(event, &text);
     }
 
     fn set_gravity(&mut self, value: Option<f64>, latitude: Option<f64>) {
@@ -889,10 +862,113 @@ impl Session {
             ));
         }
     }
+
+    // The state for people: what to do now, and what hinders.
+
+    fn state(&self) -> State {
+        let is_capturing = self.hold.as_ref().is_some_and(|h| self.is_capturing(h));
+        match self.stop {
+            Some(state) => state,
+            None if self.detector.is_none() => State::Identify,
+            None if self.units.is_none() => State::Floor,
+            None if is_capturing => State::Capture,
+            None => State::Wait,
+        }
+    }
+
+    /// Reports the state.
+    fn status(&mut self) {
+        let state = self.state();
+        let reading = self.reading();
+        let up = self.direction(reading);
+        let (face, tilt_deg) = Face::nearest(up);
+        let ring = self.ring(state);
+        let here = face_up(up);
+        let section = self.file.as_ref().map(|file| &file.accelerometer);
+        let suspect = section.and_then(|section| section.contradiction());
+        let suspect = suspect.and_then(|(pose, _)| self.poses.get(pose)?.face.clone());
+        let tile = |f: Face| match state {
+            State::Capture if here == Some(f) => Tile::Capturing,
+            _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,
+            _ if self.redo.contains(&f) || self.is_recorded(f) => Tile::Redo,
+            _ => Tile::ToDo,
+        };
+        let gravity_mps2 = self.options.gravity.value_mps2;
+        let nominal = self.units.map_or(f64::NAN, |u| u.nominal * gravity_mps2);
+        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let last = self.last.as_ref();
+        let temperature = self.recent.back().map(|s| s.temperature_c);
+        let status = Status {
+            state,
+            hint: self.hint(state, up).map(|h| sentence(&h)),
+            up,
+            norm_g: finite(norm(&reading) / nominal),
+            noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
+            limit_mg: self.units.and(last).map(|s| self.mg(s.max_scatter[0])),
+            still: last.is_some_and(|s| s.run.is_some()),
+            ring,
+            face: face.name(),
+            tilt_deg,
+            rate_hz: self.rate_hz,
+            temperature_c: temperature.filter(|t| t.is_finite()),
+            tiles: Face::all().map(|f| (f.name(), tile(f))).into(),
+        };
+        let left = 1.0 - ring;
+        let text = match state {
+            State::Identify => "Reading the first second.".to_owned(),
+            State::Floor => {
+                let left_s = left * self.floor_s();
+                format!("Put the sensor on the table, hands off: {left_s:.1} s.")
+            }
+            State::Capture => {
+                let called = here.map_or("Free pose".to_owned(), |f| format!("{} up", f.name()));
+                let left_s = left * self.options.capture_s;
+                format!("{called}: hold still, {left_s:.1} s to go.")
+            }
+            State::Lost => format!("No data. {}", self.safe()),
+            State::Done => "Done.".to_owned(),
+            State::Wait => self.next_step().1,
+        };
+        self.emit(Event::Status(Box::new(status)), &text);
+    }
+
+    /// Progress of the state, 0 to 1.
+    fn ring(&self, state: State) -> f64 {
+        let settle = self.settle_rows() as f64;
+        let hold = self.hold.as_ref().filter(|h| !h.is_over);
+        let held = hold.map_or(0, |h| h.rows.len()) as f64;
+        let share = match state {
+            State::Floor => held / (self.floor_s() * self.rate_hz),
+            State::Capture => (held - settle) / self.capture_rows() as f64,
+            _ => 0.0,
+        };
+        share.clamp(0.0, 1.0)
+    }
+
+    /// Which test fails, after some time without progress.
+    fn hint(&self, state: State, up: [f64; 3]) -> Option<String> {
+        let waits = matches!(state, State::Wait | State::Floor);
+        if !waits || self.now_s - self.progress_s < HINT_AFTER_S {
+            return None;
+        }
+        let last = self.last.as_ref()?;
+        if last.run.is_some() {
+            self.hold.as_ref().filter(|hold| hold.is_over)?;
+            return self.refusal(up).map(|(_, text)| text);
+        }
+        let excess = |sensor: usize| last.scatter[sensor] / last.max_scatter[sensor];
+        let tests = [("moving", excess(0)), ("turning", excess(1))];
+        let failing = tests.iter().find(|(_, excess)| *excess > 1.0);
+        Some(
+            failing.map_or("still turning slowly".to_owned(), |(what, excess)| {
+                format!("still {what}: {excess:.1} times the limit")
+            }),
+        )
+    }
 }
 
 /// The face that a direction has up, if one is.
-pub(super) fn face_up(up: [f64; 3]) -> Option<Face> {
+fn face_up(up: [f64; 3]) -> Option<Face> {
     let (face, tilt_deg) = Face::nearest(up);
     (tilt_deg <= MAX_FACE_ANGLE_DEG).then_some(face)
 }

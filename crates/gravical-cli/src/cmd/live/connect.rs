@@ -1,17 +1,18 @@
 //! The way to the first row: which port is the board, and what to do where that is not clear.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use gravical::escape::path_word;
-use gravical::live::event::{Command, Event, Loss, SourceKind};
+use gravical::live::event::{Command, Event, SourceKind};
 use gravical::live::sentence;
 use gravical::{Category, Error, Result};
 
 use super::Args;
 use super::console::Console;
 use super::source::{Incoming, Source};
-use crate::device::ports::{list, the_board};
+use crate::cmd::log;
+use crate::device::ports::list;
 
 /// Time between two looks at the ports, and at what the user wants.
 const LOOK: Duration = Duration::from_millis(200);
@@ -22,33 +23,20 @@ const FLASH: [&str; 3] = [
     "arduino-cli upload --fqbn arduino:avr:uno -p {port} firmware/mpu6050_logger",
 ];
 
-/// Where the rows come from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Origin {
-    /// A recording.
-    Replay(PathBuf),
-    /// A simulated sensor of this seed; without one it is drawn.
-    Simulated(Option<u64>),
-    /// The port of this name; without one the only board that is plugged in.
-    Port(Option<String>),
-}
-
 /// A source that is open.
 pub struct OpenSource {
     pub kind: SourceKind,
     pub name: String,
     pub source: Box<dyn Source>,
-    /// The recording before it was opened, and the first bytes since.
-    pub before: Vec<u8>,
-    pub first: Vec<u8>,
+    /// What it had while its first rows were waited for.
+    pub first: Incoming,
 }
 
 /// Opens a source, and shows what hinders.
 pub struct Connection<'a> {
-    pub args: &'a Args,
-    pub folder: &'a Path,
+    /// What the user chooses changes them.
+    pub args: Args,
     pub console: &'a mut Console,
-    pub origin: Origin,
 }
 
 impl Connection<'_> {
@@ -59,14 +47,16 @@ impl Connection<'_> {
     ///
     /// Those of the source; in a script those of a board, too.
     pub fn open(mut self) -> Result<Option<OpenSource>> {
+        let is_seen = self.console.is_seen();
         while !self.console.is_interrupted() {
-            match self.first_rows() {
+            let done = self.first_rows();
+            if let (Some(folder), Ok(None) | Err(_)) = (&self.args.folder, &done) {
+                // Without a board no empty folder remains; one with a file in it does.
+                let _ = std::fs::remove_dir(folder);
+            }
+            match done {
                 Ok(None) => {}
-                Err(trouble)
-                    if trouble.category() == Category::Device && self.console.is_seen() =>
-                {
-                    self.ask(&trouble)?;
-                }
+                Err(e) if is_seen && e.category() == Category::Device => self.ask(&e)?,
                 done => return done,
             }
         }
@@ -75,9 +65,9 @@ impl Connection<'_> {
 
     /// None: the user wants another source, or none.
     fn first_rows(&mut self) -> Result<Option<OpenSource>> {
-        let mut opened = self.args.open(&self.origin, self.folder)?;
+        let mut opened = self.args.open()?;
         // A port may be that of another device.
-        while opened.kind == SourceKind::Port && opened.first.is_empty() {
+        while opened.kind == SourceKind::Port && opened.first.bytes.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
             if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
                 opened.source.close(true);
@@ -88,68 +78,60 @@ impl Connection<'_> {
     }
 
     fn wait(&mut self, opened: &mut OpenSource) -> Result<()> {
-        for incoming in opened.source.next()?.into_iter().flatten() {
-            match incoming {
-                Incoming::Bytes(bytes) => opened.first.extend(bytes),
-                Incoming::Connected(name) => {
+        let Incoming { bytes, events } = opened.source.next()?.unwrap_or_default();
+        opened.first.bytes.extend(bytes);
+        for event in events {
+            match event {
+                log::Event::Opened { port: name, .. } => {
                     opened.name.clone_from(&name);
-                    self.origin = Origin::Port(Some(name.clone()));
+                    self.args.board.port = Some(name.clone());
                     let text = format!("{name} is open: waiting for its first rows.");
                     self.console.note(Event::Connecting { name }, &text)?;
                 }
-                Incoming::Lost(Loss::Unplugged) => {
+                log::Event::Lost { .. } => {
                     let text = format!("{}: unplugged before the first row", opened.name);
                     return Err(Error::device("no-such-port", text));
                 }
-                Incoming::Warning(text) => self.console.note(Event::Warning, &text)?,
-                Incoming::Lost(Loss::Silent) => {}
+                log::Event::Warning { text } | log::Event::Waiting { text } => {
+                    self.console.note(Event::Warning, &text)?;
+                }
+                _ => {}
             }
         }
         Ok(())
     }
 
-    /// Shows the ports until one is chosen, or the one that was waited for is there.
+    /// Shows the ports until one is chosen; where one is missing, until there are others.
     fn ask(&mut self, trouble: &Error) -> Result<()> {
         let code = trouble.code();
         let is_mute = ["board-silent", "no-samples-from-board", "settings-refused"].contains(&code);
+        let waits = ["no-port", "no-such-port", "several-ports"].contains(&code);
         let remedy = match code {
-            "no-port" | "no-such-port" => {
-                "plug it in: it is opened when it is there; or choose another port"
-            }
             "several-ports" => "choose the one of your board",
+            _ if waits => "plug it in: it is opened when it is there; or choose another port",
             _ => trouble.hint().unwrap_or("choose another port"),
         };
         let text = format!("{} {}", sentence(trouble.message()), sentence(remedy));
+        let tried = self.args.board.port.clone();
+        let port = tried.clone().unwrap_or_else(|| "PORT".to_owned());
         let mut shown = None;
         while !self.console.is_interrupted() && !self.chooses()? {
-            let found = list().unwrap_or_default();
-            let tried = match &self.origin {
-                Origin::Port(name) => name.clone(),
-                _ => None,
-            };
-            let arrived = match (code, &tried) {
-                ("no-port", _) => the_board(&found).ok().map(|port| port.name),
-                ("no-such-port", Some(name)) => {
-                    let is_there = found.iter().any(|p| p.name == *name);
-                    (is_there || Path::new(name).exists()).then(|| name.clone())
-                }
-                _ => None,
-            };
-            if arrived.is_some() {
-                self.origin = Origin::Port(arrived);
+            let ports = list().unwrap_or_default();
+            let now = Some((ports.clone(), Path::new(&port).exists()));
+            if shown.is_some() && shown != now && waits {
                 return Ok(());
             }
-            if shown.as_ref() != Some(&found) {
-                let port = path_word(Path::new(tried.as_deref().unwrap_or("PORT")));
+            if shown != now {
                 let flash = FLASH.iter().filter(|_| is_mute);
+                let flash = flash.map(|line| line.replace("{port}", &path_word(Path::new(&port))));
                 let event = Event::Ports {
-                    ports: found.clone(),
-                    tried,
-                    flash: flash.map(|line| line.replace("{port}", &port)).collect(),
+                    ports,
+                    tried: tried.clone(),
+                    flash: flash.collect(),
                     simulate: self.args.resume.is_none(),
                 };
                 self.console.note(event, &text)?;
-                shown = Some(found);
+                shown = now;
             }
             std::thread::sleep(LOOK);
         }
@@ -166,16 +148,14 @@ impl Connection<'_> {
                     return Ok(false);
                 }
                 Ok(Command::Simulate) if self.args.resume.is_none() => {
-                    self.origin = Origin::Simulated(None);
+                    self.args.simulate = true;
                     return Ok(true);
                 }
-                Ok(Command::Simulate) => "This session is of another sensor.".to_owned(),
                 Ok(Command::Port { name }) => {
                     let ports = list().unwrap_or_default();
                     let is_known = ports.iter().any(|port| port.name == name);
-                    let port = Origin::Port(Some(name.clone()));
-                    if is_known || port == self.origin {
-                        self.origin = port;
+                    if is_known || self.args.board.port.as_ref() == Some(&name) {
+                        self.args.board.port = Some(name);
                         return Ok(true);
                     }
                     format!("{name} is no port of this computer.")

@@ -9,7 +9,7 @@ use gravical::calibrate::CalibrateOptions;
 use gravical::calibration_file::Grade;
 use gravical::escape::path_word;
 use gravical::live::Session;
-use gravical::live::event::{Command, EndReason, Event, Message, Rejection, SourceKind};
+use gravical::live::event::{Command, EndReason, Event, Loss, Message, Rejection, SourceKind};
 use gravical::live::folder::{JOURNAL, Journal, RECORDING, calibrate_session};
 use gravical::numfmt::count;
 use gravical::{Error, Result};
@@ -19,7 +19,7 @@ use super::Args;
 use super::connect::OpenSource;
 use super::console::Console;
 use super::source::Incoming;
-use crate::cmd::log::{Existing, LogFile};
+use crate::cmd::log::{self, Existing, LogFile};
 use crate::failure;
 use crate::options::command_line;
 use crate::report::write_report;
@@ -31,7 +31,6 @@ const HAND_S: f64 = 8.0;
 struct Driver<'a> {
     args: &'a Args,
     console: &'a mut Console,
-    folder: Option<&'a Path>,
     opened: OpenSource,
     session: Session,
     /// An event a line.
@@ -42,18 +41,18 @@ struct Driver<'a> {
     busy_until_s: f64,
 }
 
-/// Runs a session to its end, in `folder` if it has one; `before` is the journal of one that goes on.
+/// Runs a session to its end; `before` is the journal of one that goes on.
 ///
 /// # Errors
 ///
 /// Those of the options, of the source and of the disk.
 pub fn run(
     args: &Args,
-    folder: Option<&Path>,
     before: Option<&Journal>,
     console: &mut Console,
     opened: OpenSource,
 ) -> anyhow::Result<ExitCode> {
+    let folder = args.folder.as_deref();
     let recording = match folder {
         Some(folder) => folder.join(RECORDING).display().to_string(),
         None => opened.name.clone(),
@@ -64,7 +63,6 @@ pub fn run(
     let mut driver = Driver {
         args,
         console,
-        folder,
         busy_until_s: 0.0,
         opened,
         session: Session::new(&recording, options),
@@ -72,50 +70,50 @@ pub fn run(
         now_s: 0.0,
     };
     let ended = driver.begin(before).and_then(|()| driver.guide());
-    // What cannot be written has been rescued, and would be once more.
-    if ended.as_ref().is_err_and(|error| error.code() == "io") {
-        driver.journal = None;
-    } else {
-        driver.opened.source.close(false);
-    }
-    if let Err(error) = ended {
+    // Whatever failed, rows that wait are written.
+    driver.opened.source.close(false);
+    let done = match ended {
+        Err(error) => Err(error.into()),
+        Ok(()) if driver.console.is_interrupted() => driver.stopped(),
+        Ok(()) if driver.session.is_done() => driver.save(),
+        Ok(()) => return driver.out_of_rows(),
+    };
+    if let Err(error) = &done {
         // What shows the events may have failed, too.
         let _ = driver.end(EndReason::Failed, &error.to_string());
-        Err(error.into())
-    } else if driver.console.is_interrupted() {
-        driver.stopped()
-    } else if driver.session.is_done() {
-        driver.save()
-    } else {
-        driver.out_of_rows()
     }
+    done
 }
 
 impl Driver<'_> {
     /// The session begins, or goes on.
     fn begin(&mut self, before: Option<&Journal>) -> Result<()> {
         let mut text = self.opened.name.clone();
-        if let Some(folder) = self.folder {
-            text += &format!("; the session is in {}", folder.display());
+        if let Some(folder) = self.folder_name() {
+            text += &format!("; the session is in {folder}");
         }
         let event = Event::Session {
             source: self.opened.kind,
             name: self.opened.name.clone(),
-            folder: self.folder.map(|f| f.display().to_string()),
+            folder: self.folder_name(),
             gravity: self.session.gravity(),
         };
         self.note(event, &text)?;
-        if let Some(journal) = before {
-            let bytes = std::mem::take(&mut self.opened.before);
-            let restored = self.session.restore(&bytes, journal)?;
-            self.render(&restored)?;
+        let first = std::mem::take(&mut self.opened.first);
+        if let (Some(journal), Some(folder)) = (before, &self.args.folder) {
+            let path = folder.join(RECORDING);
+            let mut bytes = std::fs::read(&path).map_err(|e| Error::io(&path, e))?;
+            bytes.truncate(bytes.len().saturating_sub(first.bytes.len()));
+            for message in self.session.restore(&bytes, journal)? {
+                self.now_s = message.t_s;
+                self.console.show(&message)?;
+            }
         }
         if self.opened.kind == SourceKind::Simulate {
             // It is left alone until its noise is known.
             self.busy_until_s = self.now_s + HAND_S;
         }
-        let first = std::mem::take(&mut self.opened.first);
-        self.receive(Incoming::Bytes(first))
+        self.receive(first)
     }
 
     /// Reads rows and does what the user wants, until there is an end.
@@ -127,9 +125,7 @@ impl Driver<'_> {
                 self.show(messages)?;
                 return self.command(&Command::Finish);
             };
-            for incoming in next {
-                self.receive(incoming)?;
-            }
+            self.receive(next)?;
             let kind = self.opened.kind;
             let is_seen = self.console.page.is_some();
             if !self.commands()? && kind == SourceKind::Simulate && !is_seen {
@@ -146,52 +142,45 @@ impl Driver<'_> {
 
     /// Passes to the session what the source has.
     fn receive(&mut self, incoming: Incoming) -> Result<()> {
-        let messages = match incoming {
-            Incoming::Bytes(bytes) => {
-                let mut messages = self.session.resumed();
-                messages.extend(self.session.bytes(&bytes)?);
-                if self.opened.kind == SourceKind::Port {
-                    // The logger has waited for rows enough, also of a slow sensor.
-                    messages.extend(self.session.settle_format().unwrap_or_default());
-                }
-                messages
+        let Incoming { bytes, events } = incoming;
+        let mut messages = Vec::new();
+        if !bytes.is_empty() {
+            messages = self.session.resumed();
+            messages.extend(self.session.bytes(&bytes)?);
+            if self.opened.kind == SourceKind::Port {
+                // The logger has waited for rows enough, also of a slow sensor.
+                messages.extend(self.session.settle_format().unwrap_or_default());
             }
-            Incoming::Lost(why) => self.session.lost(why),
-            Incoming::Connected(_) => Vec::new(),
-            Incoming::Warning(text) => self.session.note(Event::Warning, &text),
-        };
-        self.show(messages)
-    }
-
-    /// Shows events; what has to be safe is safe before.
-    fn show(&mut self, messages: Vec<Message>) -> Result<()> {
-        for message in messages {
-            if let Some(journal) = &mut self.journal
-                && !message.event.is_status()
-            {
-                // Without these a session could not be resumed as it was.
-                let is_vital = matches!(
-                    message.event,
-                    Event::Session { .. }
-                        | Event::PoseAccepted(_)
-                        | Event::PoseUndone { .. }
-                        | Event::Gravity(_)
-                );
-                if is_vital {
-                    self.opened.source.make_safe()?;
-                }
-                journal.write(format!("{}\n", message.to_json()).as_bytes())?;
-                if is_vital {
-                    journal.sync()?;
-                }
+        }
+        self.show(messages)?;
+        for event in events {
+            match event {
+                log::Event::Lost { .. } => self.lost(Loss::Unplugged)?,
+                log::Event::Silent { .. } => self.lost(Loss::Silent)?,
+                log::Event::Warning { text } | log::Event::Waiting { text } => self.warn(&text)?,
+                _ => {}
             }
-            self.render(&[message])?;
         }
         Ok(())
     }
 
-    /// Shows events that are in the journal.
-    fn render(&mut self, messages: &[Message]) -> Result<()> {
+    fn lost(&mut self, why: Loss) -> Result<()> {
+        let messages = self.session.lost(why);
+        self.show(messages)
+    }
+
+    /// Shows events; they are safe in the journal before, and so are the rows that they are of.
+    fn show(&mut self, messages: Vec<Message>) -> Result<()> {
+        let is_recorded = |m: &&Message| !matches!(m.event, Event::Status(_));
+        let recorded = messages.iter().filter(is_recorded);
+        let lines: String = recorded.map(|m| m.to_json() + "\n").collect();
+        if let Some(journal) = &mut self.journal
+            && !lines.is_empty()
+        {
+            self.opened.source.make_safe()?;
+            journal.write(lines.as_bytes())?;
+            journal.sync()?;
+        }
         for message in messages {
             self.now_s = message.t_s;
             let is_over = match &message.event {
@@ -204,7 +193,7 @@ impl Driver<'_> {
             if is_over {
                 self.busy_until_s = self.now_s;
             }
-            self.console.show(message)?;
+            self.console.show(&message)?;
         }
         Ok(())
     }
@@ -246,14 +235,13 @@ impl Driver<'_> {
 
     /// The user has ended it: what was recorded is kept.
     fn stopped(&mut self) -> anyhow::Result<ExitCode> {
-        self.opened.source.make_safe()?;
         let (reason, what) = if self.session.is_done() {
             (EndReason::Cancelled, "Cancelled without a calibration")
         } else {
             (EndReason::Interrupted, "Interrupted")
         };
-        let text = match self.folder {
-            Some(folder) => format!("{what}; what was recorded is in {}.", folder.display()),
+        let text = match self.folder_name() {
+            Some(folder) => format!("{what}; what was recorded is in {folder}."),
             None => what.to_owned(),
         };
         self.end(reason, &text)?;
@@ -262,9 +250,8 @@ impl Driver<'_> {
 
     fn out_of_rows(&mut self) -> anyhow::Result<ExitCode> {
         let poses = count(self.session.poses().count(), "pose");
-        let text = format!("The rows ended after {poses}");
-        self.end(EndReason::SourceEnded, &text)?;
-        let what = format!("the session ended after {poses}, too few for a calibration");
+        let what = format!("the rows ended after {poses}, too few for a calibration");
+        self.end(EndReason::SourceEnded, &what)?;
         let error = Error::input("too-few-poses", what).with_hint(match self.resume_command() {
             Some(command) => format!("{command} goes on"),
             None => "--any-pose accepts every steady hold, and --capture 1 shorter ones".to_owned(),
@@ -274,8 +261,7 @@ impl Driver<'_> {
 
     /// Saves the calibration: that of what is on the disk, where the session has a folder.
     fn save(&mut self) -> anyhow::Result<ExitCode> {
-        self.opened.source.make_safe()?;
-        let recorded = self.folder.map(|folder| {
+        let recorded = self.args.folder.as_ref().map(|folder| {
             let options = CalibrateOptions {
                 command: Some(command_line()),
                 ..CalibrateOptions::default()
@@ -288,7 +274,7 @@ impl Driver<'_> {
         let file = file.or(self.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
         let grade = file.verdict.grade;
-        let output = self.args.output(self.folder);
+        let output = self.args.output();
         let done = match &output {
             Some(_) => "Done and saved",
             None => "Done, and not saved (-o cal.json does)",
@@ -296,7 +282,7 @@ impl Driver<'_> {
         if let Some(output) = output {
             file.write(&output, false)?;
             let mut written = None;
-            if let (Some(folder), Some((recordings, done))) = (self.folder, &recorded) {
+            if let (Some(folder), Some((recordings, done))) = (&self.args.folder, &recorded) {
                 let session = Some((&recordings[..], &done.segmentation));
                 let figures = figure::calibration::figures(&file, session);
                 let document = report::calibration(&file, Some(&output), &figures);
@@ -310,7 +296,7 @@ impl Driver<'_> {
             }
             let saved = Event::Saved {
                 file: output.display().to_string(),
-                folder: self.folder.map(|f| f.display().to_string()),
+                folder: self.folder_name(),
                 report: written,
                 next: self.next_steps(grade, &path_word(&output)),
             };
@@ -360,12 +346,16 @@ impl Driver<'_> {
 
     /// Shows what only the program knows.
     fn note(&mut self, event: Event, text: &str) -> Result<()> {
-        let messages = self.session.note(event, text);
-        self.show(messages)
+        self.show(vec![Message::new(self.now_s, event, text)])
+    }
+
+    fn folder_name(&self) -> Option<String> {
+        let folder = self.args.folder.as_ref()?;
+        Some(folder.display().to_string())
     }
 
     fn resume_command(&self) -> Option<String> {
-        let folder = path_word(self.folder?);
+        let folder = path_word(self.args.folder.as_ref()?);
         Some(format!("gravical live --resume {folder}"))
     }
 }

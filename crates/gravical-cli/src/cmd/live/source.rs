@@ -8,10 +8,8 @@ use gravical::calibration_file::CalibrationFile;
 use gravical::core::matrix3::{add, mul_vec, norm};
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
-use gravical::live::event::{Command, Event, Loss};
-use gravical::live::folder::RECORDING;
+use gravical::live::event::{Command, Event};
 use gravical::numfmt::milli_g;
-use gravical::output::make_folder;
 use gravical::poses::face::Face;
 use gravical::recording::bytes::Input;
 use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SimulateOptions};
@@ -25,35 +23,29 @@ const AT_ONCE: usize = 1 << 12;
 const RATE_HZ: f64 = 100.0;
 /// Its decimals.
 const DECIMALS: usize = 4;
-/// It is asked after this time.
-const STEP: Duration = Duration::from_millis(20);
-/// Longest time that a simulated sensor goes on in one step, before its speed.
-const MAX_STEP: Duration = Duration::from_millis(40);
+/// It gives so many rows at once, and waits for them for this time before it is asked again, s.
+const ROWS: u64 = 10;
+const MAX_WAIT_S: f64 = 0.02;
 /// Directions over which its true error is averaged.
 const DIRECTIONS: usize = 400;
 /// Pause in its clock when a session is resumed, s.
 const RESUMED_AFTER_S: f64 = 5.0;
 
-/// What a source has.
-pub enum Incoming {
-    /// Bytes of the recording, which are in the file.
-    Bytes(Vec<u8>),
-    /// The port of this name is open.
-    Connected(String),
-    /// No rows arrive any more.
-    Lost(Loss),
-    /// Something to tell.
-    Warning(String),
+/// What a source has next: bytes of the recording, which are in the file, and then what happened.
+#[derive(Default)]
+pub struct Incoming {
+    pub bytes: Vec<u8>,
+    pub events: Vec<log::Event>,
 }
 
 /// A source of rows.
 pub trait Source {
-    /// What it has next, in order; waits shortly. None: there are no more rows.
+    /// What it has next; waits shortly. None: there are no more rows.
     ///
     /// # Errors
     ///
     /// Those that end the session.
-    fn next(&mut self) -> Result<Option<Vec<Incoming>>>;
+    fn next(&mut self) -> Result<Option<Incoming>>;
     /// Makes the rows so far safe on the disk.
     ///
     /// # Errors
@@ -85,11 +77,12 @@ pub struct Replay {
 }
 
 impl Source for Replay {
-    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
+    fn next(&mut self) -> Result<Option<Incoming>> {
         let mut bytes = vec![0; AT_ONCE];
         let read = self.input.reader.read(&mut bytes);
         bytes.truncate(read.map_err(|e| Error::io(&self.path, e))?);
-        Ok((!bytes.is_empty()).then(|| vec![Incoming::Bytes(bytes)]))
+        let events = Vec::new();
+        Ok((!bytes.is_empty()).then_some(Incoming { bytes, events }))
     }
 }
 
@@ -100,8 +93,7 @@ pub struct Simulated {
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
-    /// Until when rows are due, s, and when that was found.
-    due_s: f64,
+    /// When it gave rows.
     last: Instant,
     speed: f64,
 }
@@ -139,7 +131,6 @@ impl Simulated {
             file,
             offset_s: last_row_s(&before).map_or(0.0, |t_s| t_s + RESUMED_AFTER_S),
             rows: 0,
-            due_s: 0.0,
             last: Instant::now(),
             speed,
         })
@@ -153,35 +144,31 @@ fn last_row_s(text: &str) -> Option<f64> {
 }
 
 impl Source for Simulated {
-    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
+    fn next(&mut self) -> Result<Option<Incoming>> {
         // Where the session does not keep up, the sensor waits for it: a hand could do nothing during the
         // rows that would have been due.
-        let passed = self.last.elapsed().min(MAX_STEP);
+        let due_s = ROWS as f64 / RATE_HZ / self.speed;
+        let left_s = due_s - self.last.elapsed().as_secs_f64();
+        if self.speed > 0.0 && left_s > 0.0 {
+            std::thread::sleep(Duration::from_secs_f64(left_s.min(MAX_WAIT_S)));
+            return Ok(Some(Incoming::default()));
+        }
         self.last = Instant::now();
-        self.due_s = if self.speed > 0.0 {
-            self.due_s + passed.as_secs_f64() * self.speed
-        } else {
-            // As fast as possible: rows of 0.1 s at a time.
-            self.rows as f64 / RATE_HZ + 0.1
-        };
         let mut text = String::new();
-        while (self.rows as f64) < self.due_s * RATE_HZ {
-            if self.rows == 0 && self.offset_s == 0.0 {
-                text.push_str("# simulated, not measured\n");
-                text.push_str(Reading::HEADER);
-            }
+        if self.rows == 0 && self.offset_s == 0.0 {
+            text.push_str("# simulated, not measured\n");
+            text.push_str(Reading::HEADER);
+        }
+        for _ in 0..ROWS {
             let t_s = self.rows as f64 / RATE_HZ;
             let stamp_ms = (1e3 * (self.offset_s + t_s)).round() as u64;
             text += &self.sensor.at(t_s).row(stamp_ms, DECIMALS);
             self.rows += 1;
         }
-        if text.is_empty() {
-            std::thread::sleep(STEP);
-            return Ok(Some(Vec::new()));
-        }
         let bytes = text.into_bytes();
         self.file.write(&bytes)?;
-        Ok(Some(vec![Incoming::Bytes(bytes)]))
+        let events = Vec::new();
+        Ok(Some(Incoming { bytes, events }))
     }
 
     fn make_safe(&mut self) -> Result<()> {
@@ -238,76 +225,22 @@ impl Source for Simulated {
 }
 
 /// A board at a port, recorded as `gravical log` does.
-pub struct PortSource {
-    recording: log::Session,
-    folder: PathBuf,
-}
-
-impl PortSource {
-    /// Opens the port, and the file in `folder`.
-    ///
-    /// # Errors
-    ///
-    /// Those of the port and of the file.
-    pub fn open(board: &log::BoardArgs, folder: &Path, resumes: bool) -> Result<Self> {
-        let args = log::Args::of_session(board, folder.join(RECORDING), resumes);
-        make_folder(folder)?;
-        let opened = log::Session::open(&args);
-        if opened.is_err() {
-            // Without a board no empty folder remains; one with a file in it does.
-            let _ = std::fs::remove_dir(folder);
-        }
-        let mut recording = opened?;
-        // What a session goes on with are whole lines.
-        recording.file.start()?;
-        Ok(PortSource {
-            recording,
-            folder: folder.to_owned(),
-        })
-    }
-
-    /// The port, as far as it is known.
-    pub fn name(&self) -> &str {
-        self.recording.port().unwrap_or("the board")
-    }
-}
-
-impl Source for PortSource {
-    fn next(&mut self) -> Result<Option<Vec<Incoming>>> {
-        let bytes = self.recording.step()?;
-        let bytes = Some(bytes).filter(|b| !b.is_empty()).map(Incoming::Bytes);
-        let events = self.recording.take_events().into_iter();
-        let mut next = Vec::from_iter(bytes);
-        next.extend(events.filter_map(incoming));
-        if next.iter().any(|i| matches!(i, Incoming::Lost(_))) {
-            self.make_safe()?;
-        }
-        Ok(Some(next))
+impl Source for log::Session {
+    fn next(&mut self) -> Result<Option<Incoming>> {
+        let bytes = self.step()?;
+        let events = self.take_events();
+        Ok(Some(Incoming { bytes, events }))
     }
 
     fn make_safe(&mut self) -> Result<()> {
-        self.recording.file.sync()
+        self.file.sync()
     }
 
     fn close(&mut self, has_failed: bool) {
         // The session has ended, and says what it has.
-        let _ = self.recording.close(has_failed);
+        let _ = log::Session::close(self, has_failed);
         if has_failed {
-            self.recording.file.discard_empty();
-            // Only an empty one is removed.
-            let _ = std::fs::remove_dir(&self.folder);
+            self.file.discard_empty();
         }
     }
-}
-
-/// What the session has to know of the recording.
-fn incoming(event: log::Event) -> Option<Incoming> {
-    Some(match event {
-        log::Event::Opened { port, .. } => Incoming::Connected(port),
-        log::Event::Lost { .. } => Incoming::Lost(Loss::Unplugged),
-        log::Event::Silent { .. } => Incoming::Lost(Loss::Silent),
-        log::Event::Waiting { text } => Incoming::Warning(format!("waiting for {text}")),
-        log::Event::Warning { text } => Incoming::Warning(text),
-        _ => return None,
-    })
 }

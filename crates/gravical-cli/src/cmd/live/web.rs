@@ -11,11 +11,7 @@ use std::time::{Duration, Instant};
 
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
-use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HOST, HeaderValue, ORIGIN,
-    REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS,
-};
-use axum::http::{HeaderMap, HeaderName, Method, StatusCode};
+use axum::http::{HeaderValue, Method, StatusCode};
 use axum::response::sse::{self, KeepAlive, Sse};
 use axum::response::{IntoResponse as _, Response};
 use futures_util::stream::{Stream, unfold};
@@ -46,6 +42,14 @@ const STEP: Duration = Duration::from_millis(50);
 /// Longest command, bytes.
 const COMMAND_BYTES: usize = 1 << 12;
 
+/// Of every answer.
+const HEADERS: [(&str, &str); 4] = [
+    ("cache-control", "no-store"),
+    ("referrer-policy", "no-referrer"),
+    ("x-content-type-options", "nosniff"),
+    ("cross-origin-resource-policy", "same-origin"),
+];
+const POLICY_HEADER: &str = "content-security-policy";
 /// Of everything but the report, which has its own in its text.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; \
     connect-src 'self'; img-src 'self' data:; frame-src 'self'; base-uri 'none'; \
@@ -59,14 +63,11 @@ const JS: &str = "text/javascript; charset=utf-8";
 const JSON: &str = "application/json";
 const TEXT: &str = "text/plain; charset=utf-8";
 
+const REFUSAL: &str = "This answers its own page only: use the address that gravical live printed.";
+
 /// The page; its token is put in when it is sent.
 const PAGE: &str = include_str!("page/page.html");
-
-/// The files that it is made of.
-const FILES: [(&str, &str, &str); 2] = [
-    ("page.css", CSS, include_str!("page/page.css")),
-    ("page.js", JS, SCRIPT),
-];
+const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
     include_str!("page/board.js"),
@@ -179,7 +180,7 @@ impl Page {
                 Event::End { .. } => said.has_ended = true,
                 _ => {}
             }
-            if message.event.is_status() {
+            if matches!(message.event, Event::Status(_)) {
                 said.status = Some(text);
             } else {
                 said.past.push(text);
@@ -278,63 +279,52 @@ async fn serve(listener: TcpListener, hub: Arc<Hub>) {
 }
 
 impl Hub {
-    /// Answers what is from our own page. A page of another site, under whatever name it reaches this
-    /// address, knows no token, and its browser names it in `Host` or `Origin`.
+    /// Answers what is from our own page.
     async fn answer(&self, request: Request) -> Response {
         let is_post = request.method() == Method::POST;
+        let is_ours = self.is_ours(&request);
         let path = request.uri().path().trim_start_matches('/').to_owned();
-        let refusal = self.refusal(&request);
-        let mut response = match (refusal, path.as_str()) {
-            (Some(why), _) => text(StatusCode::FORBIDDEN, TEXT, why),
-            (None, "") => text(StatusCode::OK, HTML, PAGE.replace("{token}", &self.token)),
-            (None, "events") => Sse::new(self.join())
+        let mut response = match path.as_str() {
+            _ if !is_ours => text(StatusCode::FORBIDDEN, TEXT, REFUSAL),
+            "" => text(StatusCode::OK, HTML, PAGE.replace("{token}", &self.token)),
+            "events" => Sse::new(self.join())
                 .keep_alive(KeepAlive::new().interval(Duration::from_secs(5)))
                 .into_response(),
-            (None, "command") if is_post => self.command(request.into_body()).await,
-            (None, "command") => StatusCode::METHOD_NOT_ALLOWED.into_response(),
-            (None, "report") => self.report(),
-            (None, name) => match FILES.iter().find(|(file, _, _)| *file == name) {
-                Some((_, kind, content)) => text(StatusCode::OK, kind, *content),
-                None => StatusCode::NOT_FOUND.into_response(),
-            },
+            "command" if is_post => self.command(request.into_body()).await,
+            "command" => StatusCode::METHOD_NOT_ALLOWED.into_response(),
+            "report" => self.report(),
+            "page.css" => text(StatusCode::OK, CSS, STYLE),
+            "page.js" => text(StatusCode::OK, JS, SCRIPT),
+            _ => StatusCode::NOT_FOUND.into_response(),
         };
-        let resource_policy = HeaderName::from_static("cross-origin-resource-policy");
         let headers = response.headers_mut();
-        for (name, value) in [
-            (CACHE_CONTROL, "no-store"),
-            (REFERRER_POLICY, "no-referrer"),
-            (X_CONTENT_TYPE_OPTIONS, "nosniff"),
-            (resource_policy, "same-origin"),
-        ] {
+        for (name, value) in HEADERS {
             headers.insert(name, HeaderValue::from_static(value));
         }
         headers
-            .entry(CONTENT_SECURITY_POLICY)
+            .entry(POLICY_HEADER)
             .or_insert(HeaderValue::from_static(POLICY));
         response
     }
 
-    /// Why a request is refused, if it is.
-    fn refusal(&self, request: &Request) -> Option<&'static str> {
-        let headers = request.headers();
-        let is_ours = |host: &str| self.hosts.iter().any(|h| h == host);
-        if !one(headers, &HOST).is_ok_and(|host| host.is_some_and(is_ours)) {
-            return Some("This is not the address that gravical live serves.");
-        }
-        let origin = one(headers, &ORIGIN).map(|o| o.map(|o| o.strip_prefix("http://")));
-        match origin {
-            Ok(Some(Some(host))) if is_ours(host) => {}
-            Ok(None) if request.method() == Method::GET => {}
-            _ => return Some("Requests of other pages are refused."),
-        }
+    /// Whether a request is from our own page. A page of another site, under whatever name it reaches this
+    /// address, knows no token, and its browser names it in `Host` or `Origin`.
+    fn is_ours(&self, request: &Request) -> bool {
+        let values = |name: &'static str| -> Vec<&str> {
+            let all = request.headers().get_all(name).iter();
+            all.map(|v| v.to_str().unwrap_or_default()).collect()
+        };
+        let is_our_host = |host: &str| self.hosts.iter().any(|h| h == host);
+        let has_origin = match values("origin")[..] {
+            [] => request.method() == Method::GET,
+            [origin] => origin.strip_prefix("http://").is_some_and(is_our_host),
+            _ => false,
+        };
         let query = request.uri().query().unwrap_or_default();
         let given = query.split('&').find_map(|q| q.strip_prefix("token="));
-        match given {
-            Some(given) if same(given.as_bytes(), self.token.as_bytes()) => None,
-            _ => Some(
-                "The token is missing or not of this session: use the address that gravical live printed.",
-            ),
-        }
+        has_origin
+            && matches!(values("host")[..], [host] if is_our_host(host))
+            && given.is_some_and(|given| same(given.as_bytes(), self.token.as_bytes()))
     }
 
     /// The events for a new tab, from the beginning, a line each: all that are new at once, and the status.
@@ -361,8 +351,10 @@ impl Hub {
             let body = serde_json::json!({ "error": sentence(why) }).to_string();
             text(status, JSON, body)
         };
-        let Ok(bytes) = to_bytes(body, COMMAND_BYTES).await else {
-            return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long");
+        let read = tokio::time::timeout(REQUEST_TIME, to_bytes(body, COMMAND_BYTES));
+        let Ok(Ok(bytes)) = read.await else {
+            let why = "the command is too long, or sent too slowly";
+            return refused(StatusCode::PAYLOAD_TOO_LARGE, why);
         };
         match serde_json::from_slice(&bytes).map(|command| self.clicked.try_send(command)) {
             Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
@@ -383,19 +375,9 @@ impl Hub {
             let why = "The report is written when the calibration is saved.";
             return text(StatusCode::NOT_FOUND, TEXT, why);
         };
-        let policy = [(CONTENT_SECURITY_POLICY, REPORT_POLICY)];
+        let policy = [(POLICY_HEADER, REPORT_POLICY)];
         (policy, text(StatusCode::OK, HTML, html)).into_response()
     }
-}
-
-/// The only value of a header; an error if there are several, or it is no text.
-fn one<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>, ()> {
-    let mut all = headers.get_all(name).iter();
-    let first = all.next();
-    if all.next().is_some() {
-        return Err(());
-    }
-    first.map(|v| v.to_str().map_err(|_| ())).transpose()
 }
 
 /// Equal, in a time that does not depend on where they differ.
@@ -404,5 +386,5 @@ fn same(a: &[u8], b: &[u8]) -> bool {
 }
 
 fn text(status: StatusCode, kind: &'static str, text: impl Into<Body>) -> Response {
-    (status, [(CONTENT_TYPE, kind)], text.into()).into_response()
+    (status, [("content-type", kind)], text.into()).into_response()
 }

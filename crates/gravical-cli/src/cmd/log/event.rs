@@ -104,8 +104,7 @@ impl Event {
                 let device = device.as_deref().unwrap_or("open");
                 format!("{port}: {device}; waiting for the board (opening its port may reset it)")
             }
-            Event::Waiting { text } => format!("waiting for {text}"),
-            Event::Board { text } => text.clone(),
+            Event::Waiting { text } | Event::Board { text } => text.clone(),
             Event::Started { .. } if keyboard => {
                 "recording; space pauses, q or Ctrl-C ends".to_owned()
             }

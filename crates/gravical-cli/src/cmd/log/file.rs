@@ -50,6 +50,8 @@ pub struct LogFile {
     held: Vec<u8>,
     /// End of the beginning that is kept: it names the columns.
     head: usize,
+    /// It cannot be written: what was received is rescued, once.
+    has_failed: bool,
 }
 
 impl LogFile {
@@ -101,6 +103,7 @@ impl LogFile {
             length: 0,
             held: Vec::new(),
             head: 0,
+            has_failed: false,
         };
         if file.existing.append {
             file.read_before().map_err(|e| Error::io(path, e))?;
@@ -166,13 +169,17 @@ impl LogFile {
         &self.held
     }
 
-    /// Passes lines to the system; none: only looks whether the file is still there.
+    /// Passes lines to the system; none: only looks whether the file is still there. After an error
+    /// nothing more is written.
     ///
     /// # Errors
     ///
     /// `io` when they cannot be written, or another program removed, replaced or cut the file: what
     /// was received is in a file beside it.
     pub fn write(&mut self, lines: &[u8]) -> Result<()> {
+        if self.has_failed {
+            return Ok(());
+        }
         self.hold(lines);
         let mut done = self.check_place();
         if !lines.is_empty() {
@@ -191,7 +198,8 @@ impl LogFile {
         match self.file.sync_data() {
             // A device that cannot.
             Err(e) if e.kind() == io::ErrorKind::InvalidInput => Ok(()),
-            done => done.map_err(|e| self.rescued(&e)),
+            Err(e) if !self.has_failed => Err(self.rescued(&e)),
+            _ => Ok(()),
         }
     }
 
@@ -242,7 +250,8 @@ impl LogFile {
     }
 
     /// Writes what was received to another file; the error says where it is.
-    fn rescued(&self, why: &io::Error) -> Error {
+    fn rescued(&mut self, why: &io::Error) -> Error {
+        self.has_failed = true;
         let beside = self.path.parent().unwrap_or(Path::new("")).to_owned();
         let mut folders = [beside, std::env::temp_dir()].into_iter();
         let rescue = if self.held.is_empty() {
@@ -334,6 +343,7 @@ mod tests {
         assert_eq!(text, expected);
         std::fs::remove_file(&path).unwrap();
         let _ = file.write(b"").unwrap_err();
+        file.write(b"9,10,11,12\n").unwrap();
         let rescued = std::fs::read_to_string(folder.path().join("a.rescued.csv")).unwrap();
         assert_eq!(rescued, expected.replace("# rejected: 1,2\n", ""));
     }

@@ -239,7 +239,7 @@ impl Session {
         if self.open_error.replace(error.code()) != Some(error.code()) {
             let hint = error.hint().filter(|_| !is_missing(error));
             let hint = hint.map_or_else(String::new, |hint| format!(" ({hint})"));
-            let text = format!("the port: {error}{hint}");
+            let text = format!("waiting for the port: {error}{hint}");
             self.recorder.say(Event::Waiting { text });
         }
     }

@@ -100,12 +100,10 @@ const savedMarkup = ({ file, folder, next }, grade) => html`
     data-command='{"command":"resume"}'>Go on with more poses</button></p>`}
   ${next.length > 0 && html`<section><h2>What to do next</h2>${next.map(commandMarkup)}</section>`}`;
 
-const reportMarkup = (address, reasons) => html`
+const reportMarkup = address => html`
   <details class="report"><summary><h2>The report</h2></summary>
     <iframe src="${address}" title="Calibration report" loading="lazy"></iframe></details>
-  <p><a href="${address}" target="_blank" rel="noopener">The report in a new tab</a></p>
-  ${reasons.length > 0 && html`<details><summary><h2>Reasons</h2></summary>
-    <ul>${reasons.map(reason => html`<li>${reason}</li>`)}</ul></details>`}`;
+  <p><a href="${address}" target="_blank" rel="noopener">The report in a new tab</a></p>`;
 
 // The end of a session. One that was stopped has no result yet, whatever the last fit said.
 const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
@@ -114,4 +112,4 @@ const resultMarkup = ({ verdict, fit, saved, end, truth }, report) => html`
   ${end?.resume && html`<section><h2>Go on later</h2>
     <p>Nothing is lost; this goes on where you stopped:</p>${commandMarkup(end.resume)}</section>`}
   ${truth && html`<p class="truth">${truth.text}</p>`}
-  ${saved?.report && reportMarkup(report, verdict?.reasons ?? [])}`;
+  ${saved?.report && reportMarkup(report)}`;

@@ -292,7 +292,8 @@ $("#gravity").addEventListener("submit", e => {
 
 // ---- Events ----
 
-let live_from = 0, due = 0;
+// What is replayed to a page that connects has been seen and heard before.
+let is_replay = true, due = 0;
 
 // Events that come at once are shown at once.
 function updateSoon() {
@@ -304,8 +305,7 @@ function take(event) {
   state = after(state, event);
   if (event.type === "session") choosing = false;
   if (event.type === "pose_rejected" || event.type === "lost") write($("#alert"), event.text);
-  // What is replayed at the start has been seen and heard before.
-  if (performance.now() > live_from) {
+  if (!is_replay) {
     if (event.type === "pose_accepted") accepted_until = performance.now() + 1100;
     sound.play(event.type);
   }
@@ -319,7 +319,7 @@ function listen() {
     answers = true;
     clearTimeout(silence);
     silence = 0;
-    live_from = performance.now() + 700;
+    is_replay = true;
     updateSoon();
   });
   stream.addEventListener("error", () => {
@@ -333,7 +333,10 @@ function listen() {
     // A refused connection is final for the browser, so it is tried again here.
     if (stream.readyState === EventSource.CLOSED && !state.end) setTimeout(listen, 2000);
   });
-  stream.addEventListener("message", e => e.data.split("\n").filter(Boolean).forEach(line => take(JSON.parse(line))));
+  stream.addEventListener("message", e => {
+    e.data.split("\n").filter(Boolean).forEach(line => take(JSON.parse(line)));
+    is_replay = false;
+  });
 }
 
 render($("#tiles"), html`${FACES.map(tileMarkup)}`);
