@@ -63,13 +63,7 @@ impl Columns {
 pub fn session(scene: Scene, rate: Rate) -> Session {
     // Fewer rows where there are many of them.
     let hold_s = if rate == Rate::Hz1000 { 2.5 } else { 4.0 };
-    let six = |continuous| {
-        Scenario::SixPosition(SixPositionOptions {
-            hold_s,
-            continuous,
-            turn_rest_s: 2.0,
-        })
-    };
+    let six = |continuous| Scenario::SixPosition(SixPositionOptions { hold_s, continuous });
     let scenario = match scene {
         Scene::Poses | Scene::TwoRecordings => Scenario::Poses(PosesOptions { hold_s, free: 6 }),
         Scene::Turns => six(true),
@@ -93,7 +87,7 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
             let column = |value: &dyn Fn(&Row) -> f64| f.rows.iter().map(value).collect();
             Columns {
                 stem: f.name.trim_end_matches(".csv").to_owned(),
-                t_s: column(&|row| row.t_s),
+                t_s: (0..f.rows.len()).map(|i| i as f64 / rate.hz()).collect(),
                 accel_mps2: [0, 1, 2].map(|i| column(&|row| row.reading.accel_mps2[i])),
                 gyro_rad_s: [0, 1, 2].map(|i| column(&|row| row.reading.gyro_rad_s[i])),
                 temperature_c: column(&|row| row.reading.temperature_c),
