@@ -32,9 +32,9 @@ pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
     Calibration(Arc<CalibrationFile>, Option<Session>),
     /// Of `noise`.
-    Noise(Box<NoiseResult>),
+    Noise(Arc<NoiseResult>),
     /// Of `motion`, with its recording.
-    Motion(Box<Motion>, Arc<recording::Recording>),
+    Motion(Arc<Motion>, Arc<recording::Recording>),
     /// The report of any other verb, which has no figures.
     Plain(Document<'static>),
 }
@@ -60,21 +60,20 @@ pub fn json(value: &impl Serialize) -> Result<String> {
 
 impl Outcome {
     /// A result of these files.
-    pub fn new(kind: Kind, json: String, inputs: Vec<InputFile>) -> Self {
-        Outcome {
+    pub fn new(kind: Kind, result: &impl Serialize, inputs: Vec<InputFile>) -> Result<Self> {
+        Ok(Outcome {
             kind,
-            json,
+            json: json(result)?,
             inputs,
             table: None,
             filtered: None,
-        }
+        })
     }
 
     /// A calibration.
     pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
-        let (json, inputs) = (json(&file)?, file.inputs.clone());
-        let kind = Kind::Calibration(Arc::new(file), session);
-        Ok(Self::new(kind, json, inputs))
+        let (inputs, file) = (file.inputs.clone(), Arc::new(file));
+        Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
     }
 
     /// The calibration that this is.
