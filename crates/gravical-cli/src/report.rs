@@ -80,9 +80,9 @@ impl ReportArgs {
         self.report.as_ref().map_or(Ok(()), write)
     }
 
-    /// Prints the path of the report on stderr.
-    pub fn say(&self) {
-        if let Some(path) = &self.report {
+    /// Prints the path of the report on stderr, unless `quiet`.
+    pub fn say(&self, quiet: bool) {
+        if let Some(path) = self.report.as_ref().filter(|_| !quiet) {
             text::say(&format!("Report: {}", path_text(path)));
         }
     }
@@ -130,9 +130,7 @@ impl ResultArgs {
         } else if !self.quiet {
             text::print_report(&in_words(document, self.report.verbose))?;
         }
-        if !self.quiet {
-            self.report.say();
-        }
+        self.report.say(self.quiet);
         Ok(())
     }
 }

@@ -61,8 +61,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows filtered", summary.input, summary.rows);
     output.print_summary(&summary, &done, &document, args.report.verbose)?;
-    if !output.quiet {
-        args.report.say();
-    }
+    args.report.say(output.quiet);
     Ok(ExitCode::SUCCESS)
 }

@@ -104,9 +104,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows", result.input, result.rows);
     output.print_summary(result, &done, &document, args.report.verbose)?;
-    if !output.quiet {
-        args.report.say();
-    }
+    args.report.say(output.quiet);
     let judgement = result.verdict.judgement;
     Ok(quality(judgement == MotionJudgement::NotUsable))
 }
