@@ -2,7 +2,6 @@
 
 mod calibration;
 mod cmd;
-mod colour;
 mod crash;
 mod device;
 mod each;
