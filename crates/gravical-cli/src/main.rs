@@ -10,8 +10,6 @@ mod options;
 mod outlet;
 mod progress;
 mod report;
-mod screen;
-mod table;
 mod text;
 
 use std::process::ExitCode;

@@ -8,8 +8,7 @@ use gravical::recording::ReadOptions;
 use gravical_report::report;
 
 use crate::options::reading;
-use crate::report::{ReportArgs, with_origin};
-use crate::table::TableArgs;
+use crate::report::{ReportArgs, TableArgs, with_origin};
 
 /// Filter a recording and report the effect on its noise
 ///

@@ -14,8 +14,7 @@ use gravical_report::report;
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{ReportArgs, with_origin};
-use crate::table::{TableArgs, Target};
+use crate::report::{ReportArgs, TableArgs, Target, with_origin};
 
 /// Compute velocity and position with error bands
 ///
