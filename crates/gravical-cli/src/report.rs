@@ -154,12 +154,18 @@ pub struct TableArgs {
 }
 
 impl TableArgs {
-    /// Where the table goes. Without `-o` it goes nowhere if standard output has the summary as JSON.
-    pub fn target(&self) -> Target<'_> {
-        match self.output.as_deref() {
-            Some(path) if path != Path::new("-") => Target::File(path),
-            None if self.json || io::stdout().is_terminal() => Target::Nowhere,
-            _ => Target::Stdout,
+    /// The file that the table goes to.
+    pub fn file(&self) -> Option<&Path> {
+        let output = self.output.as_deref();
+        output.filter(|path| *path != Path::new("-"))
+    }
+
+    /// Whether the table goes to standard output: with `-o -`, or without `-o` unless that is a terminal,
+    /// where the table would scroll the summary away, or has the summary as JSON.
+    pub fn is_printed(&self) -> bool {
+        match &self.output {
+            Some(_) => self.file().is_none(),
+            None => !self.json && !io::stdout().is_terminal(),
         }
     }
 
@@ -174,31 +180,31 @@ impl TableArgs {
         report: &ReportArgs,
         inputs: impl IntoIterator<Item = &'a PathBuf>,
     ) -> Result<()> {
-        if self.json && self.target() == Target::Stdout {
+        if self.json && self.is_printed() {
             let what = "--json prints the summary on stdout, where the table goes, too";
             let error = Error::usage("json-needs-output", what);
             return Err(error.with_hint("write the table to a file with -o"));
         }
-        report.check(self.target().file(), inputs, self.force)
+        report.check(self.file(), inputs, self.force)
     }
 
-    /// Writes the table to its file, atomically, or to stdout.
+    /// Writes the table to its file, atomically, to stdout, or nowhere.
     ///
     /// # Errors
     ///
     /// Those of `fill` and [`write_atomic`].
     pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
-        match self.target() {
+        match self.file() {
+            Some(path) => Ok(write_atomic(path, self.force, fill)?),
+            None if !self.is_printed() => Ok(fill(&mut io::sink())?),
             // On a terminal control characters are escaped.
-            Target::Stdout if io::stdout().is_terminal() => {
+            None if io::stdout().is_terminal() => {
                 let mut table = Vec::new();
                 let done = fill(&mut table)?;
                 text::print(&String::from_utf8_lossy(&table))?;
                 Ok(done)
             }
-            Target::Stdout => Ok(fill(&mut io::stdout().lock())?),
-            Target::Nowhere => Ok(fill(&mut io::sink())?),
-            Target::File(path) => Ok(write_atomic(path, self.force, fill)?),
+            None => Ok(fill(&mut io::stdout().lock())?),
         }
     }
 
@@ -221,39 +227,17 @@ impl TableArgs {
         if self.quiet {
             return Ok(());
         }
-        let target = self.target();
-        let to = match target {
-            Target::File(path) => format!(" → {}", path_text(path)),
-            Target::Stdout => " → stdout".to_owned(),
-            Target::Nowhere => String::new(),
+        let to = match self.file() {
+            Some(path) => format!(" → {}", path_text(path)),
+            None if self.is_printed() => " → stdout".to_owned(),
+            None => String::new(),
         };
         text::say(&format!("{}{to}", one_line(done)));
         text::say_report(in_words(document, verbose).trim_end());
-        if target == Target::Nowhere && !self.json {
+        if to.is_empty() && !self.json {
             text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
         }
         Ok(())
-    }
-}
-
-/// Target of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target<'a> {
-    /// The file of `-o`.
-    File(&'a Path),
-    /// Standard output: a pipe or a file, or `-o -`.
-    Stdout,
-    /// No `-o`, and a terminal, where the table would scroll the summary away, or JSON.
-    Nowhere,
-}
-
-impl<'a> Target<'a> {
-    /// The file of `-o`.
-    pub fn file(self) -> Option<&'a Path> {
-        match self {
-            Target::File(path) => Some(path),
-            Target::Stdout | Target::Nowhere => None,
-        }
     }
 }
 
