@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 class Record(dict[str, Any]):
     """A dictionary that cannot be changed, with its items as attributes, too.
 
-    Examples
-    --------
     >>> record = Record(verdict=Record(grade="good"))
     >>> record.verdict.grade, record["verdict"] == {"grade": "good"}
     ('good', True)
@@ -239,8 +237,6 @@ class Calibration(Result):
         Nothing is checked but the shape, (n, 3) or (3,). For a whole recording, with its unit,
         range and temperature checked, see :func:`gravical.apply`.
 
-        Examples
-        --------
         >>> calibration.apply([[0.1, 0.2, 9.7]]).shape
         (1, 3)
         """
