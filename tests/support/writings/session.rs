@@ -87,7 +87,9 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
             let column = |value: &dyn Fn(&Row) -> f64| f.rows.iter().map(value).collect();
             Columns {
                 stem: f.name.trim_end_matches(".csv").to_owned(),
-                t_s: (0..f.rows.len()).map(|i| i as f64 / rate.hz()).collect(),
+                t_s: (0..f.rows.len())
+                    .map(|row| row as f64 / rate.hz())
+                    .collect(),
                 accel_mps2: [0, 1, 2].map(|i| column(&|row| row.reading.accel_mps2[i])),
                 gyro_rad_s: [0, 1, 2].map(|i| column(&|row| row.reading.gyro_rad_s[i])),
                 temperature_c: column(&|row| row.reading.temperature_c),
