@@ -5,6 +5,7 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::output::write_atomic;
 use gravical::poses::SegmentOptions;
 use gravical::recording::{read, read_samples, source};
@@ -230,8 +231,8 @@ fn motion(mut call: Call) -> Result<Outcome> {
     let mut inputs = InputFile::of(from_ref(&*rows));
     if let Some(path) = truth {
         let here = PathBuf::from(&rows.name);
-        let reference = motion::truth::read_reference(&path, &rows, &here)?;
-        motion::truth::add_comparison(&mut motion, &reference)?;
+        let reference = read_reference(&path, &rows, &here)?;
+        add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input());
     }
     let motion = Arc::new(motion);
