@@ -2,7 +2,6 @@
 
 mod calibration;
 mod cmd;
-mod colour;
 mod crash;
 mod device;
 mod each;
@@ -11,8 +10,6 @@ mod options;
 mod outlet;
 mod progress;
 mod report;
-mod screen;
-mod table;
 mod text;
 
 use std::process::ExitCode;

@@ -2,7 +2,7 @@
 //! sessions.
 
 use std::io::{self, IsTerminal as _};
-use std::sync::{LazyLock, OnceLock};
+use std::sync::LazyLock;
 use std::thread;
 use std::time::Duration;
 
@@ -26,8 +26,8 @@ pub fn of_sessions(total: usize) -> ProgressBar {
 
 /// Counts the bytes read from all recordings.
 pub fn meter() -> Meter {
-    static METER: OnceLock<Meter> = OnceLock::new();
-    METER.get_or_init(Meter::default).clone()
+    static METER: LazyLock<Meter> = LazyLock::new(Meter::default);
+    METER.clone()
 }
 
 /// Shows the progress of reading after one second, until something is printed. Does nothing if

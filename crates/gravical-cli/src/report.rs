@@ -1,14 +1,16 @@
-//! `--report` and `--verbose`, how a result is shown, and the check of all targets of a command.
+//! How a result is shown and where it goes: `--report` and `--verbose`, JSON, the table of `-o`, and the
+//! check of all targets of a command.
 
+use std::io::{self, IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
-use gravical::TOOL;
 use gravical::calibration_file::{InputFile, creation_time};
-use gravical::escape::path_text;
-use gravical::output::write_text;
+use gravical::escape::{one_line, path_text};
+use gravical::output::{write_atomic, write_text};
+use gravical::recording::Finding;
 use gravical::targets::{check_targets, place, same_target};
-use gravical::{Error, Result};
-use gravical_report::document::{Block, Detail, Document};
+use gravical::{Error, Result, TOOL};
+use gravical_report::document::{Block, Detail, Document, Remark, Section};
 use gravical_report::figure::{Figure, check_figures, write_figures};
 use serde::Serialize;
 
@@ -26,7 +28,7 @@ pub struct ReportArgs {
 }
 
 /// A result on a terminal.
-pub fn in_words(document: &Document<'_>, verbose: bool) -> String {
+fn in_words(document: &Document<'_>, verbose: bool) -> String {
     document.to_text(if verbose {
         Detail::Full
     } else {
@@ -80,9 +82,9 @@ impl ReportArgs {
         self.report.as_ref().map_or(Ok(()), write)
     }
 
-    /// Prints the path of the report on stderr.
-    pub fn say(&self) {
-        if let Some(path) = &self.report {
+    /// Prints the path of the report on stderr, unless `quiet`.
+    pub fn say(&self, quiet: bool) {
+        if let Some(path) = self.report.as_ref().filter(|_| !quiet) {
             text::say(&format!("Report: {}", path_text(path)));
         }
     }
@@ -130,11 +132,120 @@ impl ResultArgs {
         } else if !self.quiet {
             text::print_report(&in_words(document, self.report.verbose))?;
         }
-        if !self.quiet {
-            self.report.say();
+        self.report.say(self.quiet);
+        Ok(())
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub struct TableArgs {
+    /// File; - is stdout [default: stdout if no terminal]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub force: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Print the summary as JSON; the table needs -o
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl TableArgs {
+    /// The file that the table goes to.
+    pub fn file(&self) -> Option<&Path> {
+        let output = self.output.as_deref();
+        output.filter(|path| *path != Path::new("-"))
+    }
+
+    /// Whether the table goes to standard output: with `-o -`, or without `-o` unless that is a terminal,
+    /// where the table would scroll the summary away, or has the summary as JSON.
+    pub fn is_printed(&self) -> bool {
+        match &self.output {
+            Some(_) => self.file().is_none(),
+            None => !self.json && !io::stdout().is_terminal(),
+        }
+    }
+
+    /// Checks the targets before the work. `inputs` are the files read.
+    ///
+    /// # Errors
+    ///
+    /// `json-needs-output` (usage) if table and summary would both go to stdout; those of
+    /// [`ReportArgs::check`].
+    pub fn check<'a>(
+        &self,
+        report: &ReportArgs,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<()> {
+        if self.json && self.is_printed() {
+            let what = "--json prints the summary on stdout, where the table goes, too";
+            let error = Error::usage("json-needs-output", what);
+            return Err(error.with_hint("write the table to a file with -o"));
+        }
+        report.check(self.file(), inputs, self.force)
+    }
+
+    /// Writes the table to its file, atomically, to stdout, or nowhere.
+    ///
+    /// # Errors
+    ///
+    /// Those of `fill` and [`write_atomic`].
+    pub fn write<T>(&self, fill: impl FnOnce(&mut dyn Write) -> Result<T>) -> anyhow::Result<T> {
+        match self.file() {
+            Some(path) => Ok(write_atomic(path, self.force, fill)?),
+            None if !self.is_printed() => Ok(fill(&mut io::sink())?),
+            // On a terminal control characters are escaped.
+            None if io::stdout().is_terminal() => {
+                let mut table = Vec::new();
+                let done = fill(&mut table)?;
+                text::print(&String::from_utf8_lossy(&table))?;
+                Ok(done)
+            }
+            None => Ok(fill(&mut io::stdout().lock())?),
+        }
+    }
+
+    /// Prints the summary: as JSON on stdout if asked for, and what was `done` with the document on
+    /// stderr.
+    ///
+    /// # Errors
+    ///
+    /// Errors of printing.
+    pub fn print_summary(
+        &self,
+        summary: &impl Serialize,
+        done: &str,
+        document: &Document<'_>,
+        verbose: bool,
+    ) -> anyhow::Result<()> {
+        if self.json {
+            text::print_json(summary)?;
+        }
+        if self.quiet {
+            return Ok(());
+        }
+        let to = match self.file() {
+            Some(path) => format!(" → {}", path_text(path)),
+            None if self.is_printed() => " → stdout".to_owned(),
+            None => String::new(),
+        };
+        text::say(&format!("{}{to}", one_line(done)));
+        text::say_report(in_words(document, verbose).trim_end());
+        if to.is_empty() && !self.json {
+            text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
         }
         Ok(())
     }
+}
+
+/// The summary of a table as a document: its facts and what was found.
+pub fn how_it_was_read(facts: Section<'static>, findings: &[Finding]) -> Document<'static> {
+    let remarks = Remark::all(findings, false);
+    let findings = Some(remarks).filter(|all| !all.is_empty());
+    Document::default().with(facts.with(findings.map(Block::Findings)))
 }
 
 /// The folder of the figures beside a report in Markdown; none for a page.

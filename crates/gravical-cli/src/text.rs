@@ -3,11 +3,17 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use anstyle::{AnsiColor, Style};
 use gravical::escape::{shown, shown_json};
 use gravical::{Error, Result};
 use serde::Serialize;
 
-use crate::{colour, progress};
+use crate::progress;
+
+const GOOD: Style = AnsiColor::Green.on_default().bold();
+const CAUTION: Style = AnsiColor::Yellow.on_default().bold();
+const BAD: Style = AnsiColor::Red.on_default().bold();
+const BOLD: Style = Style::new().bold();
 
 /// Prints `text` on stdout, control characters escaped.
 ///
@@ -31,7 +37,7 @@ fn print_to(mut out: impl Write, text: &str) -> Result<()> {
 /// As [`print`].
 pub fn print_report(text: &str) -> Result<()> {
     let out = anstream::AutoStream::auto(io::stdout().lock());
-    print_to(out, &colour::report(&shown(text)))
+    print_to(out, &coloured(&shown(text)))
 }
 
 /// Prints `value` as one JSON object on stdout.
@@ -56,5 +62,38 @@ pub fn say(text: &str) {
 pub fn say_report(text: &str) {
     progress::end();
     let mut err = anstream::AutoStream::auto(io::stderr().lock());
-    let _ = writeln!(err, "{}", colour::report(&shown(text)));
+    let _ = writeln!(err, "{}", coloured(&shown(text)));
+}
+
+/// The same lines with verdicts, warnings and headings coloured. The writer removes colours for
+/// `NO_COLOR`, pipes and files.
+fn coloured(text: &str) -> String {
+    let mut after_blank = false;
+    let lines = text.split('\n').map(|line| {
+        let coloured = one(line, after_blank);
+        after_blank = line.is_empty();
+        coloured
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn one(line: &str, after_blank: bool) -> String {
+    if let Some(grade) = line.strip_prefix("Verdict: ") {
+        let style = match grade {
+            "good" | "fits" | "agree" | "bounded" => GOOD,
+            "poor" | "does not fit" | "differ" | "not usable" => BAD,
+            _ => CAUTION,
+        };
+        return format!("{BOLD}Verdict:{BOLD:#} {style}{grade}{style:#}");
+    }
+    if let Some((kind, rest)) = line.strip_prefix("  ! ").and_then(|w| w.split_once(':')) {
+        return format!("  {CAUTION}! {kind}:{CAUTION:#}{rest}");
+    }
+    // A heading ends before its unit or note.
+    if after_blank && line.starts_with(|c: char| c.is_ascii_uppercase()) {
+        let length = line.find([':', ',', '(']).unwrap_or(line.len());
+        let (heading, rest) = line.split_at(length);
+        return format!("{BOLD}{heading}{BOLD:#}{rest}");
+    }
+    line.to_owned()
 }

@@ -146,17 +146,11 @@ fn text(value: &Value, separator: &str) -> Option<String> {
 
 /// The options, or what is wrong, with names of types in words.
 fn options<T: DeserializeOwned>(given: Map<String, Value>) -> Result<T, String> {
-    const WORDS: [(&str, &str); 7] = [
-        ("f64", "a number"),
-        ("a string", "a text"),
-        ("string or map", "a text"),
-        ("usize", "a whole number in its range"),
-        ("u64", "a whole number in its range"),
-        ("u32", "a whole number in its range"),
-        ("u8", "a whole number in its range"),
-    ];
+    let whole = ["usize", "u64", "u32", "u8"].map(|kind| (kind, "a whole number in its range"));
+    let texts = ["a string", "string or map"].map(|kind| (kind, "a text"));
     serde_json::from_value(Value::Object(given)).map_err(|error| {
-        WORDS.iter().fold(error.to_string(), |what, (kind, words)| {
+        let words = [("f64", "a number")].into_iter().chain(texts).chain(whole);
+        words.fold(error.to_string(), |what, (kind, words)| {
             what.replace(&format!("expected {kind}"), &format!("expected {words}"))
         })
     })

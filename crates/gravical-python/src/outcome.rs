@@ -3,13 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gravical::apply::Applied;
 use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::motion::{Motion, table_columns, write_table};
-use gravical::noise::NoiseResult;
 use gravical::output::{self, write_atomic};
-use gravical::poses::Segmentation;
 use gravical::recording;
 use gravical::targets::check_targets;
 use gravical::{Error, Result, TOOL};
@@ -25,16 +22,16 @@ use crate::keywords::Keywords;
 use crate::recording::{Recording, view};
 
 /// The recordings of a calibration, and their poses.
-type Session = Box<(Vec<recording::Recording>, Segmentation)>;
+type Session = Box<(Vec<recording::Recording>, gravical::poses::Segmentation)>;
 
 /// What was found, and what its figures need.
 pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
     Calibration(Arc<CalibrationFile>, Option<Session>),
     /// Of `noise`.
-    Noise(Box<NoiseResult>),
+    Noise(Arc<gravical::noise::NoiseResult>),
     /// Of `motion`, with its recording.
-    Motion(Box<Motion>, Arc<recording::Recording>),
+    Motion(Arc<Motion>, Arc<recording::Recording>),
     /// The report of any other verb, which has no figures.
     Plain(Document<'static>),
 }
@@ -60,21 +57,20 @@ pub fn json(value: &impl Serialize) -> Result<String> {
 
 impl Outcome {
     /// A result of these files.
-    pub fn new(kind: Kind, json: String, inputs: Vec<InputFile>) -> Self {
-        Outcome {
+    pub fn new(kind: Kind, result: &impl Serialize, inputs: Vec<InputFile>) -> Result<Self> {
+        Ok(Outcome {
             kind,
-            json,
+            json: json(result)?,
             inputs,
             table: None,
             filtered: None,
-        }
+        })
     }
 
     /// A calibration.
     pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
-        let (json, inputs) = (json(&file)?, file.inputs.clone());
-        let kind = Kind::Calibration(Arc::new(file), session);
-        Ok(Self::new(kind, json, inputs))
+        let (inputs, file) = (file.inputs.clone(), Arc::new(file));
+        Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
     }
 
     /// The calibration that this is.
@@ -203,7 +199,7 @@ pub struct Table {
 
 impl Table {
     /// The calibrated channels of a recording.
-    pub fn of_applied(applied: &Applied, time_s: Option<&[f64]>) -> Self {
+    pub fn of_applied(applied: &gravical::apply::Applied, time_s: Option<&[f64]>) -> Self {
         let channels = applied.accel.iter().chain(applied.gyro.iter().flatten());
         let channels = channels.map(Vec::as_slice);
         let all: Vec<&[f64]> = time_s.into_iter().chain(channels).collect();

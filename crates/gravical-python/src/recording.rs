@@ -119,7 +119,10 @@ impl Reading {
         let gyro = keywords.path("gyro")?;
         let options = match (&inputs, &gyro) {
             (Inputs::Paths(_), _) => keywords.reading(meter)?,
-            (Inputs::Recordings(_), None) => ReadOptions::default(),
+            (Inputs::Recordings(_), None) => ReadOptions {
+                meter: Some(meter.clone()),
+                ..ReadOptions::default()
+            },
             (Inputs::Recordings(_), Some(_)) => {
                 return Err(Error::usage("usage", "gyro=: it joins two files")
                     .with_hint("read both first: gravical.read(path, gyro=path)"));

@@ -4,21 +4,15 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::sync::Arc;
 
-use gravical::apply::{ApplyOptions, ApplySummary, apply_recording};
-use gravical::calibrate::{self, CalibrateOptions};
 use gravical::calibration_file::{CalibrationFile, InputFile};
-use gravical::check::CheckOptions;
-use gravical::denoise::DenoiseOptions;
 use gravical::motion::truth::{add_comparison, read_reference};
-use gravical::motion::{Calibrated, MotionOptions};
-use gravical::noise::noise_of;
 use gravical::output::write_atomic;
 use gravical::poses::SegmentOptions;
-use gravical::recording::{Meter, read, read_samples, source};
+use gravical::recording::{read, read_samples, source};
 use gravical::session::{SessionFiles, calibrate_files, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, simulate_to};
 use gravical::targets::check_targets;
-use gravical::{Error, Result};
+use gravical::{Error, Result, apply, calibrate, check, compare, denoise, inspect, motion, noise};
 use gravical_report::document::Document;
 use gravical_report::report;
 use pyo3::exceptions::PyValueError;
@@ -38,7 +32,6 @@ struct Call {
     calibrations: Vec<(Arc<CalibrationFile>, String)>,
     /// A file to write, and whether it may be there.
     output: Option<(PathBuf, bool)>,
-    meter: Meter,
 }
 
 impl Call {
@@ -79,7 +72,6 @@ pub fn run(
             reading,
             calibrations: calibrations?,
             output,
-            meter: meter.clone(),
         })
     })
 }
@@ -87,21 +79,20 @@ pub fn run(
 fn inspect(mut call: Call) -> Result<Outcome> {
     let options: SegmentOptions = call.keywords.last()?;
     let rows = call.reading.one(read)?;
-    let found = gravical::inspect::inspect(&rows, &options.axes);
+    let found = inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
-    let kind = Kind::Plain(report::inspection(&found));
-    Ok(Outcome::new(kind, json(&found)?, inputs))
+    Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
 }
 
 fn calibrate(mut call: Call) -> Result<Outcome> {
     let (k, reading) = (&mut call.keywords, call.reading);
     let gravity = k.gravity()?;
-    let mut options = CalibrateOptions {
+    let mut options = calibrate::CalibrateOptions {
         segment: k.take()?,
         gravity: gravity.unwrap_or_default(),
         estimate: k.take()?,
         record: k.take()?,
-        ..CalibrateOptions::default()
+        ..calibrate::CalibrateOptions::default()
     };
     options.validate()?;
     let files: SessionFiles = k.last()?;
@@ -122,7 +113,7 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {
-    let options: ApplyOptions = call.keywords.last()?;
+    let options: apply::ApplyOptions = call.keywords.last()?;
     let (file, _) = call.calibration()?;
     let (summary, table) = match call.output {
         Some((path, force)) => {
@@ -135,7 +126,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
         }
         None => {
             let rows = call.reading.one(read_samples)?;
-            let done = apply_recording(&file, &rows, &options)?;
+            let done = apply::apply_recording(&file, &rows, &options)?;
             let table = Table::of_applied(&done, rows.time_s.as_deref());
             (done.summary, Some(table))
         }
@@ -143,7 +134,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
     let said = format!("{}: {} rows calibrated", summary.input, summary.rows);
     let mut document = Document::new(&said).with_findings(&summary.findings, false);
     document.subject.push(said);
-    let mut outcome = Outcome::new(Kind::Plain(document), json(&summary)?, Vec::new());
+    let mut outcome = Outcome::new(Kind::Plain(document), &summary, Vec::new())?;
     outcome.table = table;
     Ok(outcome)
 }
@@ -152,10 +143,10 @@ fn apply(mut call: Call) -> Result<Outcome> {
 fn apply_to_file(
     file: &CalibrationFile,
     reading: &Reading,
-    mut options: ApplyOptions,
+    mut options: apply::ApplyOptions,
     path: &Path,
     force: bool,
-) -> Result<ApplySummary> {
+) -> Result<apply::ApplySummary> {
     let input = match &reading.inputs {
         Inputs::Paths(paths) if paths.len() == 1 => &paths[0],
         _ => {
@@ -172,18 +163,18 @@ fn apply_to_file(
     let source = source::open(input, &options.read)?;
     let name = input.display().to_string();
     write_atomic(path, force, |out| {
-        gravical::apply::apply(file, source, &name, out, &options)
+        apply::apply(file, source, &name, out, &options)
     })
 }
 
 fn denoise(mut call: Call) -> Result<Outcome> {
-    let options: DenoiseOptions = call.keywords.last()?;
+    let options: denoise::DenoiseOptions = call.keywords.last()?;
     options.validate()?;
     let mut recording = Arc::unwrap_or_clone(call.reading.one(read_samples)?);
     let inputs = InputFile::of(from_ref(&recording));
-    let summary = gravical::denoise::denoise(&mut recording, &options)?;
+    let summary = denoise::denoise(&mut recording, &options)?;
     let kind = Kind::Plain(report::denoise(&summary));
-    let mut outcome = Outcome::new(kind, json(&summary)?, inputs);
+    let mut outcome = Outcome::new(kind, &summary, inputs)?;
     outcome.filtered = Some(Arc::new(recording));
     Ok(outcome)
 }
@@ -191,14 +182,14 @@ fn denoise(mut call: Call) -> Result<Outcome> {
 fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
     let rows = call.reading.one(read_samples)?;
-    let result = noise_of(Arc::unwrap_or_clone(rows))?;
-    let (json, inputs) = (json(&result)?, result.inputs.clone());
-    Ok(Outcome::new(Kind::Noise(Box::new(result)), json, inputs))
+    let result = Arc::new(noise::noise_of(Arc::unwrap_or_clone(rows))?);
+    let inputs = result.inputs.clone();
+    Outcome::new(Kind::Noise(result.clone()), &*result, inputs)
 }
 
 fn check(mut call: Call) -> Result<Outcome> {
     let gravity = call.keywords.gravity()?;
-    let options = CheckOptions {
+    let options = check::CheckOptions {
         gravity,
         ..call.keywords.last()?
     };
@@ -208,11 +199,10 @@ fn check(mut call: Call) -> Result<Outcome> {
         Inputs::Paths(paths) => read_session(paths, reading.gyro.as_deref(), &reading.options)?,
         Inputs::Recordings(all) => (owned(all), Vec::new()),
     };
-    let mut result = gravical::check::check(&file, &name, &rows, &options)?;
+    let mut result = check::check(&file, &name, &rows, &options)?;
     result.findings.extend(left_out);
     let inputs = InputFile::of(&rows);
-    let kind = Kind::Plain(report::check(&result));
-    Ok(Outcome::new(kind, json(&result)?, inputs))
+    Outcome::new(Kind::Plain(report::check(&result)), &result, inputs)
 }
 
 fn compare(mut call: Call) -> Result<Outcome> {
@@ -220,15 +210,15 @@ fn compare(mut call: Call) -> Result<Outcome> {
     let (second, second_name) = call.calibration()?;
     let (first, first_name) = call.calibration()?;
     let names = [first_name.as_str(), second_name.as_str()];
-    let result = gravical::compare::compare(&first, &second, names)?;
+    let result = compare::compare(&first, &second, names)?;
     let kind = Kind::Plain(report::comparison(&result));
-    Ok(Outcome::new(kind, json(&result)?, Vec::new()))
+    Outcome::new(kind, &result, Vec::new())
 }
 
 fn motion(mut call: Call) -> Result<Outcome> {
-    let options = MotionOptions {
+    let options = motion::MotionOptions {
         gravity: call.keywords.gravity()?,
-        meter: Some(call.meter),
+        meter: call.reading.options.meter.clone(),
         ..call.keywords.take()?
     };
     options.validate()?;
@@ -236,8 +226,8 @@ fn motion(mut call: Call) -> Result<Outcome> {
     call.keywords.end()?;
     let rows = call.reading.one(read_samples)?;
     let calibration = call.calibrations.first();
-    let calibrated = calibration.map(|(file, name)| Calibrated { file, name });
-    let mut motion = gravical::motion::motion(&rows, calibrated, &options)?;
+    let calibrated = calibration.map(|(file, name)| motion::Calibrated { file, name });
+    let mut motion = motion::motion(&rows, calibrated, &options)?;
     let mut inputs = InputFile::of(from_ref(&*rows));
     if let Some(path) = truth {
         let here = PathBuf::from(&rows.name);
@@ -245,10 +235,10 @@ fn motion(mut call: Call) -> Result<Outcome> {
         add_comparison(&mut motion, &reference)?;
         inputs.push(reference.input);
     }
-    let (json, table) = (json(&motion.result)?, Table::of_motion(&motion));
-    let kind = Kind::Motion(Box::new(motion), rows);
-    let mut outcome = Outcome::new(kind, json, inputs);
-    outcome.table = Some(table);
+    let motion = Arc::new(motion);
+    let kind = Kind::Motion(motion.clone(), rows);
+    let mut outcome = Outcome::new(kind, &motion.result, inputs)?;
+    outcome.table = Some(Table::of_motion(&motion));
     Ok(outcome)
 }
 

@@ -15,8 +15,7 @@ use serde::Serialize;
 use crate::calibration::{OriginArgs, files_of};
 use crate::each::{self, EachArgs, Outcome, Plan};
 use crate::options::reading;
-use crate::report::ReportArgs;
-use crate::table::{TableArgs, how_it_was_read};
+use crate::report::{ReportArgs, TableArgs, how_it_was_read};
 
 /// Apply a calibration to a recording
 ///

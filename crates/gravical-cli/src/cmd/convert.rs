@@ -9,8 +9,7 @@ use gravical::recording::ReadOptions;
 use gravical_report::document::{Document, Section};
 
 use crate::options::reading;
-use crate::report::ReportArgs;
-use crate::table::{TableArgs, how_it_was_read};
+use crate::report::{ReportArgs, TableArgs, how_it_was_read};
 
 /// Write a recording of any format as a plain table in SI units
 ///

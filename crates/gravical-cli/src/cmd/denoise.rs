@@ -8,8 +8,7 @@ use gravical::recording::ReadOptions;
 use gravical_report::report;
 
 use crate::options::reading;
-use crate::report::{ReportArgs, with_origin};
-use crate::table::TableArgs;
+use crate::report::{ReportArgs, TableArgs, with_origin};
 
 /// Filter a recording and report the effect on its noise
 ///
@@ -61,8 +60,6 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows filtered", summary.input, summary.rows);
     output.print_summary(&summary, &done, &document, args.report.verbose)?;
-    if !output.quiet {
-        args.report.say();
-    }
+    args.report.say(output.quiet);
     Ok(ExitCode::SUCCESS)
 }

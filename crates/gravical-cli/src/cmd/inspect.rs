@@ -82,9 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         let document = with_origin(document, &InputFile::of(&[recording]));
         if *json {
             report.write(args.result.force, &document)?;
-            if !args.result.quiet {
-                report.say();
-            }
+            report.say(args.result.quiet);
             found.push(inspection);
         } else {
             args.result.present(&inspection, &document)?;

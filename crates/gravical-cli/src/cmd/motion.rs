@@ -14,8 +14,7 @@ use gravical_report::report;
 use crate::calibration::{OriginArgs, files_of};
 use crate::failure::quality;
 use crate::options::{GravityArgs, reading};
-use crate::report::{ReportArgs, with_origin};
-use crate::table::{TableArgs, Target};
+use crate::report::{ReportArgs, TableArgs, with_origin};
 
 /// Compute velocity and position with error bands
 ///
@@ -62,7 +61,6 @@ pub struct Args {
 /// Files that cannot be read or do not belong together, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let output = &args.output;
-    let target = output.target();
     let calibrations = args.calibration.as_deref().map_or(Vec::new(), files_of);
     let files = calibrations.iter().chain([&args.input]);
     let files = files.chain(&args.gyro).chain(&args.truth);
@@ -93,8 +91,8 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         inputs.push(reference.input);
     }
 
-    if target != Target::Nowhere {
-        let path = target.file().unwrap_or(Path::new("standard output"));
+    if output.file().is_some() || output.is_printed() {
+        let path = output.file().unwrap_or(Path::new("standard output"));
         output.write(|out| write_table(&motion, out).map_err(|e| Error::io(path, e)))?;
     }
     let draw = || figure::motion::figures(&motion);
@@ -104,9 +102,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.report.write(output.force, &document)?;
     let done = format!("{}: {} rows", result.input, result.rows);
     output.print_summary(result, &done, &document, args.report.verbose)?;
-    if !output.quiet {
-        args.report.say();
-    }
+    args.report.say(output.quiet);
     let judgement = result.verdict.judgement;
     Ok(quality(judgement == MotionJudgement::NotUsable))
 }

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 class Record(dict[str, Any]):
     """A dictionary that cannot be changed, with its items as attributes, too.
 
-    Examples
-    --------
     >>> record = Record(verdict=Record(grade="good"))
     >>> record.verdict.grade, record["verdict"] == {"grade": "good"}
     ('good', True)
@@ -104,17 +102,15 @@ class Result(Record):
         return cls(parsed(native.json), native, table, **others)
 
     def _computed(self) -> Any:
-        native = vars(self)["_native"]
-        if native is None:
+        if self._native is None:
             hint = "reports and tables are written where it is computed"
             raise UsageError("this result holds its numbers alone", hint=hint)
-        return native
+        return self._native
 
     @property
     def figures(self) -> tuple[Figure, ...]:
         """The figures of the report; none after a pickle."""
-        native = vars(self)["_native"]
-        return tuple(Figure(*drawn) for drawn in (native.figures() if native else ()))
+        return tuple(Figure(*drawn) for drawn in (self._native.figures() if self._native else ()))
 
     def report(self, path: Path | None = None, *, force: bool = False) -> str:
         """The report in full, as text; written to ``path``, too: ``.html`` is a page with everything in
@@ -157,17 +153,16 @@ class Result(Record):
         """The columns as a data frame of pandas, with the names of the program's table."""
         import pandas
 
-        if vars(self)["_table"] is None:
+        if self._table is None:
             raise UsageError("this result has no rows", hint="its lists are in the document")
-        names, values, _ = vars(self)["_table"]
+        names, values, _ = self._table
         frame = pandas.DataFrame(values, columns=names, copy=True)
         return frame.astype({"still": bool}) if "still" in names else frame
 
     def __str__(self) -> str:
-        native = vars(self)["_native"]
-        text = str(native.document("summary").rstrip() if native else vars(self)["_summary"])
+        text = self._native.document("summary").rstrip() if self._native else self._summary
         # What the program shows with an option is shown by a method here.
-        return text.replace("(--verbose)", "(report())") or repr(self)
+        return str(text).replace("(--verbose)", "(report())") or repr(self)
 
     def _verdict(self) -> str:
         verdict = self.get("verdict") or {}
@@ -195,7 +190,7 @@ class Result(Record):
         return f"<div><table>{rows}</table>{image}</div>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return partial(type(self), table=vars(self)["_table"], _summary=str(self)), (dict(self),)
+        return partial(type(self), table=self._table, _summary=str(self)), (dict(self),)
 
 
 #: Arrays of a table, each with the number of its columns, in their order.
@@ -204,13 +199,12 @@ Groups = tuple[tuple[str, int], ...]
 
 def split(values: Floats, groups: Groups) -> dict[str, Any]:
     """Its columns as arrays by name, of shape (n,) or (n, width); what is 0 or 1 is true or false."""
-    arrays: dict[str, Any] = {}
-    start = 0
-    for name, width in groups:
-        if start < values.shape[1]:
-            part = values[:, start : start + width]
-            arrays[name] = part[:, 0] if width == 1 else part
-        start += width
+    ends = np.cumsum([width for _, width in groups])[:-1]
+    arrays = {
+        name: part[:, 0] if width == 1 else part
+        for (name, width), part in zip(groups, np.split(values, ends, axis=1))
+        if part.shape[1]
+    }
     return {k: v == 1 if k == "still" else v for k, v in arrays.items()}
 
 
@@ -239,8 +233,6 @@ class Calibration(Result):
         Nothing is checked but the shape, (n, 3) or (3,). For a whole recording, with its unit,
         range and temperature checked, see :func:`gravical.apply`.
 
-        Examples
-        --------
         >>> calibration.apply([[0.1, 0.2, 9.7]]).shape
         (1, 3)
         """

@@ -1,7 +1,6 @@
 //! A document as Markdown: CommonMark with the tables of GitHub and pandoc.
 
-use super::model::left_out;
-use super::{Block, Cell, Detail, Document, Remark, Section, Table, parts};
+use super::{Block, Cell, Detail, Document, Remark, Section, Table, left_out, parts};
 use gravical::escape::one_line;
 
 impl Document<'_> {

@@ -20,7 +20,6 @@
 mod findings;
 mod html;
 mod markdown;
-mod model;
 mod text;
 
 #[cfg(test)]
@@ -30,10 +29,315 @@ pub(crate) use findings::short_name;
 #[doc(hidden)]
 pub use findings::{Remark, flag};
 #[doc(hidden)]
-pub use model::{Block, Cell, Column, Section, Table};
-pub use model::{Detail, Document, Verdict};
-#[doc(hidden)]
 pub use text::paragraph;
+
+use crate::figure::{Figure, XYZ};
+use gravical::calibration_file::Grade;
+use gravical::finding::Finding;
+use gravical::numfmt::fixed;
+
+/// Rows of a table at most, and in a summary.
+const MAX_ROWS: usize = 200;
+const MAX_SUMMARY_ROWS: usize = 24;
+
+/// Reasons below a table, and rows that each names.
+const MAX_REASONS: usize = 12;
+
+/// How much of a document is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Detail {
+    /// For a terminal: the main blocks, the first rows of long tables, the weightiest findings.
+    Summary,
+    /// Everything.
+    Full,
+}
+
+/// The report of one result.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Document<'a> {
+    /// Title of a page.
+    pub title: String,
+    /// Subject in one or two lines; a text begins with them.
+    pub subject: Vec<String>,
+    /// How good it is. A page begins with it, a text ends with it.
+    pub verdict: Option<Verdict>,
+    /// The rest, in order.
+    pub sections: Vec<Section<'a>>,
+}
+
+/// How good a result is, why, and what to do next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// Which sign and colour it has.
+    pub grade: Grade,
+    /// The verdict in a word or two.
+    pub word: String,
+    /// One sentence that sums it up; by default the first reason.
+    pub conclusion: Option<String>,
+    /// Why, in sentences.
+    pub reasons: Vec<String>,
+    /// Next steps.
+    pub next: Vec<String>,
+}
+
+/// A section with a heading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section<'a> {
+    /// Its heading; in lower case, with hyphens, its anchor in a page.
+    pub title: &'static str,
+    /// Its content, each block from this detail on.
+    pub blocks: Vec<(Detail, Block<'a>)>,
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block<'a> {
+    /// Sentences.
+    Paragraph(String),
+    /// A note on the block above.
+    Note(String),
+    /// Lines of formulas.
+    Equation(&'static str),
+    /// Names and values.
+    Facts(Vec<(String, String)>),
+    /// Numbers.
+    Table(Table),
+    /// A figure.
+    Figure(&'a Figure),
+    /// Code to copy: name of the language, its name after a Markdown fence, lines.
+    Code(&'static str, &'static str, String),
+    /// Findings.
+    Findings(Vec<Remark>),
+}
+
+/// Numbers and texts in rows. The first cell of a row names it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// What it shows.
+    pub caption: String,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows: a cell for each column.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Heading above this and the adjacent columns of the same group; empty for none.
+    pub group: String,
+    /// Quantity and unit.
+    pub name: String,
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Words.
+    Text(String),
+    /// A number and its standard uncertainty, with significant digits and a hyphen as minus sign.
+    Number(String, Option<String>),
+}
+
+impl<'a> Document<'a> {
+    /// A document without anything in it.
+    pub fn new(title: impl Into<String>) -> Self {
+        Document {
+            title: title.into(),
+            ..Document::default()
+        }
+    }
+
+    /// Adds a section, unless there is none or it is empty.
+    pub fn with(mut self, section: impl Into<Option<Section<'a>>>) -> Self {
+        let section = section.into().filter(|s| !s.blocks.is_empty());
+        self.sections.extend(section);
+        self
+    }
+
+    /// With a section of findings, of one file or of several.
+    pub fn with_findings(self, findings: &[Finding], several_files: bool) -> Self {
+        let mut remarks = Remark::all(findings, several_files);
+        let more = remarks.len().saturating_sub(MAX_ROWS);
+        remarks.truncate(MAX_ROWS);
+        let section = Section::new("Findings").with(match remarks.len() {
+            0 => Block::Paragraph("None.".to_owned()),
+            _ => Block::Findings(remarks),
+        });
+        self.with(section.with((more > 0).then(|| Block::Note(left_out(more)))))
+    }
+}
+
+/// What stands in place of what is left out.
+fn left_out(rows: usize) -> String {
+    format!("… and {rows} more; --json has all")
+}
+
+impl<'a> Section<'a> {
+    /// An empty section.
+    pub fn new(title: &'static str) -> Self {
+        Section {
+            title,
+            blocks: Vec::new(),
+        }
+    }
+
+    /// With a block that every rendering has, unless there is none.
+    pub fn with(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Summary, block));
+        self.blocks.extend(block);
+        self
+    }
+
+    /// With a block that only a full rendering has, unless there is none.
+    pub fn full(mut self, block: impl Into<Option<Block<'a>>>) -> Self {
+        let block = block.into().map(|block| (Detail::Full, block));
+        self.blocks.extend(block);
+        self
+    }
+
+    /// With a name and its value in the facts at the end, unless there is none.
+    pub fn fact(mut self, name: &str, value: impl Into<Option<String>>) -> Self {
+        let fact = value.into().map(|value| (name.to_owned(), value));
+        if let Some((_, Block::Facts(facts))) = self.blocks.last_mut() {
+            facts.extend(fact);
+            return self;
+        }
+        self.with(fact.map(|fact| Block::Facts(vec![fact])))
+    }
+
+    /// With those of the figures that have one of these names, in this order.
+    pub fn figures(self, figures: &'a [Figure], names: &[&str]) -> Self {
+        let find = |name: &&str| figures.iter().find(|f| f.name == *name);
+        let found = names.iter().filter_map(find);
+        found.map(Block::Figure).fold(self, Section::full)
+    }
+
+    /// With the reasons of some rows of the table above, one note for each reason.
+    pub(crate) fn reasons(self, reasons: impl IntoIterator<Item = (String, String)>) -> Self {
+        let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+        for (row, reason) in reasons {
+            match rows.iter_mut().find(|(other, _)| *other == reason) {
+                Some((_, rows)) => rows.push(row),
+                None => rows.push((reason, vec![row])),
+            }
+        }
+        let more = rows.len().saturating_sub(MAX_REASONS);
+        let notes = rows.iter().take(MAX_REASONS).map(|(reason, rows)| {
+            let named = rows[..rows.len().min(MAX_REASONS)].join(", ");
+            match rows.len().saturating_sub(MAX_REASONS) {
+                0 => format!("{named}: {reason}"),
+                more => format!("{named} and {more} more: {reason}"),
+            }
+        });
+        let more = (more > 0).then(|| left_out(more));
+        let notes = notes.chain(more).map(Block::Note);
+        notes.fold(self, Section::with)
+    }
+
+    /// The blocks of this detail.
+    fn shown(&self, detail: Detail) -> impl Iterator<Item = &Block<'a>> {
+        let shown = self.blocks.iter().filter(move |(from, _)| *from <= detail);
+        shown.map(|(_, block)| block)
+    }
+}
+
+impl From<Table> for Option<Block<'_>> {
+    fn from(table: Table) -> Self {
+        Some(Block::Table(table))
+    }
+}
+
+impl Table {
+    /// A table of these columns, without rows.
+    pub fn new<'n>(caption: impl Into<String>, columns: impl IntoIterator<Item = &'n str>) -> Self {
+        let mut table = Table::default().columns(columns);
+        table.caption = caption.into();
+        table
+    }
+
+    /// With these columns on the right of those that it has.
+    pub fn columns<'n>(self, names: impl IntoIterator<Item = &'n str>) -> Self {
+        self.group("", names)
+    }
+
+    /// With columns below one heading.
+    pub fn group<'n>(mut self, group: &str, names: impl IntoIterator<Item = &'n str>) -> Self {
+        let columns = names.into_iter().map(|name| Column {
+            group: group.to_owned(),
+            name: name.to_owned(),
+        });
+        self.columns.extend(columns);
+        self
+    }
+
+    /// With a column for each axis below one heading.
+    pub fn axes(self, group: &str) -> Self {
+        self.group(group, XYZ)
+    }
+
+    /// With one more row: cells behind what they are.
+    pub fn row(mut self, name: impl Into<String>, cells: impl IntoIterator<Item = Cell>) -> Self {
+        let name = Cell::text(name);
+        self.rows.push([name].into_iter().chain(cells).collect());
+        self
+    }
+
+    /// Whether this column holds numbers, which are right-aligned.
+    fn is_numeric(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|r| r.get(column));
+        cells.any(|c| matches!(c, Cell::Number(..)))
+    }
+
+    /// The rows of this detail, and how many are left out.
+    fn shown(&self, detail: Detail) -> (&[Vec<Cell>], usize) {
+        let all = self.rows.len();
+        let shown = match detail {
+            Detail::Summary if all > MAX_SUMMARY_ROWS => MAX_SUMMARY_ROWS - 1,
+            _ => all.min(MAX_ROWS),
+        };
+        (&self.rows[..shown], all - shown)
+    }
+}
+
+impl Cell {
+    /// Words.
+    pub fn text(text: impl Into<String>) -> Self {
+        Cell::Text(text.into())
+    }
+
+    /// A number without an uncertainty.
+    pub fn number(text: impl Into<String>) -> Self {
+        Cell::Number(text.into(), None)
+    }
+
+    /// A number that may be missing.
+    pub fn maybe(value: Option<f64>, text: impl Fn(f64) -> String) -> Self {
+        Cell::number(value.map_or("–".to_owned(), text))
+    }
+
+    /// Three numbers, for the axes.
+    pub fn axes(values: Option<[f64; 3]>, text: impl Fn(f64) -> String) -> [Self; 3] {
+        std::array::from_fn(|k| Cell::maybe(values.map(|v| v[k]), &text))
+    }
+
+    /// With its standard uncertainty, where that is known.
+    pub fn plus_minus(self, sigma: Option<f64>, decimals: usize) -> Self {
+        let sigma = sigma.filter(|s| s.is_finite()).map(|s| fixed(s, decimals));
+        match self {
+            Cell::Number(text, _) => Cell::Number(text, sigma),
+            other => other,
+        }
+    }
+
+    /// The text of the cell in one line.
+    fn plain(&self) -> String {
+        match self {
+            Cell::Text(text) | Cell::Number(text, None) => text.clone(),
+            Cell::Number(text, Some(sd)) => format!("{text} ± {sd}"),
+        }
+    }
+}
 
 /// The parts of a sentence, in order, and whether they are code: commands and options are between
 /// backticks. A backtick without its second is text.

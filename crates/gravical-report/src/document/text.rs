@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::model::left_out;
-use super::{Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict};
+use super::{Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict, left_out};
 use gravical::escape::one_line;
 
 /// Width of a line.

@@ -54,8 +54,8 @@ impl InteractiveSensor {
         let (nominal, up) = draws.face_pose(Z_UP);
         let mut plan = Plan::new(options, "", up);
         plan.rest(nominal, 1.0 / INSIDE_HZ);
-        let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &plan.path, 0.0);
-        let last = part.read(&plan.path, 0.0, 0.0);
+        let mut part = Part::new(options, 1.0 / INSIDE_HZ, 0, &plan, 0.0);
+        let last = part.read(&plan, 0.0, 0.0);
         Ok(Self {
             part,
             plan,
@@ -72,12 +72,12 @@ impl InteractiveSensor {
         let due = (t_s * INSIDE_HZ + 1e-6).floor();
         while (self.steps as f64) < due {
             self.steps += 1;
-            let (path, now_s) = (&self.plan.path, self.steps as f64 / INSIDE_HZ);
+            let now_s = self.now_s();
             let warm_c = warmer_c(&self.part.truth.options, now_s);
             if (self.steps as f64) < due {
-                self.part.update(path, now_s, warm_c);
+                self.part.update(&self.plan, now_s, warm_c);
             } else {
-                self.last = self.part.read(path, now_s, warm_c);
+                self.last = self.part.read(&self.plan, now_s, warm_c);
             }
         }
         self.last
@@ -127,7 +127,7 @@ impl InteractiveSensor {
         let displacement = turned * Vector3::new(LINE_OFFSET_M, line.distance_m, 0.0);
         self.plan
             .go(Vector3::zeros(), displacement, line.move_time_s);
-        Ok(self.plan.now_s() - self.now_s())
+        Ok(self.plan.duration_s() - self.now_s())
     }
 
     /// The true parameters; without recordings.
@@ -138,13 +138,13 @@ impl InteractiveSensor {
     fn carry(&mut self, up: Vector3<f64>) -> f64 {
         self.begin();
         self.plan.move_to(up);
-        self.plan.now_s() - self.now_s()
+        self.plan.duration_s() - self.now_s()
     }
 
     /// The next move starts now, or after a pause if another one is in progress.
     fn begin(&mut self) {
         let now_s = self.now_s();
-        let free_s = self.plan.now_s();
+        let free_s = self.plan.duration_s();
         let begins_s = if free_s > now_s {
             free_s + PAUSE_S
         } else {

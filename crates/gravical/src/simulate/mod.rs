@@ -3,7 +3,7 @@
 //! # Overview
 //!
 //! A scenario is converted to a path: attitude and position as functions of time, with gravity
-//! (`MotionPath`). Angular rate and specific force are computed from this path, so the two
+//! (`Plan`). Angular rate and specific force are computed from this path, so the two
 //! sensors are consistent. They are measured by a sensor with random errors drawn from the seed,
 //! followed by a low-pass, a converter and a board's clock; the true values are returned as
 //! [`Truth`].

@@ -38,12 +38,6 @@ pub enum Scenario {
     Line(LineOptions),
 }
 
-impl Default for Scenario {
-    fn default() -> Self {
-        Self::Static(StaticOptions::default())
-    }
-}
-
 impl Scenario {
     /// `six-position`, `poses`, `static` or `line`.
     pub fn name(&self) -> &'static str {
@@ -172,7 +166,7 @@ impl Default for LineOptions {
 pub struct SimulateOptions {
     /// What is simulated. Default: static.
     #[serde(skip_deserializing)]
-    #[cfg_attr(feature = "clap", arg(skip))]
+    #[cfg_attr(feature = "clap", arg(skip = SimulateOptions::default().scenario))]
     pub scenario: Scenario,
     /// Seed; equal seeds give equal files
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = SimulateOptions::default().seed))]
@@ -209,7 +203,7 @@ pub struct SimulateOptions {
 
 impl Default for SimulateOptions {
     fn default() -> Self {
-        Self::new(Scenario::default())
+        Self::new(Scenario::Static(StaticOptions::default()))
     }
 }
 

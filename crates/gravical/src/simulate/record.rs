@@ -43,7 +43,7 @@ pub struct Row {
 /// Number of rows before any are lost.
 fn row_count(plan: &Plan, options: &SimulateOptions) -> usize {
     // Tolerance for rounding, so that 10 s at 100 Hz are 1000 rows.
-    (plan.path.duration_s() * options.rate_hz + 1e-6).floor() as usize
+    (plan.duration_s() * options.rate_hz + 1e-6).floor() as usize
 }
 
 /// Records a plan, each row by `each`. `file` is the index of the recording (their noise differs).
@@ -53,10 +53,9 @@ fn record(
     file: usize,
     mut each: impl FnMut(&Row) -> Result<()>,
 ) -> Result<FileTruth> {
-    let path = &plan.path;
     let per_row = (INSIDE_HZ / options.rate_hz).ceil() as usize;
     let step_s = 1.0 / (options.rate_hz * per_row as f64);
-    let mut part = Part::new(options, step_s, file, path, warmer_c(options, plan.on_s));
+    let mut part = Part::new(options, step_s, file, plan, warmer_c(options, plan.on_s));
     let mut drops = stream(options.seed, Purpose::Drops, file);
     let mut stamps = stream(options.seed, Purpose::Stamps, file);
     let mut truth = FileTruth {
@@ -70,9 +69,9 @@ fn record(
         let before = if row == 0 { per_row } else { 1 };
         for step in before..per_row {
             let t_s = ((row - 1) * per_row + step) as f64 * step_s;
-            part.update(path, t_s, warm_c);
+            part.update(plan, t_s, warm_c);
         }
-        let reading = part.read(path, t_s, warm_c);
+        let reading = part.read(plan, t_s, warm_c);
         let jitter_ms = options.stamp_jitter_ms * uniform(&mut stamps);
         let board_ms = truth.first_stamp_ms as f64 + row as f64 * 1000.0 / options.rate_hz;
         let is_lost = drops.random::<f64>() < options.dropped_fraction;

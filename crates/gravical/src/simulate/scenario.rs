@@ -42,22 +42,21 @@ pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
     let mut on_s = 0.0;
     for plan in &mut plans {
         plan.on_s = on_s;
-        on_s += plan.path.duration_s() + BETWEEN_FILES_S;
+        on_s += plan.duration_s() + BETWEEN_FILES_S;
     }
     plans
 }
 
 fn six_files(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Vec<Plan> {
-    let mut plans = Vec::with_capacity(6);
-    for face in Face::all() {
+    let plans = Face::all().map(|face| {
         let (nominal, up) = draws.face_pose(face);
         let letter = ["x", "y", "z"][face.axis];
         let sign = if face.up { "pos" } else { "neg" };
         let mut plan = Plan::new(options, &format!("{letter}_axis_{sign}.csv"), up);
         plan.hold(&face.name(), PoseKind::Face, Some(nominal), o.hold_s);
-        plans.push(plan);
-    }
-    plans
+        plan
+    });
+    plans.into()
 }
 
 fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws) -> Plan {
@@ -93,7 +92,7 @@ fn faces(options: &SimulateOptions, name: &str, hold_s: f64, draws: &mut Draws) 
     });
     let mut plan = Plan::new(options, name, placed[0].1);
     for (nominal, up, label) in placed {
-        if !plan.path.pieces.is_empty() {
+        if !plan.pieces.is_empty() {
             plan.move_to(up);
         }
         plan.hold(&label, PoseKind::Face, Some(nominal), hold_s);
@@ -118,9 +117,11 @@ fn line(options: &SimulateOptions, o: &LineOptions, draws: &mut Draws) -> Plan {
     plan
 }
 
-/// One recording, planned piece by piece with the true events on it.
+/// One recording, planned piece by piece with the true events on it: attitude and position as functions
+/// of time. The sensor rests before the first and after the last piece.
 pub(super) struct Plan {
-    pub path: MotionPath,
+    pieces: Vec<Piece>,
+    gravity_mps2: f64,
     /// The part was switched on that long before, s.
     pub on_s: f64,
     /// Its name and its events; rows are counted while it is recorded.
@@ -134,10 +135,8 @@ pub(super) struct Plan {
 impl Plan {
     pub(super) fn new(options: &SimulateOptions, name: &str, up: Vector3<f64>) -> Self {
         Self {
-            path: MotionPath {
-                pieces: Vec::new(),
-                gravity_mps2: options.gravity_mps2,
-            },
+            pieces: Vec::new(),
+            gravity_mps2: options.gravity_mps2,
             on_s: 0.0,
             truth: FileTruth {
                 name: name.to_owned(),
@@ -149,14 +148,15 @@ impl Plan {
         }
     }
 
-    /// End of the path, s.
-    pub(super) fn now_s(&self) -> f64 {
-        self.path.duration_s()
+    /// Length of the path, s.
+    pub(super) fn duration_s(&self) -> f64 {
+        let last = self.pieces.last();
+        last.map_or(0.0, |p| p.start_s + p.duration_s)
     }
 
     fn push(&mut self, rotation: Vector3<f64>, displacement: Vector3<f64>, duration_s: f64) {
-        self.path.pieces.push(Piece {
-            start_s: self.now_s(),
+        self.pieces.push(Piece {
+            start_s: self.duration_s(),
             duration_s,
             attitude: self.attitude,
             rotation,
@@ -179,8 +179,8 @@ impl Plan {
             kind,
             up: up.into(),
             tilt_deg: nominal.map(|n| tilt_between(n, up).to_degrees()),
-            start_s: self.now_s(),
-            end_s: self.now_s() + duration_s,
+            start_s: self.duration_s(),
+            end_s: self.duration_s() + duration_s,
         });
         self.push(Vector3::zeros(), Vector3::zeros(), duration_s);
     }
@@ -198,11 +198,11 @@ impl Plan {
         displacement: Vector3<f64>,
         duration_s: f64,
     ) {
-        let start_s = self.now_s();
+        let start_s = self.duration_s();
         self.push(rotation, displacement, duration_s);
         self.truth.moves.push(MoveTruth {
             start_s,
-            end_s: self.now_s(),
+            end_s: self.duration_s(),
             displacement_m: displacement.into(),
         });
     }
@@ -221,18 +221,28 @@ impl Plan {
         let duration_s = 1.0 + rotation.norm() / std::f64::consts::PI;
         self.go(rotation, displacement, duration_s);
     }
-}
 
-/// Attitude and position as functions of time; the sensor rests before the first and after the
-/// last piece.
-#[derive(Debug, Clone)]
-pub(super) struct MotionPath {
-    pieces: Vec<Piece>,
-    gravity_mps2: f64,
+    /// Specific force, m/s², and angular rate, rad/s, in the sensor frame. The rate is exact, because the
+    /// axis of a rotation is also fixed in the sensor.
+    pub(super) fn force_and_rate(&self, t_s: f64) -> [[f64; 3]; 2] {
+        let up = Vector3::z() * self.gravity_mps2;
+        let after = self.pieces.partition_point(|p| p.start_s <= t_s);
+        // The first piece before the start.
+        let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
+            return [up.into(), [0.0; 3]];
+        };
+        let tau = ((t_s - piece.start_s) / piece.duration_s).clamp(0.0, 1.0);
+        let (angle, rate, acceleration) = minimum_jerk(tau);
+        let attitude = piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle);
+        let per_s = 1.0 / piece.duration_s;
+        let acceleration = piece.displacement * (acceleration * per_s * per_s);
+        let force = attitude.inverse_transform_vector(&(acceleration + up));
+        let rate = piece.rotation * (rate / piece.duration_s);
+        [force.into(), rate.into()]
+    }
 }
 
 /// One piece of the path: a rotation about a fixed axis and a straight displacement, or rest.
-#[derive(Debug, Clone)]
 struct Piece {
     start_s: f64,
     duration_s: f64,
@@ -251,33 +261,6 @@ fn minimum_jerk(tau: f64) -> (f64, f64, f64) {
         30.0 * tau * tau * rest * rest,
         60.0 * tau * rest * (1.0 - 2.0 * tau),
     )
-}
-
-impl MotionPath {
-    /// Length of the path, s.
-    pub fn duration_s(&self) -> f64 {
-        let last = self.pieces.last();
-        last.map_or(0.0, |p| p.start_s + p.duration_s)
-    }
-
-    /// Specific force, m/s², and angular rate, rad/s, in the sensor frame. The rate is exact, because the
-    /// axis of a rotation is also fixed in the sensor.
-    pub fn force_and_rate(&self, t_s: f64) -> [[f64; 3]; 2] {
-        let up = Vector3::z() * self.gravity_mps2;
-        let after = self.pieces.partition_point(|p| p.start_s <= t_s);
-        // The first piece before the start.
-        let Some(piece) = self.pieces.get(after.saturating_sub(1)) else {
-            return [up.into(), [0.0; 3]];
-        };
-        let tau = ((t_s - piece.start_s) / piece.duration_s).clamp(0.0, 1.0);
-        let (angle, rate, acceleration) = minimum_jerk(tau);
-        let attitude = piece.attitude * UnitQuaternion::from_scaled_axis(piece.rotation * angle);
-        let per_s = 1.0 / piece.duration_s;
-        let acceleration = piece.displacement * (acceleration * per_s * per_s);
-        let force = attitude.inverse_transform_vector(&(acceleration + up));
-        let rate = piece.rotation * (rate / piece.duration_s);
-        [force.into(), rate.into()]
-    }
 }
 
 /// Draws poses with their tilt.

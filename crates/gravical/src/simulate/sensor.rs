@@ -9,7 +9,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::options::SimulateOptions;
 use super::random::{Purpose, normal, stream, uniform};
-use super::scenario::MotionPath;
+use super::scenario::Plan;
 use super::truth::{AccelerometerTruth, GyroscopeTruth, Truth};
 
 /// Temperature at the start, °C, for which biases are given.
@@ -145,17 +145,17 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// At rest at the start of `path` for a long time, in steps of `step_s`; `file`: index of the noise
+    /// At rest at the start of `plan` for a long time, in steps of `step_s`; `file`: index of the noise
     /// stream; `warmer_c`: °C above those of the start.
     pub(super) fn new(
         options: &SimulateOptions,
         step_s: f64,
         file: usize,
-        path: &MotionPath,
+        plan: &Plan,
         warmer_c: f64,
     ) -> Self {
         let truth = Truth::draw(options);
-        let first = truth.measure(path.force_and_rate(0.0), 0.0);
+        let first = truth.measure(plan.force_and_rate(0.0), 0.0);
         let mut filter = [Biquad::default()];
         let designed = low_pass(2, LOW_PASS_HZ, 1.0 / step_s, &mut filter);
         debug_assert!(designed.is_ok(), "a step is a millisecond at most");
@@ -178,14 +178,14 @@ impl Part {
         };
         // The initial state of the low-pass must already be noise.
         for _ in 0..(5.0 / (LOW_PASS_HZ * step_s)).ceil() as usize {
-            part.update(path, 0.0, warmer_c);
+            part.update(plan, 0.0, warmer_c);
         }
         part
     }
 
     /// One internal time step: accelerometer, then gyroscope.
-    pub(super) fn update(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> [f64; 6] {
-        let mut values = self.truth.measure(path.force_and_rate(t_s), warmer_c);
+    pub(super) fn update(&mut self, plan: &Plan, t_s: f64, warmer_c: f64) -> [f64; 6] {
+        let mut values = self.truth.measure(plan.force_and_rate(t_s), warmer_c);
         for (channel, value) in values.iter_mut().enumerate() {
             // Also drawn for a noise of 0: accelerometer and gyroscope share the stream, and one must
             // not depend on the noise of the other.
@@ -198,13 +198,13 @@ impl Part {
     }
 
     /// The same, as read from the registers.
-    pub(super) fn read(&mut self, path: &MotionPath, t_s: f64, warmer_c: f64) -> Reading {
+    pub(super) fn read(&mut self, plan: &Plan, t_s: f64, warmer_c: f64) -> Reading {
         let quantise = self.truth.options.sensor.quantise;
         let lsb = [
             self.truth.accelerometer.lsb_mps2,
             self.truth.gyroscope.lsb_rad_s,
         ];
-        let mut values = self.update(path, t_s, warmer_c);
+        let mut values = self.update(plan, t_s, warmer_c);
         let mut is_clipped = false;
         for (channel, value) in values.iter_mut().enumerate() {
             let lsb = lsb[channel / 3];

@@ -14,8 +14,7 @@ use gravical::{Error, Result};
 
 use super::web::Page;
 use crate::device::ports;
-use crate::outlet::Outlet;
-use crate::screen::Screen;
+use crate::outlet::{Outlet, Screen};
 
 /// Who shows the events, and what the user wants.
 pub struct Console {

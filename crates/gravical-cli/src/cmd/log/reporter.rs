@@ -6,8 +6,7 @@ use gravical::escape::{shown, shown_json};
 use serde::Serialize;
 
 use super::event::Event;
-use crate::outlet::Outlet;
-use crate::screen::Screen;
+use crate::outlet::{Outlet, Screen};
 
 /// Version of the events.
 const VERSION: u32 = 1;

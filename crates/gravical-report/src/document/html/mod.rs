@@ -5,8 +5,9 @@ use gravical::calibration_file::Grade;
 use gravical::escape;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::model::left_out;
-use super::{Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict, parts};
+use super::{
+    Block, Cell, Column, Detail, Document, Remark, Section, Table, Verdict, left_out, parts,
+};
 use crate::figure::{Figure, svg};
 
 /// Nothing is loaded, whatever a file name or label contains.
