@@ -31,7 +31,6 @@ pub struct Calibration<T> {
 
 impl<T: Real> Calibration<T> {
     /// The calibration that changes nothing.
-    #[must_use]
     pub fn identity() -> Self {
         Self {
             matrix: matrix3::identity(),
@@ -42,7 +41,6 @@ impl<T: Real> Calibration<T> {
     /// One sample of three channels, raw unit → calibrated unit.
     ///
     /// Nothing is checked: where `raw` is not finite, neither is the result.
-    #[must_use]
     pub fn apply(&self, raw: [T; 3]) -> [T; 3] {
         matrix3::mul_vec(&self.matrix, &matrix3::sub(&raw, &self.bias))
     }
@@ -80,7 +78,6 @@ impl<T: Real> GyroscopeCalibration<T> {
     /// calibrated specific force of the same moment in m/s².
     ///
     /// Nothing is checked: where an argument is not finite, neither is the result.
-    #[must_use]
     pub fn apply(&self, raw: [T; 3], accel_mps2: [T; 3]) -> [T; 3] {
         let reaction = matrix3::mul_vec(&self.g_sensitivity, &accel_mps2);
         let rate = matrix3::sub(&matrix3::sub(&raw, &self.bias), &reaction);

@@ -10,19 +10,16 @@ use core::array::from_fn;
 use crate::Real;
 
 /// The identity matrix.
-#[must_use]
 pub fn identity<T: Real>() -> [[T; 3]; 3] {
     diagonal([T::one(); 3])
 }
 
 /// The matrix with `values` on its diagonal and zero elsewhere.
-#[must_use]
 pub fn diagonal<T: Real>(values: [T; 3]) -> [[T; 3]; 3] {
     from_fn(|r| from_fn(|c| if r == c { values[r] } else { T::zero() }))
 }
 
 /// The scalar product of two vectors.
-#[must_use]
 pub fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -31,26 +28,22 @@ pub fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
 ///
 /// The squares of components above about 1e19 overflow in `f32` (1e154 in
 /// `f64`): the result is infinite then.
-#[must_use]
 pub fn norm<T: Real>(v: &[T; 3]) -> T {
     dot(v, v).sqrt()
 }
 
 /// The vector brought to length one; NaN for a vector without length.
-#[must_use]
 pub fn unit<T: Real>(v: &[T; 3]) -> [T; 3] {
     let length = norm(v);
     v.map(|x| x / length)
 }
 
 /// The Euclidean norms of the three rows of `m`.
-#[must_use]
 pub fn row_norms<T: Real>(m: &[[T; 3]; 3]) -> [T; 3] {
     [norm(&m[0]), norm(&m[1]), norm(&m[2])]
 }
 
 /// The matrix with rows and columns exchanged.
-#[must_use]
 pub fn transpose<T: Real>(m: &[[T; 3]; 3]) -> [[T; 3]; 3] {
     from_fn(|r| from_fn(|c| m[c][r]))
 }
@@ -65,44 +58,37 @@ pub fn transpose<T: Real>(m: &[[T; 3]; 3]) -> [[T; 3]; 3] {
 /// let half_turn = mul(&quarter_turn, &quarter_turn);
 /// assert_eq!(mul_vec(&half_turn, &[1.0, 0.0, 2.0]), [-1.0, 0.0, 2.0]);
 /// ```
-#[must_use]
 pub fn mul<T: Real>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> [[T; 3]; 3] {
     let columns = transpose(b);
     from_fn(|r| from_fn(|c| dot(&a[r], &columns[c])))
 }
 
 /// The product `m · v`.
-#[must_use]
 pub fn mul_vec<T: Real>(m: &[[T; 3]; 3], v: &[T; 3]) -> [T; 3] {
     [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
 }
 
 /// The difference `a − b`.
-#[must_use]
 pub fn sub<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// The sum `a + b`.
-#[must_use]
 pub fn add<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// Each row `r` of `m` multiplied by `factors[r]`: diag(factors) · m.
-#[must_use]
 pub fn scale_rows<T: Real>(m: &[[T; 3]; 3], factors: &[T; 3]) -> [[T; 3]; 3] {
     from_fn(|r| m[r].map(|x| x * factors[r]))
 }
 
 /// Whether every element is finite.
-#[must_use]
 pub fn is_finite<T: Real>(m: &[[T; 3]; 3]) -> bool {
     m.iter().flatten().all(|x| x.is_finite())
 }
 
 /// The determinant, in the cubed unit of the elements.
-#[must_use]
 pub fn det<T: Real>(m: &[[T; 3]; 3]) -> T {
     dot(&m[0], &cross(&m[1], &m[2]))
 }
@@ -121,7 +107,6 @@ pub fn det<T: Real>(m: &[[T; 3]; 3]) -> T {
 /// assert_eq!(inverse(&m), Some([[0.5, 0.0, 0.0], [0.0, 0.25, 0.0], [-0.5, 0.0, 1.0]]));
 /// assert_eq!(inverse(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]), None);
 /// ```
-#[must_use]
 pub fn inverse<T: Real>(m: &[[T; 3]; 3]) -> Option<[[T; 3]; 3]> {
     // Unit rows keep the products of three elements inside the range of f32.
     let reciprocal = row_norms(m).map(|n| n.recip());
@@ -143,7 +128,6 @@ pub fn inverse<T: Real>(m: &[[T; 3]; 3]) -> Option<[[T; 3]; 3]> {
 }
 
 /// The cross product `a × b`.
-#[must_use]
 pub fn cross<T: Real>(a: &[T; 3], b: &[T; 3]) -> [T; 3] {
     [
         a[1] * b[2] - a[2] * b[1],

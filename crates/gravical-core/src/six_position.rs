@@ -100,7 +100,6 @@ pub struct AccelerometerParameters<T> {
 
 impl<T: Real> AccelerometerParameters<T> {
     /// M = K R of u = M a + b, row-major, raw unit per m/s².
-    #[must_use]
     pub fn model(&self) -> [[T; 3]; 3] {
         matrix3::scale_rows(&self.orientation, &self.scale)
     }
@@ -109,7 +108,6 @@ impl<T: Real> AccelerometerParameters<T> {
     ///
     /// `None` where K R has no inverse, which [`ferraris_accelerometer`] has
     /// excluded already.
-    #[must_use]
     pub fn calibration(&self) -> Option<Calibration<T>> {
         Some(Calibration {
             matrix: matrix3::inverse(&self.model())?,

@@ -38,7 +38,6 @@ pub const MPU6050_GYROSCOPE_LSB_PER_DEG_S: [(u16, f64); 4] =
 /// assert_eq!(mpu6050_gyroscope_lsb_per_deg_s(500), Some(65.5));
 /// assert_eq!(mpu6050_gyroscope_lsb_per_deg_s(300), None);
 /// ```
-#[must_use]
 pub fn mpu6050_gyroscope_lsb_per_deg_s(range_deg_s: u16) -> Option<f64> {
     MPU6050_GYROSCOPE_LSB_PER_DEG_S
         .iter()
@@ -64,7 +63,6 @@ pub fn mpu6050_gyroscope_lsb_per_deg_s(range_deg_s: u16) -> Option<f64> {
 /// let cairo_mps2 = local_gravity_mps2(30.0444, 23.0);
 /// assert!((cairo_mps2 - 9.793211_f64).abs() < 5e-7);
 /// ```
-#[must_use]
 pub fn local_gravity_mps2<T: Real>(latitude_deg: T, height_m: T) -> T {
     const SEMI_MAJOR_AXIS_M: f64 = 6_378_137.0;
     const FLATTENING: f64 = 1.0 / 298.257_223_563;

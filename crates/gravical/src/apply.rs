@@ -130,13 +130,11 @@ pub enum OutputUnit {
 
 impl OutputUnit {
     /// Name in files and options.
-    #[must_use]
     pub fn name(self) -> &'static str {
         ["m/s^2", "g"][self as usize]
     }
 
     /// Names of the columns, by which they are recognised as calibrated.
-    #[must_use]
     pub fn columns(self) -> [&'static str; 3] {
         CALIBRATED[self as usize]
     }

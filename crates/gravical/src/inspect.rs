@@ -85,7 +85,6 @@ pub struct StillSpan {
 }
 
 /// Inspects a recording; `axes` are those of its case.
-#[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let spans = find_rests(recording);

@@ -35,7 +35,6 @@ impl<T: Real> Default for Biquad<T> {
 
 impl<T: Real> Biquad<T> {
     /// A section with the coefficients b₀, b₁, b₂ and a₁, a₂ (a₀ is 1), at rest.
-    #[must_use]
     pub fn new(forward: [T; 3], back: [T; 2]) -> Self {
         Self {
             forward,

@@ -60,7 +60,6 @@ impl fmt::Display for DesignError {
 impl core::error::Error for DesignError {}
 
 /// How many sections a filter of this order takes.
-#[must_use]
 pub const fn sections_of(order: usize) -> usize {
     order.div_ceil(2)
 }

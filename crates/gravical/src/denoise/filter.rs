@@ -130,7 +130,6 @@ impl FilterSpec {
     }
 
     /// True if a constant is unchanged.
-    #[must_use]
     pub fn keeps_constants(&self) -> bool {
         match self {
             FilterSpec::Butterworth { is_high_pass, .. } => !is_high_pass,
@@ -291,7 +290,6 @@ impl Filter {
 
     /// Standard deviation of white noise after the filter over that before it: the root of the sum of
     /// squares of its impulse response. `None` for Hampel, which has no impulse response.
-    #[must_use]
     pub fn noise_gain(&self) -> Option<f64> {
         let memory = self.memory?;
         let mut response = vec![0.0; 2 * memory + 1];

@@ -74,7 +74,6 @@ pub struct DenoiseOptions {
 
 impl DenoiseOptions {
     /// Options with these filters.
-    #[must_use]
     pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
         let filters = filters.into_iter().collect();
         DenoiseOptions { filters }

@@ -175,7 +175,6 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
 
 /// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
 /// begins with `g` is a gyroscope.
-#[must_use]
 pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
     noise_of_segments(channel, &[samples.to_vec()], period_s)
 }

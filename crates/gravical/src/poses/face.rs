@@ -22,7 +22,6 @@ pub(crate) fn axes_where(is_meant: impl Fn(usize) -> bool) -> Vec<String> {
 }
 
 /// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
-#[must_use]
 #[doc(hidden)]
 pub fn in_words(n: [f64; 3]) -> String {
     let (face, angle_deg) = Face::nearest(n);
@@ -74,14 +73,12 @@ impl Default for AxisMap {
 
 impl AxisMap {
     /// A board reading seen in the case's axes.
-    #[must_use]
     pub fn to_case(&self, board: [f64; 3]) -> [f64; 3] {
         self.rows
             .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
     }
 
     /// The case's axis along which the board's axis `board` lies.
-    #[must_use]
     pub fn case_axis(&self, board: usize) -> usize {
         self.rows
             .iter()
@@ -93,7 +90,6 @@ impl AxisMap {
     /// `sent` is what the names call each face that the data show, in the order of
     /// [`Face::all`]. None where no way of mounting and no sign of the sensor
     /// explains them.
-    #[must_use]
     pub fn renamed(&self, sent: &[Face; 6]) -> Option<AxisMap> {
         let mut rows = self.rows;
         for (row, face) in rows.iter_mut().zip(Face::all().into_iter().step_by(2)) {
@@ -124,7 +120,6 @@ impl AxisMap {
 
     /// The map of angular rates, which are axial: the sign of an accelerometer's
     /// axes is none of the gyroscope's.
-    #[must_use]
     pub fn of_rates(self) -> AxisMap {
         let flip = self.mirrors();
         AxisMap {

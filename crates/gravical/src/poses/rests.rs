@@ -37,7 +37,6 @@ const BLOCKS_PER_S: usize = 5;
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
 /// are counted in readings. A recording without rests has none: what shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
-#[must_use]
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     let samples = Samples::new(recording);
     let channels = samples.channels();
