@@ -67,12 +67,10 @@ fn what_is_wrong_is_named() {
         .plus
         .iter_mut()
         .for_each(|row| row[1] += 1e-14);
-    let input = "mean readings of the accelerometer";
-    let gravity = NotFinite { input: "gravity" };
     for (changed, g, error) in [
-        (with(&|row| row[2] = f64::NAN), 9.81, NotFinite { input }),
-        (means, f64::NAN, gravity),
-        (means, f64::INFINITY, gravity),
+        (with(&|row| row[2] = f64::NAN), 9.81, NotFinite),
+        (means, f64::NAN, GravityNotPositive),
+        (means, f64::INFINITY, GravityNotPositive),
         (means, 0.0, GravityNotPositive),
         (means, -9.81, GravityNotPositive),
         (frozen, 9.81, VanishedRow { channel: 1 }),
