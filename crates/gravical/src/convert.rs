@@ -40,7 +40,9 @@ use serde::{Deserialize, Serialize};
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::find_rests;
-use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit};
+use crate::recording::{
+    AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, nominal_accel,
+};
 use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -174,22 +176,14 @@ struct Conversion {
 impl Conversion {
     /// The conversion, and the columns of values of the table.
     fn new(recording: &Recording, options: &ConvertOptions) -> Result<(Self, Vec<(String, Cell)>)> {
-        let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
-        let per_mps2 = recording.accel_scale.nominal().ok_or_else(|| {
-            let what = "counts of unknown range: they have no unit to convert from";
-            Error::input("unit-unknown", what)
-                .at(here, None)
-                .with_hint("give the range, for example of ±2 g")
-                .advise("accel_unit", "counts")
-                .advise("accel_range", "2")
-        })?;
+        let per_mps2 = nominal_accel(recording)?;
         let start_s = match recording.start_unix_s() {
             Some(start_s) if options.absolute_time => start_s,
             None if options.absolute_time => {
                 let what = "nothing in this recording says when it was made";
                 return Err(Error::input("no-date", what)
-                    .at(here, None)
+                    .at(recording.name.as_ref(), None)
                     .with_hint("leave absolute time out: times are seconds since the first row")
                     .advise("absolute_time", ""));
             }

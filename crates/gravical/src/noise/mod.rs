@@ -50,7 +50,7 @@ use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, find_rests, why_never_static};
-use crate::recording::{self, ReadOptions, Recording};
+use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
 use crate::{Error, Result};
@@ -98,13 +98,7 @@ pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
 pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     recording.refuse_averaged("use `noise`, which reads the file")?;
     check_units(std::slice::from_ref(&recording))?;
-    let Some(accel_per_si) = recording.accel_scale.nominal() else {
-        let what = "counts of unknown scale: the noise has no unit";
-        return Err(Error::input("unit-unknown", what)
-            .at(Path::new(&recording.name), None)
-            .with_hint("give the range in g")
-            .advise("accel_range", "2"));
-    };
+    let accel_per_si = nominal_accel(&recording)?;
     let (ranges, rate_hz) = used_ranges(&recording)?;
     let rests = find_rests(&recording);
     settle(&mut recording, &rests);
@@ -132,8 +126,12 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
         let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
-        // Of hardly two samples in a row there is nothing to say; the cells are reported as empty.
         if channel.adev.is_empty() {
+            findings.push(finding!(
+                EmptyCells,
+                "{}: hardly two samples at rest follow each other; its noise is left out",
+                channel.channel
+            ));
             continue;
         }
         let step = recording.resolution[i / 3][i % 3] / per_si;
