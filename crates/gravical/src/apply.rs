@@ -3,7 +3,7 @@
 //! # Overview
 //!
 //! [`apply`] reads a recording in batches. The first ones are judged as a recording, and whether
-//! the calibration fits them (`judge`); then each batch is calibrated and written. The
+//! the calibration fits them; then each batch is calibrated and written. The
 //! calibrated channels replace the raw ones under SI names; every other column is copied byte for
 //! byte. A calibration that does not fit is refused before anything is written. The
 //! [`ApplySummary`] accounts for every line.
@@ -43,7 +43,6 @@
 //! ```
 
 mod drift;
-mod judge;
 
 #[cfg(test)]
 mod tests;
@@ -53,25 +52,26 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_recording::bytes::Input;
+use gravical_recording::judge::quiet_norm;
 use gravical_recording::write::Table;
-use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
+use gravical_recording::{BatchReader, CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, judge_unit};
 use crate::poses::face::AxisMap;
+use crate::poses::gyro_unit;
+use crate::poses::rests::find_rests;
 use crate::recording::{
     AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     already_calibrated, join_gyroscope,
 };
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
-use gravical_recording::BatchReader;
-use gravical_recording::bytes::Input;
 
 pub use drift::TemperatureOutcome;
 
 use drift::Drift;
-use judge::{judge_accelerometer, judge_gyroscope};
 
 /// Names of the calibrated channels of the gyroscope.
 const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
@@ -450,6 +450,66 @@ impl Application {
         summary.set_aside = set_aside(ledger);
         summary
     }
+}
+
+/// Judges the accelerometer by the rows of `recording`: the first of a file, or all. Returns the
+/// calibrated magnitude in the quietest of them, m/s²; none if no row is complete.
+///
+/// # Errors
+///
+/// `unit-mismatch` as in [`apply`].
+fn judge_accelerometer(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    drift: Option<&Drift>,
+    findings: &mut Vec<Finding>,
+) -> Result<Option<f64>> {
+    let accelerometer = calibration.accelerometer_calibration();
+    let mut axes: [Vec<f64>; 3] = Default::default();
+    for row in 0..recording.rows() {
+        let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
+        let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
+        if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
+            let at = drift.model.drift_at(t_c);
+            raw = std::array::from_fn(|axis| raw[axis] - at[axis]);
+        }
+        let calibrated = accelerometer.apply(raw);
+        for (axis, value) in axes.iter_mut().zip(calibrated) {
+            axis.push(value);
+        }
+    }
+    let norm_mps2 = quiet_norm(axes.each_ref().map(Vec::as_slice));
+    let quietest = format!("the quietest parts of its first {} rows", recording.rows());
+    let (at_rest, gravity_mps2) = ((&*quietest, norm_mps2), calibration.gravity_mps2);
+    judge_unit(calibration, recording, at_rest, gravity_mps2, findings)?;
+    Ok(norm_mps2)
+}
+
+/// The unit of the gyroscope, if it is to be calibrated: by the rule of `gyro_unit`, without
+/// turns where only the head is known.
+fn judge_gyroscope(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    findings: &mut Vec<Finding>,
+) -> Result<Option<GyroUnit>> {
+    let Some(section) = &calibration.gyroscope else {
+        return Ok(None);
+    };
+    let rests = if recording.gyro_file.is_some() {
+        find_rests(recording)
+    } else {
+        std::iter::once(0..recording.rows()).collect()
+    };
+    let Some(scale) = gyro_unit::judge(recording, Some(section), &rests, findings) else {
+        return Ok(None);
+    };
+    let Some(why) = gyro_unit::mismatch(section, &scale) else {
+        return Ok(Some(section.input_unit));
+    };
+    Err(Error::input("unit-mismatch", why)
+        .at(Path::new(&recording.name), None)
+        .with_hint("give its unit, if this is the right one")
+        .advise("gyro_unit", section.input_unit.name()))
 }
 
 /// Refuses rows of two units, and rows whose channels are shifted, before anything is written.
