@@ -8,6 +8,7 @@
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
+use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::later;
 use gravical_fit::{Sensor, Test};
 use serde::Serialize;
@@ -57,7 +58,7 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterDifference {
     /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
-    pub name: &'static str,
+    pub name: String,
     /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
     pub unit: &'static str,
     /// Value in A; null for the rotation, which is between the two.
@@ -73,29 +74,20 @@ pub struct ParameterDifference {
 }
 
 /// Names of the nine invariants and of the turn; three of each have a unit and a factor to it.
-const NAMES: [&str; 12] = [
-    "bias_x",
-    "bias_y",
-    "bias_z",
-    "scale_x",
-    "scale_y",
-    "scale_z",
-    "angle_xy",
-    "angle_xz",
-    "angle_yz",
-    "rotation_x",
-    "rotation_y",
-    "rotation_z",
+const PARTS: [(&str, [&str; 3], &str, f64); 4] = [
+    ("bias", ["x", "y", "z"], "m/s^2", 1.0),
+    ("scale", ["x", "y", "z"], "%", 100.0),
+    ("angle", ["xy", "xz", "yz"], "deg", DEGREES_PER_RADIAN),
+    ("rotation", ["x", "y", "z"], "deg", DEGREES_PER_RADIAN),
 ];
-const DEGREES: (&str, f64) = ("deg", 180.0 / std::f64::consts::PI);
-const UNITS: [(&str, f64); 4] = [("m/s^2", 1.0), ("%", 100.0), DEGREES, DEGREES];
 
 /// The differences one by one; `with_sigma`: both have a covariance.
 fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
     let turn = found.turn.as_ref();
     let [a, b] = &found.invariants;
     let one = |k: usize| {
-        let ((unit, factor), i, is_invariant) = (UNITS[k / 3], k % 9, k < 9);
+        let (part_name, axes, unit, factor) = PARTS[k / 3];
+        let (i, is_invariant) = (k % 9, k < 9);
         let part = if is_invariant {
             &found.magnitude
         } else {
@@ -103,7 +95,7 @@ fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifferen
         };
         let (difference, sigma) = (factor * part.value[i], factor * part.sd[i]);
         Some(ParameterDifference {
-            name: NAMES[k],
+            name: format!("{part_name}_{}", axes[k % 3]),
             unit,
             a: is_invariant.then(|| factor * a[i]),
             b: is_invariant.then(|| factor * b[i]),

@@ -98,35 +98,28 @@ impl FilterSpec {
     ///
     /// `filter-range` (usage), with the range.
     pub fn validate(&self) -> Result<()> {
-        let is_window = |window: usize, min: usize, max: usize| {
-            (min..=max).contains(&window) && !window.is_multiple_of(2)
+        let is_odd = |window: usize| !window.is_multiple_of(2);
+        let is_within = match *self {
+            FilterSpec::SavitzkyGolay { window, order } => {
+                is_odd(window) && window <= MAX_WINDOW && order < window.min(MAX_POLYNOMIAL + 1)
+            }
+            FilterSpec::Butterworth {
+                order, cutoff_hz, ..
+            } => (1..=MAX_ORDER).contains(&order) && cutoff_hz > 0.0 && cutoff_hz.is_finite(),
+            FilterSpec::Hampel { window, sigmas } => {
+                is_odd(window)
+                    && (3..=MAX_HAMPEL).contains(&window)
+                    && (0.0..=1e6).contains(&sigmas)
+            }
         };
-        let range = match *self {
-            FilterSpec::SavitzkyGolay { window, .. } if !is_window(window, 1, MAX_WINDOW) => {
-                format!("the window has to be an odd number of samples up to {MAX_WINDOW}")
-            }
-            FilterSpec::SavitzkyGolay { window, order }
-                if order >= window || order > MAX_POLYNOMIAL =>
-            {
-                format!("the order has to be below the window and at most {MAX_POLYNOMIAL}")
-            }
-            FilterSpec::Hampel { window, .. } if !is_window(window, 3, MAX_HAMPEL) => {
-                format!("the window has to be an odd number of samples, 3 to {MAX_HAMPEL}")
-            }
-            FilterSpec::Hampel { sigmas, .. } if !(0.0..=1e6).contains(&sigmas) => {
-                "sigmas have to be between 0 and 1e6".to_owned()
-            }
-            FilterSpec::Butterworth { order, .. } if !(1..=MAX_ORDER).contains(&order) => {
-                format!("the order has to be 1 to {MAX_ORDER}")
-            }
-            FilterSpec::Butterworth { cutoff_hz, .. }
-                if !(cutoff_hz > 0.0 && cutoff_hz.is_finite()) =>
-            {
-                "the cutoff has to be above 0 Hz".to_owned()
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::usage("filter-range", format!("{self}: {range}")).with_hint(EXAMPLES))
+        if is_within {
+            return Ok(());
+        }
+        let hint = format!(
+            "windows are odd, up to {MAX_WINDOW} (savgol, mean) or 3 to {MAX_HAMPEL} (hampel); orders are below the window and at most {MAX_POLYNOMIAL} (savgol), or 1 to {MAX_ORDER}; a cutoff is above 0 Hz, sigmas are 0 to 1e6"
+        );
+        let what = format!("{self}: a parameter is out of range");
+        Err(Error::usage("filter-range", what).with_hint(hint))
     }
 
     /// True if a constant is unchanged.

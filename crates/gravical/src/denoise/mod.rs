@@ -26,7 +26,7 @@
 //!     csv += &format!("{},{noise:.3},{:.3},{:.3}\n", 10 * i, -noise, 9.81 + noise);
 //! }
 //! let mut recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
-//! let options = DenoiseOptions::new(["butter:4,5Hz".parse()?]);
+//! let options = DenoiseOptions { filters: vec!["butter:4,5Hz".parse()?] };
 //! let summary = denoise(&mut recording, &options)?;
 //! assert!(summary.filters[0].noise_gain.unwrap() < 0.4);
 //! # Ok::<(), gravical::Error>(())
@@ -73,12 +73,6 @@ pub struct DenoiseOptions {
 }
 
 impl DenoiseOptions {
-    /// Options with these filters.
-    pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
-        let filters = filters.into_iter().collect();
-        DenoiseOptions { filters }
-    }
-
     /// Checks ranges.
     ///
     /// # Errors
