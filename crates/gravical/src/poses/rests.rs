@@ -115,13 +115,9 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
             rate.to_degrees()
         ),
         // Blocks have five rows or more.
-        _ => match recording.timing.rate_hz() {
-            Some(rate_hz) => {
-                let min_s = MIN_REST_S.max(20.0 / rate_hz);
-                format!("what is quiet is shorter than {min_s:.1} s, or turns")
-            }
-            None => "what is quiet is shorter than 40 readings, or turns".to_owned(),
-        },
+        _ => format!(
+            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (40 readings without a rate), or turns"
+        ),
     }
 }
 
