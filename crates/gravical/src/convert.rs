@@ -34,7 +34,7 @@ use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 use gravical_recording::write::{Cell, Table};
-use gravical_recording::{Role, source};
+use gravical_recording::{BatchReader, Format, Role, Rows, source};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
@@ -46,7 +46,6 @@ use crate::recording::{
 use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
-use gravical_recording::{BatchReader, Format, Rows};
 
 /// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
 const CLOCK_SET_S: f64 = 1.0;

@@ -29,15 +29,9 @@ pub const MAX_ORDER: usize = 8;
 #[non_exhaustive]
 pub enum DesignError {
     /// The order is not between 1 and [`MAX_ORDER`].
-    Order {
-        /// What was asked for.
-        order: usize,
-    },
-    /// The order needs another number of sections than was made room for.
-    Sections {
-        /// ⌈order/2⌉.
-        needed: usize,
-    },
+    Order,
+    /// The order needs another number of sections than was made room for, [`sections_of`] it.
+    Sections,
     /// The cutoff is not between 0 and half the rate, or a number is not finite.
     Cutoff,
 }
@@ -45,13 +39,8 @@ pub enum DesignError {
 impl fmt::Display for DesignError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Order { order } => {
-                write!(
-                    f,
-                    "the order has to be between 1 and {MAX_ORDER}, not {order}"
-                )
-            }
-            Self::Sections { needed } => write!(f, "this order takes {needed} sections"),
+            Self::Order => write!(f, "the order has to be between 1 and {MAX_ORDER}"),
+            Self::Sections => write!(f, "an order takes half as many sections, rounded up"),
             Self::Cutoff => write!(f, "the cutoff has to be between 0 and half the rate"),
         }
     }
@@ -122,11 +111,10 @@ fn design<T: Real>(
     sections: &mut [Biquad<T>],
 ) -> Result<(), DesignError> {
     if !(1..=MAX_ORDER).contains(&order) {
-        return Err(DesignError::Order { order });
+        return Err(DesignError::Order);
     }
-    let needed = sections_of(order);
-    if needed != sections.len() {
-        return Err(DesignError::Sections { needed });
+    if sections_of(order) != sections.len() {
+        return Err(DesignError::Sections);
     }
     let share = cutoff_hz / rate_hz;
     // The prewarped cutoff.
@@ -178,9 +166,9 @@ mod tests {
         use DesignError::*;
         let filter = |count| vec![Biquad::<f64>::default(); count];
         for (order, cutoff_hz, rate_hz, count, error) in [
-            (0, 5.0, 100.0, 1, Order { order: 0 }),
-            (9, 5.0, 100.0, 5, Order { order: 9 }),
-            (3, 5.0, 100.0, 1, Sections { needed: 2 }),
+            (0, 5.0, 100.0, 1, Order),
+            (9, 5.0, 100.0, 5, Order),
+            (3, 5.0, 100.0, 1, Sections),
             (2, 0.0, 100.0, 1, Cutoff),
             (2, -1.0, 100.0, 1, Cutoff),
             (2, 50.0, 100.0, 1, Cutoff),

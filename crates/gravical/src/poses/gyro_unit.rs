@@ -22,8 +22,7 @@ use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
-use crate::stats::floors;
-use crate::stats::moments;
+use crate::stats::{floors, moments};
 
 /// A scale that the data show.
 fn shown(unit: GyroUnit, lsb_per_deg_s: Option<f64>) -> GyroScale {
