@@ -243,15 +243,14 @@ pub fn apply(
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
-    let mut reader = match gyro {
-        Some(gyro) => {
-            let beside = options.read.beside_gyroscope_file();
-            let mut reader = BatchReader::open(input, name, &beside, BatchReader::WHOLE, copied)?;
-            join_gyroscope(&mut reader.recording, gyro, &options.read)?;
-            reader
-        }
-        None => BatchReader::open(input, name, &options.read, BatchReader::HEAD, copied)?,
+    let (read, judged) = match gyro {
+        Some(_) => (options.read.beside_gyroscope_file(), BatchReader::WHOLE),
+        None => (options.read.clone(), BatchReader::HEAD),
     };
+    let mut reader = BatchReader::open(input, name, &read, judged, copied)?;
+    if let Some(gyro) = gyro {
+        join_gyroscope(&mut reader.recording, gyro, &options.read)?;
+    }
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.summary.columns.clone_from(&table.names);

@@ -39,7 +39,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::find_rests;
 use crate::recording::{
     AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, nominal_accel,
 };
@@ -127,8 +126,7 @@ pub fn convert_file(
     let label = |format: &Format| format.columns.iter().position(|c| c.role == Role::Label);
     let copied = |format: &Format| label(format).map(|c| (c, c)).into_iter().collect();
     let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, copied)?;
-    let stills = find_rests(&reader.recording);
-    settle(&mut reader.recording, &stills);
+    settle(&mut reader.recording);
     let recording = &reader.recording;
     let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
     let (mut conversion, cells) = Conversion::new(recording, options)?;

@@ -51,7 +51,6 @@ use serde::{Deserialize, Serialize};
 use crate::calibration_file::InputFile;
 use crate::finding::{Finding, finding};
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::find_rests;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::stats::pooled_deviation;
@@ -212,8 +211,7 @@ fn table(format: &Format) -> Table {
 /// the steps are uneven, for all filters but Hampel's.
 pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
     options.validate()?;
-    let rests = find_rests(recording);
-    settle(recording, &rests);
+    let rests = settle(recording);
     let rate_hz = recording.timing.rate_hz();
     let designed = options.filters.iter();
     let designed = designed.map(|spec| Filter::design(spec, rate_hz));

@@ -49,7 +49,7 @@ use crate::finding::{Finding, LineSpans, finding};
 use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::{find_quiet, find_rests, why_never_static};
+use crate::poses::rests::{find_quiet, why_never_static};
 use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
@@ -100,8 +100,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     check_units(std::slice::from_ref(&recording))?;
     let accel_per_si = nominal_accel(&recording)?;
     let (ranges, rate_hz) = used_ranges(&recording)?;
-    let rests = find_rests(&recording);
-    settle(&mut recording, &rests);
+    settle(&mut recording);
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     pieces.leave_out_disturbances(&recording.accel, &recording.resolution[0], width);
@@ -110,8 +109,8 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
     if recording.gyro.is_some() && gyro_per_si.is_none() {
         let unknown = finding!(
-            GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
+            GyroNotUsed,
+            "the unit of the gyroscope is unknown, so its noise is left out; give the unit, and the range for counts"
         );
         findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
     }

@@ -149,21 +149,18 @@ impl std::str::FromStr for AxisMap {
                 "give three axes with signs, such as x,-z,y: the new x, y and z, each as an axis of the sensor",
             )
         };
-        let mut rows = Vec::new();
-        for part in text.split(',') {
+        let row = |part: &str| {
             let part = part.trim().to_lowercase();
-            let named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
-            let face = Face::all().into_iter().find(named);
-            let face = face.ok_or_else(|| wrong("not an axis"))?;
-            rows.push((face.axis, face.up));
-        }
-        let rows: [(usize, bool); 3] = rows
-            .try_into()
-            .map_err(|_| wrong("three axes are needed"))?;
-        let [a, b, c] = rows.map(|(axis, _)| axis);
-        if a == b || b == c || a == c {
-            return Err(wrong("each axis has to occur once"));
-        }
+            let is_named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
+            let face = Face::all().into_iter().find(is_named);
+            face.map(|face| (face.axis, face.up))
+        };
+        let rows: Option<Vec<(usize, bool)>> = text.split(',').map(row).collect();
+        let rows = rows.ok_or_else(|| wrong("not an axis"))?;
+        let is_complete = (0..3).all(|axis: usize| rows.iter().any(|row| row.0 == axis));
+        let rows = <[(usize, bool); 3]>::try_from(rows).ok();
+        let rows = rows.filter(|_| is_complete);
+        let rows = rows.ok_or_else(|| wrong("each axis has to occur once"))?;
         let map = AxisMap { rows };
         if map.mirrors() && !map.inverts() {
             return Err(wrong("this mirrors the sensor, which no mounting does"));
