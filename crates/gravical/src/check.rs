@@ -184,7 +184,11 @@ pub fn check(
     let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|error| after_losses(error, recordings))?;
     at_reference(calibration, &mut intervals, &mut findings);
-    keep_longest(&mut intervals);
+    if intervals.len() > MAX_INTERVALS {
+        intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
+        intervals.truncate(MAX_INTERVALS);
+        intervals.sort_by_key(|p| (p.recording, p.lines));
+    }
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
@@ -446,16 +450,6 @@ fn at_reference(
         findings.push(not_applied(model, &why));
     }
     bring_to_reference(intervals, model);
-}
-
-/// Keeps the longest [`MAX_INTERVALS`] in their order.
-fn keep_longest(intervals: &mut Vec<Pose>) {
-    if intervals.len() <= MAX_INTERVALS {
-        return;
-    }
-    intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
-    intervals.truncate(MAX_INTERVALS);
-    intervals.sort_by_key(|p| (p.recording, p.lines));
 }
 
 /// Is every recording in the unit of the calibration?

@@ -264,21 +264,14 @@ pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let is_why = |f: &&Finding| {
-        matches!(
-            f.kind,
-            FindingKind::WithoutGravity | FindingKind::UnitUnknown
-        )
-    };
-    let why = recording.findings.iter().find(is_why);
-    let hint = match why.map(|f| f.kind) {
-        Some(FindingKind::WithoutGravity) => "calibrate with recordings of the raw acceleration",
-        _ => "give the unit; counts stands for counts of any scale",
-    };
+    let kinds = [FindingKind::WithoutGravity, FindingKind::UnitUnknown];
+    let why = recording.findings.iter().find(|f| kinds.contains(&f.kind));
     let text = why.map_or("the unit is not known", |f| f.message.as_str());
-    let error = Error::input("unit-unknown", text).at(recording.name.as_ref(), None);
+    let error = Error::input("unit-unknown", text)
+        .at(recording.name.as_ref(), None)
+        .with_hint("calibrate with raw acceleration, and give its unit; counts stands for counts of any scale");
     let options = why.into_iter().flat_map(|f| &f.options);
-    options.fold(error.with_hint(hint), |error, advice| {
+    options.fold(error, |error, advice| {
         error.advise(&advice.name, &advice.value)
     })
 }
