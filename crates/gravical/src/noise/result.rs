@@ -208,8 +208,6 @@ pub struct Unit {
     pub name: &'static str,
     /// Printed values per value in SI units.
     pub factor: f64,
-    /// The unit in SI.
-    pub si: &'static str,
 }
 
 impl Unit {
@@ -217,15 +215,15 @@ impl Unit {
     pub fn of(term: Term, gyroscope: bool) -> Self {
         let g = STANDARD_GRAVITY_MPS2;
         let degrees = 1_f64.to_degrees();
-        let (name, factor, si) = match (gyroscope, term) {
-            (false, Term::N) => ("µg/√Hz", 1e6 / g, "m/s²/√Hz"),
-            (false, Term::B) => ("mg", 1e3 / g, "m/s²"),
-            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0, "m/s²/√s"),
-            (true, Term::N) => ("°/√h", degrees * 60.0, "rad/s/√Hz"),
-            (true, Term::B) => ("°/h", degrees * 3600.0, "rad/s"),
-            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0, "rad/s/√s"),
+        let (name, factor) = match (gyroscope, term) {
+            (false, Term::N) => ("µg/√Hz", 1e6 / g),
+            (false, Term::B) => ("mg", 1e3 / g),
+            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
+            (true, Term::N) => ("°/√h", degrees * 60.0),
+            (true, Term::B) => ("°/h", degrees * 3600.0),
+            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
         };
-        Unit { name, factor, si }
+        Unit { name, factor }
     }
 }
 
