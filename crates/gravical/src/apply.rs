@@ -63,7 +63,7 @@ use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
 use crate::recording::{
-    AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
+    AccelScale, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     already_calibrated, join_gyroscope,
 };
 use crate::rewrite::write_rows;
@@ -162,8 +162,6 @@ pub struct ApplySummary {
     pub set_aside: Vec<SetAside>,
     /// Unit of the accelerometer in the recording, and its source.
     pub accelerometer: AccelScale,
-    /// Input unit of the accelerometer's calibration.
-    pub calibration_unit: AccelUnit,
     /// Unit of the calibrated specific force.
     pub output_unit: OutputUnit,
     /// Treatment of the gyroscope.
@@ -384,7 +382,6 @@ impl Application {
             rows_without_acceleration: 0,
             set_aside: Vec::new(),
             accelerometer: recording.accel_scale,
-            calibration_unit: calibration.accelerometer.input_unit,
             output_unit: options.output_unit,
             gyroscope: match gyro_unit {
                 Some(unit) => GyroscopeOutcome::Calibrated(unit),
