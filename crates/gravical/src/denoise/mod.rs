@@ -113,8 +113,6 @@ pub struct DenoiseSummary {
     pub recorded: Sigmas,
     /// The filters in the order in which they ran.
     pub filters: Vec<FilterOutcome>,
-    /// Names of the columns that were written; empty before writing.
-    pub columns: Vec<String>,
     /// All findings, including those of reading.
     pub findings: Vec<Finding>,
 }
@@ -170,7 +168,6 @@ pub fn denoise_file(
     let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
     let table = table(&reader.format);
     let mut summary = denoise(&mut reader.recording, options)?;
-    summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
     let offset = reader.recording.zero_offset * f64::from(keeps_offset);
@@ -268,7 +265,6 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
         gyro_unit: unknown_gyro.map_or("rad/s", |scale| scale.unit.name()),
         recorded,
         filters,
-        columns: Vec::new(),
         findings: findings.collect(),
     })
 }
