@@ -30,14 +30,6 @@ pub struct Calibration<T> {
 }
 
 impl<T: Real> Calibration<T> {
-    /// The calibration that changes nothing.
-    pub fn identity() -> Self {
-        Self {
-            matrix: matrix3::identity(),
-            bias: [T::zero(); 3],
-        }
-    }
-
     /// One sample of three channels, raw unit → calibrated unit.
     ///
     /// Nothing is checked: where `raw` is not finite, neither is the result.

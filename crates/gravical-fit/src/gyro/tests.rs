@@ -8,6 +8,12 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+/// Readings are calibrated already.
+const IDENTITY: Calibration<f64> = Calibration {
+    matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    bias: [0.0; 3],
+};
+
 const G: f64 = 9.81;
 const RATE_HZ: f64 = 100.0;
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -140,7 +146,7 @@ impl World {
         let fit = gyro(
             &session.stills,
             &session.motions,
-            &Calibration::identity(),
+            &IDENTITY,
             &self.options(),
         );
         let fit = fit.unwrap().by_motions.unwrap().unwrap();
@@ -226,8 +232,7 @@ fn read_as(session: &Session, read: impl Fn([f64; 3]) -> [f64; 3]) -> Session {
 }
 
 fn fit(session: &Session, options: &GyroOptions) -> GyroFit {
-    let identity = Calibration::identity();
-    gyro(&session.stills, &session.motions, &identity, options).unwrap()
+    gyro(&session.stills, &session.motions, &IDENTITY, options).unwrap()
 }
 
 #[test]
@@ -254,29 +259,28 @@ fn what_the_motions_leave_open() {
 #[test]
 fn no_input_panics() {
     let session = CHEAP.session(6);
-    let identity = Calibration::identity();
-    assert!(gyro(&[], &session.motions, &identity, &CHEAP.options()).is_none());
+    assert!(gyro(&[], &session.motions, &IDENTITY, &CHEAP.options()).is_none());
     for value in [f64::NAN, f64::INFINITY, 0.0, 1e300, -1e-300] {
         let options = GyroOptions {
             nominal: Some(value),
             noise: [value; 3],
             rounding: [value; 3],
         };
-        let _ = gyro(&session.stills, &session.motions, &identity, &options);
+        let _ = gyro(&session.stills, &session.motions, &IDENTITY, &options);
         let mut other = session.clone();
         other.motions[2].samples[3].rate[1] = value;
         other.motions[3].samples[3].step_s = value;
         other.motions[4].samples.clear();
         other.motions[5].after = 1000;
-        let _ = gyro(&other.stills, &other.motions, &identity, &CHEAP.options());
+        let _ = gyro(&other.stills, &other.motions, &IDENTITY, &CHEAP.options());
         let all = read_as(&other, |_| [value; 3]);
-        let _ = gyro(&all.stills, &all.motions, &identity, &CHEAP.options());
+        let _ = gyro(&all.stills, &all.motions, &IDENTITY, &CHEAP.options());
         for still in &mut other.stills {
             still.accel = [value; 3];
             still.accel_sd = [value; 3];
             still.seconds = value;
         }
-        let _ = gyro(&other.stills, &other.motions, &identity, &CHEAP.options());
+        let _ = gyro(&other.stills, &other.motions, &IDENTITY, &CHEAP.options());
     }
 }
 
@@ -289,7 +293,7 @@ fn readings_that_do_not_differ_leave_what_rounding_does() {
         rounding: [3e-3; 3],
         nominal: Some(1.0),
     };
-    let fit = gyro(&stills, &[], &Calibration::identity(), &options);
+    let fit = gyro(&stills, &[], &IDENTITY, &options);
     let rest = fit.unwrap().rest;
     assert_eq!(rest.bias, [0.01; 3]);
     assert!((rest.bias_sd[0] - 3e-3).abs() < 1e-12, "{:?}", rest.bias_sd);
