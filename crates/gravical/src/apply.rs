@@ -232,12 +232,10 @@ pub fn apply(
 ) -> Result<ApplySummary> {
     let gyro = options.gyro.as_deref();
     if gyro.is_some() && calibration.gyroscope.is_none() {
-        return Err(Error::usage(
-            "gyro-not-calibrated",
-            "the calibration has no gyroscope, so it cannot be applied to one",
-        )
-        .of_option("gyro")
-        .with_hint("leave it out, or calibrate with it"));
+        let what = "the calibration has no gyroscope, so it cannot be applied to one";
+        return Err(Error::usage("gyro-not-calibrated", what)
+            .of_option("gyro")
+            .with_hint("leave it out, or calibrate with it"));
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();

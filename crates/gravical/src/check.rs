@@ -193,10 +193,8 @@ pub fn check(
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
     });
-    let has_covariance = calibration
-        .accelerometer
-        .covariance_of_parameters()
-        .is_some();
+    let covariance = calibration.accelerometer.covariance_of_parameters();
+    let has_covariance = covariance.is_some();
     judge_units(calibration, recordings, &intervals, &gravity, &mut findings)?;
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
@@ -239,10 +237,8 @@ pub fn check(
     let static_intervals: Vec<StillCheck> =
         result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
-    findings.extend(gravity_differs(
-        calibration.gravity_mps2,
-        gravity.value_mps2,
-    ));
+    let values = [calibration.gravity_mps2, gravity.value_mps2];
+    findings.extend(gravity_differs(values));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
     let judgement = if result.test.p_value < SIGNIFICANCE {
@@ -358,14 +354,9 @@ fn static_intervals(
     for (index, recording) in recordings.iter().enumerate() {
         let found = in_one(index, recording);
         if found.is_empty() {
-            findings.push(
-                finding!(
-                    NoStaticInterval,
-                    "never at rest: {}; not used",
-                    why_never_static(recording)
-                )
-                .in_file(&recording.name),
-            );
+            let why = why_never_static(recording);
+            let never = finding!(NoStaticInterval, "never at rest: {why}; not used");
+            findings.push(never.in_file(&recording.name));
         }
         intervals.extend(found);
     }
@@ -381,12 +372,10 @@ fn static_intervals(
     }
     poses::leave_out_empty(&mut intervals, findings);
     if intervals.is_empty() {
-        return Err(Error::input(
-            "never-static",
-            "never at rest long enough to compare with gravity",
-        )
-        .at(first.name.as_ref(), None)
-        .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
+        let what = "never at rest long enough to compare with gravity";
+        return Err(Error::input("never-static", what)
+            .at(first.name.as_ref(), None)
+            .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
     }
     Ok(intervals)
 }
@@ -544,10 +533,8 @@ fn circumstances(
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        findings.extend(already_calibrated(
-            recording,
-            "a check needs the raw recording",
-        ));
+        let wanted = "a check needs the raw recording";
+        findings.extend(already_calibrated(recording, wanted));
         if inputs_of(calibration, recording).next().is_some() {
             let same = finding!(
                 SameRecordings,

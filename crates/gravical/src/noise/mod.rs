@@ -180,32 +180,24 @@ pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> Channe
 fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let here = Path::new(&recording.name);
     let Some(rate_hz) = recording.timing.rate_hz() else {
-        return Err(Error::usage(
-            "rate-unknown",
-            "there are no time stamps and no sampling rate: averaging times are unknown",
-        )
-        .at(here, None)
-        .with_hint("give the rate in Hz")
-        .advise("rate", "100"));
+        let what = "there are no time stamps and no sampling rate: averaging times are unknown";
+        return Err(Error::usage("rate-unknown", what)
+            .at(here, None)
+            .with_hint("give the rate in Hz")
+            .advise("rate", "100"));
     };
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < MIN_DURATION_S {
-        let what = if longest == 0 {
-            format!(
-                "the sensor is never at rest: {}",
-                why_never_static(recording)
-            )
-        } else {
-            format!("the longest static interval takes {longest_s:.1} s")
+        let what = match longest {
+            0 => why_never_static(recording),
+            _ => format!("the longest static interval takes {longest_s:.1} s"),
         };
-        return Err(Error::input(
-            "not-at-rest",
-            format!("{what}: noise is what a sensor shows while nothing moves"),
-        )
-        .at(here, None)
-        .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
+        let what = format!("noise is what a sensor shows while nothing moves, and {what}");
+        return Err(Error::input("not-at-rest", what)
+            .at(here, None)
+            .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
     }
     ranges.retain(|range| range.len() as f64 >= MIN_OF_LONGEST * longest as f64);
     Ok((ranges, rate_hz))
