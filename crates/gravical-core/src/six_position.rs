@@ -29,16 +29,6 @@ pub struct SixPositionMeans<T> {
 }
 
 impl<T: Real> SixPositionMeans<T> {
-    /// (U₊ − U₋)/2g, where the columns of U₊ and U₋ are the placements.
-    fn half_difference(&self, gravity_mps2: T) -> [[T; 3]; 3] {
-        let two_g = gravity_mps2 + gravity_mps2;
-        from_fn(|r| from_fn(|i| (self.plus[i][r] - self.minus[i][r]) / two_g))
-    }
-
-    fn is_finite(&self) -> bool {
-        matrix3::is_finite(&self.plus) && matrix3::is_finite(&self.minus)
-    }
-
     /// The largest absolute reading of one channel.
     fn largest(&self, channel: usize) -> T {
         self.plus
@@ -156,10 +146,14 @@ pub fn ferraris_accelerometer<T: Real>(
     if !(gravity_mps2.is_finite() && gravity_mps2 > T::zero()) {
         return Err(SixPositionError::GravityNotPositive);
     }
-    let model = means.half_difference(gravity_mps2);
-    // K, and R with rows of unit length.
+    // (U₊ − U₋)/2g, where the columns of U₊ and U₋ are the placements.
+    let two_g = gravity_mps2 + gravity_mps2;
+    let model: [[T; 3]; 3] =
+        from_fn(|r| from_fn(|i| (means.plus[i][r] - means.minus[i][r]) / two_g));
+    // K, the norms of its rows, and R with rows of unit length. No reading that is not finite leaves
+    // them finite.
     let scale = matrix3::row_norms(&model);
-    if !means.is_finite() || !scale.iter().all(|k| k.is_finite()) {
+    if !scale.iter().all(|k| k.is_finite()) {
         return Err(SixPositionError::NotFinite);
     }
     // What rounding leaves of the difference of two readings that are equal on

@@ -120,17 +120,6 @@ impl Interval {
     pub fn is_turn(&self) -> bool {
         matches!(self.claim, Some(Claim::Turn(_)))
     }
-
-    fn into_turn(self) -> Option<Turn> {
-        let Some(Claim::Turn(axis)) = self.claim else {
-            return None;
-        };
-        Some(Turn {
-            axis,
-            recording: self.recording,
-            rows: self.rows,
-        })
-    }
 }
 
 /// A full turn about an axis of the case.
@@ -172,7 +161,17 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     let mut findings = Vec::new();
     let named = cut_recordings(recordings, options, &mut findings)?;
-    let (turns, intervals): (Vec<_>, Vec<_>) = named.into_iter().partition(Interval::is_turn);
+    let (mut turns, mut intervals) = (Vec::new(), Vec::new());
+    for interval in named {
+        match interval.claim {
+            Some(Claim::Turn(axis)) => turns.push(Turn {
+                axis,
+                recording: interval.recording,
+                rows: interval.rows,
+            }),
+            _ => intervals.push(interval),
+        }
+    }
     if intervals.is_empty() {
         let error = found::never_still(&recordings[0]);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
@@ -185,7 +184,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
-        turns: turns.into_iter().filter_map(Interval::into_turn).collect(),
+        turns,
         noise,
         gyro_scale,
         findings,
