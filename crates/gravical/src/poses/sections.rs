@@ -19,15 +19,13 @@ pub struct Section {
     pub rows: Range<usize>,
 }
 
-/// Names of the column with the labels, the likeliest first; the index of a data frame has none.
-const LABELS: [&str; 6] = ["label", "part", "section", "name", "s_id", ""];
-
 /// A section as it is written.
 #[derive(Deserialize)]
 struct Row {
+    /// The index of a data frame has no name.
+    #[serde(alias = "")]
     label: String,
     start: f64,
-    #[serde(alias = "stop")]
     end: f64,
 }
 
@@ -110,13 +108,8 @@ fn from_csv(bytes: &[u8]) -> Result<Rows> {
         let wrong = |e: &csv::Error| syntax(e.to_string(), e.position().map(csv::Position::line));
         let record = record.map_err(|e| wrong(&e))?;
         let has = |name: &str| record.iter().any(|field| field.eq_ignore_ascii_case(name));
-        if at == 0 && has("start") && (has("end") || has("stop")) {
-            let label = LABELS.into_iter().find(|name| has(name));
-            let name = |field: &str| match label {
-                Some(label) if field.eq_ignore_ascii_case(label) => "label".to_owned(),
-                _ => field.to_lowercase(),
-            };
-            names = record.iter().map(name).collect();
+        if at == 0 && has("start") && has("end") {
+            names = record.iter().map(str::to_lowercase).collect();
             continue;
         }
         let line = record.position().map(csv::Position::line);
