@@ -23,7 +23,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use gravical_core::filter::biquad::Biquad;
-use gravical_core::filter::butterworth::{MAX_ORDER, high_pass, low_pass, sections_of};
+use gravical_core::filter::butterworth::{MAX_ORDER, Pass, design, sections_of};
 use nalgebra::{DMatrix, DVector};
 
 use crate::numfmt::digits;
@@ -337,12 +337,8 @@ fn butterworth(
         designed_hz = rate_hz / PI * omega.atan();
     }
     let mut sections = vec![Biquad::default(); sections_of(order)];
-    let design = if is_high_pass {
-        high_pass::<f64>
-    } else {
-        low_pass::<f64>
-    };
-    design(order, designed_hz, rate_hz, &mut sections)
+    let pass = if is_high_pass { Pass::High } else { Pass::Low };
+    design(pass, order, designed_hz, rate_hz, &mut sections)
         .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
     // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
     let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
