@@ -250,14 +250,14 @@ pub fn apply(
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.summary.columns.clone_from(&table.names);
-    let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
+    let (recording, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
         let gyro = rows.readings.gyro.take();
         let accel = std::mem::take(&mut rows.readings.accel).into_iter();
         accel.chain(gyro.into_iter().flatten()).collect()
     })?;
     applied.summary.findings.extend(found);
-    Ok(applied.finish(&recording, &ledger, written))
+    Ok(applied.finish(&recording, written))
 }
 
 /// Columns of the output.
@@ -332,7 +332,7 @@ pub fn apply_recording(
     let columns = options.output_unit.columns().into_iter().chain(rates);
     applied.summary.columns = columns.map(str::to_owned).collect();
     Ok(Applied {
-        summary: applied.finish(&recording, &recording.ledger, rows),
+        summary: applied.finish(&recording, rows),
         accel: readings.accel,
         gyro: readings.gyro,
     })
@@ -431,7 +431,7 @@ impl Application {
     }
 
     /// The summary, after the last row.
-    fn finish(self, recording: &Recording, ledger: &Ledger, rows: usize) -> ApplySummary {
+    fn finish(self, recording: &Recording, rows: usize) -> ApplySummary {
         let mut summary = self.summary;
         let drift = self.drift;
         summary.temperature = drift.map(|d| d.finish(&mut summary.findings));
@@ -439,9 +439,9 @@ impl Application {
             finding.file = Some(recording.name.clone());
         }
         summary.description.clone_from(&recording.description);
-        summary.lines = ledger.lines as u64;
+        summary.lines = recording.ledger.lines as u64;
         summary.rows = rows as u64;
-        summary.set_aside = set_aside(ledger);
+        summary.set_aside = set_aside(&recording.ledger);
         summary
     }
 }

@@ -134,16 +134,16 @@ pub fn convert_file(
     let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
     let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
-    let (recording, ledger, written, found) =
+    let (recording, written, found) =
         write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
     let findings = recording.findings.into_iter().chain(found);
     Ok(ConvertSummary {
         start_unix_s,
         description: recording.description,
         serial: recording.serial,
-        lines: ledger.lines as u64,
+        lines: recording.ledger.lines as u64,
         rows: written as u64,
-        set_aside: set_aside(&ledger),
+        set_aside: set_aside(&recording.ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,

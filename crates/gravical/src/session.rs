@@ -345,11 +345,10 @@ pub fn read_session(
         }
         (_, _, gyroscopes) => {
             let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
-            let one = |path: &&PathBuf| {
+            for path in gyroscopes {
                 let finding = Finding::note(FindingKind::GyroLeftOut, note).advise("gyro", "");
-                finding.in_file(&path.display().to_string())
-            };
-            left_out.extend(gyroscopes.iter().map(one));
+                left_out.push(finding.in_file(&path.display().to_string()));
+            }
         }
     }
     if recordings.is_empty() {
