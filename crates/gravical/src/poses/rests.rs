@@ -55,7 +55,8 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
     let rests = samples.without_turns(rests);
     // The sensor is worn: what rests for less does not count.
-    let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
+    let hours = channels.time_s.len() as f64 * samples.period_s / 3600.0;
+    let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
@@ -155,7 +156,7 @@ impl Samples {
             return rest;
         }
         let piece = self.channels().piece(rest.start);
-        let trim = |borders: bool| if borders { size } else { 0 };
+        let trim = |borders: bool| size * usize::from(borders);
         rest.start + trim(rest.start > piece.start)..rest.end - trim(rest.end < piece.end)
     }
 

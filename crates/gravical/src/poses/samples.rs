@@ -151,10 +151,6 @@ impl Samples {
         (quantile(variances, QUIET_SHARE) / 3.0).sqrt()
     }
 
-    pub fn hours(&self) -> f64 {
-        self.rows.len() as f64 * self.period_s / 3600.0
-    }
-
     pub fn channels(&self) -> Channels<'_> {
         Channels {
             time_s: &self.time_s,
