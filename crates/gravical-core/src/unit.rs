@@ -29,22 +29,6 @@ pub const MPU6050_ACCELEROMETER_LSB_PER_G: [(u16, f64); 4] =
 pub const MPU6050_GYROSCOPE_LSB_PER_DEG_S: [(u16, f64); 4] =
     [(250, 131.0), (500, 65.5), (1000, 32.8), (2000, 16.4)];
 
-/// The MPU6050's nominal gyroscope sensitivity in LSB per °/s at the full-scale
-/// range of ±`range_deg_s`; `None` for a range that it does not have.
-///
-/// ```
-/// use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
-///
-/// assert_eq!(mpu6050_gyroscope_lsb_per_deg_s(500), Some(65.5));
-/// assert_eq!(mpu6050_gyroscope_lsb_per_deg_s(300), None);
-/// ```
-pub fn mpu6050_gyroscope_lsb_per_deg_s(range_deg_s: u16) -> Option<f64> {
-    MPU6050_GYROSCOPE_LSB_PER_DEG_S
-        .iter()
-        .find(|(range, _)| *range == range_deg_s)
-        .map(|(_, sensitivity)| *sensitivity)
-}
-
 /// The gravity of the WGS 84 ellipsoid in m/s² at a geodetic latitude in
 /// degrees and a height above the ellipsoid in metres.
 ///

@@ -14,7 +14,7 @@
 //! # Ok::<(), &str>(())
 //! ```
 
-use gravical_core::unit::mpu6050_gyroscope_lsb_per_deg_s;
+use gravical_core::unit::MPU6050_GYROSCOPE_LSB_PER_DEG_S;
 use serde::Serialize;
 
 /// Settings of the firmware.
@@ -90,7 +90,9 @@ impl BoardSettings {
 
     /// Counts per °/s; `None` for a range that the sensor does not have.
     pub(crate) fn lsb_per_deg_s(&self) -> Option<f64> {
-        mpu6050_gyroscope_lsb_per_deg_s(self.gyro_range_deg_s)
+        let mut ranges = MPU6050_GYROSCOPE_LSB_PER_DEG_S.into_iter();
+        let of_range = ranges.find(|(range, _)| *range == self.gyro_range_deg_s);
+        of_range.map(|(_, lsb_per_deg_s)| lsb_per_deg_s)
     }
 
     /// The last settings line above the rows.
