@@ -4,15 +4,9 @@ use core::fmt::Debug;
 
 use num_traits::Float;
 
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
-}
-
 /// A floating-point number that the computations accept: `f32` or `f64`.
 ///
-/// Sealed: the tolerances in this crate are stated for these two.
+/// The tolerances in this crate are stated for these two.
 ///
 /// ```
 /// use gravical_core::Real;
@@ -22,7 +16,7 @@ mod sealed {
 /// }
 /// assert_eq!(half(3.0_f32), 1.5);
 /// ```
-pub trait Real: Float + Debug + sealed::Sealed {
+pub trait Real: Float + Debug {
     /// The nearest value of this type; infinite where `value` is out of its range.
     fn from_f64(value: f64) -> Self;
 }

@@ -29,16 +29,6 @@ pub struct SixPositionMeans<T> {
 }
 
 impl<T: Real> SixPositionMeans<T> {
-    /// (U₊ − U₋)/2g, where the columns of U₊ and U₋ are the placements.
-    fn half_difference(&self, gravity_mps2: T) -> [[T; 3]; 3] {
-        let two_g = gravity_mps2 + gravity_mps2;
-        from_fn(|r| from_fn(|i| (self.plus[i][r] - self.minus[i][r]) / two_g))
-    }
-
-    fn is_finite(&self) -> bool {
-        matrix3::is_finite(&self.plus) && matrix3::is_finite(&self.minus)
-    }
-
     /// The largest absolute reading of one channel.
     fn largest(&self, channel: usize) -> T {
         self.plus
@@ -52,9 +42,9 @@ impl<T: Real> SixPositionMeans<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SixPositionError {
-    /// A mean, gravity or the scale that follows is NaN or infinite.
+    /// A mean reading is NaN or infinite, or so large that its square is.
     NotFinite,
-    /// Gravity is zero or negative.
+    /// Gravity is no positive number.
     GravityNotPositive,
     /// A channel reacts to nothing: it is frozen, or all files are the same.
     VanishedRow {
@@ -68,8 +58,8 @@ pub enum SixPositionError {
 impl fmt::Display for SixPositionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotFinite => f.write_str("a mean, gravity or the scale is not finite"),
-            Self::GravityNotPositive => f.write_str("gravity has to be above zero"),
+            Self::NotFinite => write!(f, "a mean reading is not finite"),
+            Self::GravityNotPositive => write!(f, "gravity has to be a number above zero"),
             Self::VanishedRow { channel } => {
                 let name = ["x", "y", "z"].get(*channel).unwrap_or(&"?");
                 write!(f, "channel {name} reads the same in opposite positions")
@@ -152,18 +142,29 @@ pub fn ferraris_accelerometer<T: Real>(
     means: &SixPositionMeans<T>,
     gravity_mps2: T,
 ) -> Result<AccelerometerParameters<T>, SixPositionError> {
-    if !means.is_finite() || !gravity_mps2.is_finite() {
-        return Err(SixPositionError::NotFinite);
-    }
-    if gravity_mps2 <= T::zero() {
+    if !(gravity_mps2.is_finite() && gravity_mps2 > T::zero()) {
         return Err(SixPositionError::GravityNotPositive);
     }
-    let model = means.half_difference(gravity_mps2);
+    // (U₊ − U₋)/2g, where the columns of U₊ and U₋ are the placements.
+    let two_g = gravity_mps2 + gravity_mps2;
+    let model: [[T; 3]; 3] =
+        from_fn(|r| from_fn(|i| (means.plus[i][r] - means.minus[i][r]) / two_g));
+    // K, the norms of its rows, and R with rows of unit length. No reading that is not finite leaves
+    // them finite.
+    let scale = matrix3::row_norms(&model);
+    if !scale.iter().all(|k| k.is_finite()) {
+        return Err(SixPositionError::NotFinite);
+    }
     // What rounding leaves of the difference of two readings that are equal on
     // paper: their means are sums, so a few times the epsilon of their size.
     let rounding = T::from_f64(64.0) * T::epsilon() / gravity_mps2;
-    let floor = from_fn(|r| means.largest(r) * rounding);
-    let (scale, orientation) = split(&model, &floor)?;
+    if let Some(channel) = (0..3).find(|&r| scale[r] <= means.largest(r) * rounding) {
+        return Err(SixPositionError::VanishedRow { channel });
+    }
+    let orientation = from_fn(|r| model[r].map(|x| x / scale[r]));
+    if matrix3::inverse(&orientation).is_none() {
+        return Err(SixPositionError::Singular);
+    }
     let half = T::from_f64(0.5);
     Ok(AccelerometerParameters {
         scale,
@@ -185,25 +186,6 @@ fn own_pair<T: Real>(model: &[[T; 3]; 3], channel: usize) -> usize {
             best
         }
     })
-}
-
-/// M = K R with the rows of R of unit length. A row at or below its `floor` has vanished.
-fn split<T: Real>(
-    model: &[[T; 3]; 3],
-    floor: &[T; 3],
-) -> Result<([T; 3], [[T; 3]; 3]), SixPositionError> {
-    let scale = matrix3::row_norms(model);
-    if !scale.iter().all(|k| k.is_finite()) {
-        return Err(SixPositionError::NotFinite);
-    }
-    if let Some(channel) = (0..3).find(|&r| scale[r] <= floor[r]) {
-        return Err(SixPositionError::VanishedRow { channel });
-    }
-    let orientation = from_fn(|r| model[r].map(|x| x / scale[r]));
-    if matrix3::inverse(&orientation).is_none() {
-        return Err(SixPositionError::Singular);
-    }
-    Ok((scale, orientation))
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::options::ReadOptions;
 use crate::read::{Batches, note_input, open_batches};
 use crate::readings::Readings;
 use crate::recording::Recording;
-use crate::text::{Batch, CopiedText, Format, Ledger};
+use crate::text::{Batch, CopiedText, Format};
 
 /// Rows of a recording, with the text of the columns that are copied.
 pub struct Rows {
@@ -43,7 +43,8 @@ impl Readings {
 
 /// A recording that is read batch by batch.
 pub struct BatchReader {
-    /// What the first rows are judged to be; its channels go with the first rows
+    /// What the first rows are judged to be; its channels go with the first rows. Its ledger grows
+    /// with the lines that are read.
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
@@ -55,8 +56,6 @@ pub struct BatchReader {
     head: Option<Readings>,
     batches: Batches,
     later: Later,
-    /// Lines without a row, and the first rows that are no measurements.
-    ledger: Ledger,
     input: Input,
 }
 
@@ -100,7 +99,6 @@ impl BatchReader {
         }
         let (recording, later) = Later::judge(&format, head).map_err(|e| in_file(e, here))?;
         Ok(BatchReader {
-            ledger: recording.ledger.clone(),
             recording: recording.with_name(name),
             format,
             stamps,
@@ -132,7 +130,9 @@ impl BatchReader {
         };
         let here = Path::new(&self.recording.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
-        self.ledger.append(std::mem::take(&mut batch.ledger));
+        self.recording
+            .ledger
+            .append(std::mem::take(&mut batch.ledger));
         let readings = self.later.read(&batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
@@ -143,17 +143,18 @@ impl BatchReader {
         }))
     }
 
-    /// The recording, the account of all lines, and what was found beside the first rows; to be
+    /// The recording with the account of all lines, and what was found beside the first rows; to be
     /// called after the last row. `only_measured`: rows that are no measurements are set aside.
-    pub fn finish(mut self, only_measured: bool) -> (Recording, Ledger, Vec<Finding>) {
+    pub fn finish(mut self, only_measured: bool) -> (Recording, Vec<Finding>) {
         let (later_ledger, later_findings) = self.later.finish();
-        let mut ledger = self.ledger;
+        let ledger = &mut self.recording.ledger;
         ledger.append(later_ledger);
         if !only_measured {
             ledger.reasons.retain(|reason, _| !reason.is_of_row());
         }
-        let cut_off = note_input(&mut self.recording, &self.input, ledger.rows());
+        let rows = ledger.rows();
+        let cut_off = note_input(&mut self.recording, &self.input, rows);
         let findings = cut_off.into_iter().chain(later_findings).collect();
-        (self.recording, ledger, findings)
+        (self.recording, findings)
     }
 }

@@ -3,7 +3,7 @@
 //! # Overview
 //!
 //! [`apply`] reads a recording in batches. The first ones are judged as a recording, and whether
-//! the calibration fits them (`judge`); then each batch is calibrated and written. The
+//! the calibration fits them; then each batch is calibrated and written. The
 //! calibrated channels replace the raw ones under SI names; every other column is copied byte for
 //! byte. A calibration that does not fit is refused before anything is written. The
 //! [`ApplySummary`] accounts for every line.
@@ -43,7 +43,6 @@
 //! ```
 
 mod drift;
-mod judge;
 
 #[cfg(test)]
 mod tests;
@@ -53,25 +52,26 @@ use std::path::{Path, PathBuf};
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_recording::bytes::Input;
+use gravical_recording::judge::quiet_norm;
 use gravical_recording::write::Table;
-use gravical_recording::{CALIBRATED, Format, Readings, split_hint};
+use gravical_recording::{BatchReader, CALIBRATED, Format, Readings, split_hint};
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::{CalibrationFile, judge_unit};
 use crate::poses::face::AxisMap;
+use crate::poses::gyro_unit;
+use crate::poses::rests::find_rests;
 use crate::recording::{
-    AccelScale, AccelUnit, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
+    AccelScale, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
     already_calibrated, join_gyroscope,
 };
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
-use gravical_recording::BatchReader;
-use gravical_recording::bytes::Input;
 
 pub use drift::TemperatureOutcome;
 
 use drift::Drift;
-use judge::{judge_accelerometer, judge_gyroscope};
 
 /// Names of the calibrated channels of the gyroscope.
 const RATES: [&str; 3] = ["gx_rad_s", "gy_rad_s", "gz_rad_s"];
@@ -130,13 +130,11 @@ pub enum OutputUnit {
 
 impl OutputUnit {
     /// Name in files and options.
-    #[must_use]
     pub fn name(self) -> &'static str {
         ["m/s^2", "g"][self as usize]
     }
 
     /// Names of the columns, by which they are recognised as calibrated.
-    #[must_use]
     pub fn columns(self) -> [&'static str; 3] {
         CALIBRATED[self as usize]
     }
@@ -164,8 +162,6 @@ pub struct ApplySummary {
     pub set_aside: Vec<SetAside>,
     /// Unit of the accelerometer in the recording, and its source.
     pub accelerometer: AccelScale,
-    /// Input unit of the accelerometer's calibration.
-    pub calibration_unit: AccelUnit,
     /// Unit of the calibrated specific force.
     pub output_unit: OutputUnit,
     /// Treatment of the gyroscope.
@@ -236,35 +232,32 @@ pub fn apply(
 ) -> Result<ApplySummary> {
     let gyro = options.gyro.as_deref();
     if gyro.is_some() && calibration.gyroscope.is_none() {
-        return Err(Error::usage(
-            "gyro-not-calibrated",
-            "the calibration has no gyroscope, so it cannot be applied to one",
-        )
-        .of_option("gyro")
-        .with_hint("leave it out, or calibrate with it"));
+        let what = "the calibration has no gyroscope, so it cannot be applied to one";
+        return Err(Error::usage("gyro-not-calibrated", what)
+            .of_option("gyro")
+            .with_hint("leave it out, or calibrate with it"));
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
-    let mut reader = match gyro {
-        Some(gyro) => {
-            let beside = options.read.beside_gyroscope_file();
-            let mut reader = BatchReader::open(input, name, &beside, BatchReader::WHOLE, copied)?;
-            join_gyroscope(&mut reader.recording, gyro, &options.read)?;
-            reader
-        }
-        None => BatchReader::open(input, name, &options.read, BatchReader::HEAD, copied)?,
+    let (read, judged) = match gyro {
+        Some(_) => (options.read.beside_gyroscope_file(), BatchReader::WHOLE),
+        None => (options.read.clone(), BatchReader::HEAD),
     };
+    let mut reader = BatchReader::open(input, name, &read, judged, copied)?;
+    if let Some(gyro) = gyro {
+        join_gyroscope(&mut reader.recording, gyro, &options.read)?;
+    }
     let table = table(&reader.format);
     let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
     applied.summary.columns.clone_from(&table.names);
-    let (recording, ledger, written, found) = write_rows(reader, out, table, false, |rows| {
+    let (recording, written, found) = write_rows(reader, out, table, false, |rows| {
         applied.calibrate(&mut rows.readings, &rows.lines);
         let gyro = rows.readings.gyro.take();
         let accel = std::mem::take(&mut rows.readings.accel).into_iter();
         accel.chain(gyro.into_iter().flatten()).collect()
     })?;
     applied.summary.findings.extend(found);
-    Ok(applied.finish(&recording, &ledger, written))
+    Ok(applied.finish(&recording, written))
 }
 
 /// Columns of the output.
@@ -339,7 +332,7 @@ pub fn apply_recording(
     let columns = options.output_unit.columns().into_iter().chain(rates);
     applied.summary.columns = columns.map(str::to_owned).collect();
     Ok(Applied {
-        summary: applied.finish(&recording, &recording.ledger, rows),
+        summary: applied.finish(&recording, rows),
         accel: readings.accel,
         gyro: readings.gyro,
     })
@@ -387,7 +380,6 @@ impl Application {
             rows_without_acceleration: 0,
             set_aside: Vec::new(),
             accelerometer: recording.accel_scale,
-            calibration_unit: calibration.accelerometer.input_unit,
             output_unit: options.output_unit,
             gyroscope: match gyro_unit {
                 Some(unit) => GyroscopeOutcome::Calibrated(unit),
@@ -439,7 +431,7 @@ impl Application {
     }
 
     /// The summary, after the last row.
-    fn finish(self, recording: &Recording, ledger: &Ledger, rows: usize) -> ApplySummary {
+    fn finish(self, recording: &Recording, rows: usize) -> ApplySummary {
         let mut summary = self.summary;
         let drift = self.drift;
         summary.temperature = drift.map(|d| d.finish(&mut summary.findings));
@@ -447,11 +439,71 @@ impl Application {
             finding.file = Some(recording.name.clone());
         }
         summary.description.clone_from(&recording.description);
-        summary.lines = ledger.lines as u64;
+        summary.lines = recording.ledger.lines as u64;
         summary.rows = rows as u64;
-        summary.set_aside = set_aside(ledger);
+        summary.set_aside = set_aside(&recording.ledger);
         summary
     }
+}
+
+/// Judges the accelerometer by the rows of `recording`: the first of a file, or all. Returns the
+/// calibrated magnitude in the quietest of them, m/s²; none if no row is complete.
+///
+/// # Errors
+///
+/// `unit-mismatch` as in [`apply`].
+fn judge_accelerometer(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    drift: Option<&Drift>,
+    findings: &mut Vec<Finding>,
+) -> Result<Option<f64>> {
+    let accelerometer = calibration.accelerometer_calibration();
+    let mut axes: [Vec<f64>; 3] = Default::default();
+    for row in 0..recording.rows() {
+        let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
+        let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
+        if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
+            let at = drift.model.drift_at(t_c);
+            raw = std::array::from_fn(|axis| raw[axis] - at[axis]);
+        }
+        let calibrated = accelerometer.apply(raw);
+        for (axis, value) in axes.iter_mut().zip(calibrated) {
+            axis.push(value);
+        }
+    }
+    let norm_mps2 = quiet_norm(axes.each_ref().map(Vec::as_slice));
+    let quietest = format!("the quietest parts of its first {} rows", recording.rows());
+    let (at_rest, gravity_mps2) = ((&*quietest, norm_mps2), calibration.gravity_mps2);
+    judge_unit(calibration, recording, at_rest, gravity_mps2, findings)?;
+    Ok(norm_mps2)
+}
+
+/// The unit of the gyroscope, if it is to be calibrated: by the rule of `gyro_unit`, without
+/// turns where only the head is known.
+fn judge_gyroscope(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    findings: &mut Vec<Finding>,
+) -> Result<Option<GyroUnit>> {
+    let Some(section) = &calibration.gyroscope else {
+        return Ok(None);
+    };
+    let rests = if recording.gyro_file.is_some() {
+        find_rests(recording)
+    } else {
+        std::iter::once(0..recording.rows()).collect()
+    };
+    let Some(scale) = gyro_unit::judge(recording, Some(section), &rests, findings) else {
+        return Ok(None);
+    };
+    let Some(why) = gyro_unit::mismatch(section, &scale) else {
+        return Ok(Some(section.input_unit));
+    };
+    Err(Error::input("unit-mismatch", why)
+        .at(Path::new(&recording.name), None)
+        .with_hint("give its unit, if this is the right one")
+        .advise("gyro_unit", section.input_unit.name()))
 }
 
 /// Refuses rows of two units, and rows whose channels are shifted, before anything is written.

@@ -7,15 +7,12 @@
 //! It tests what was recorded and nothing else: the verdict says which axes were not. An interval
 //! of constant velocity or acceleration looks like rest and is judged as one.
 
-mod intervals;
-
 use gravical_core::matrix3::{norm, unit};
 use gravical_fit::later::{self, Length, StaticMean};
 use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::{Deserialize, Serialize};
 
-use crate::Result;
 use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
@@ -26,12 +23,14 @@ use crate::later::{
     ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor, singular,
 };
 use crate::numfmt::{mg, milli_g};
-use crate::poses::Pose;
 use crate::poses::face::{AxisMap, Face, axes_where};
+use crate::poses::mean::pooled_noise;
+use crate::poses::rests::{find_rests, why_never_static};
+use crate::poses::{self, Interval, Measured, Pose, SegmentOptions, measure_intervals};
 use crate::recording::{Finding, Recording, after_losses, already_calibrated};
-use crate::stats::{median, rms};
-
-use intervals::static_intervals;
+use crate::stats::{mean_of_finite, median, rms};
+use crate::temperature::{bring_to_reference, not_applied};
+use crate::{Error, Result};
 
 pub use crate::later::{Judgement, Verdict};
 
@@ -55,6 +54,11 @@ const TEMPERATURE_MARGIN_C: f64 = 2.0;
 /// Temperatures of a calibration and of a check that nobody recorded differ by this, °C: a part
 /// that has just been switched on warms up by as much in some minutes.
 const UNKNOWN_TEMPERATURE_C: f64 = 2.0;
+
+/// A recording faster than this is averaged down to it when the correlation of
+/// its noise is looked at, Hz: after setting down a sensor rocks for a while,
+/// at 5 to 20 Hz, and 20 lags of a fast recording do not see that.
+const SLOW_RATE_HZ: f64 = 100.0;
 
 /// How to check.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -179,16 +183,18 @@ pub fn check(
     let mut findings: Vec<Finding> = read.cloned().collect();
     let mut intervals = static_intervals(recordings, options, &mut findings)
         .map_err(|error| after_losses(error, recordings))?;
-    intervals::at_reference(calibration, &mut intervals, &mut findings);
-    keep_longest(&mut intervals);
+    at_reference(calibration, &mut intervals, &mut findings);
+    if intervals.len() > MAX_INTERVALS {
+        intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
+        intervals.truncate(MAX_INTERVALS);
+        intervals.sort_by_key(|p| (p.recording, p.lines));
+    }
     let gravity = options.gravity.unwrap_or(Gravity {
         value_mps2: calibration.gravity_mps2,
         source: calibration.gravity_source,
     });
-    let has_covariance = calibration
-        .accelerometer
-        .covariance_of_parameters()
-        .is_some();
+    let covariance = calibration.accelerometer.covariance_of_parameters();
+    let has_covariance = covariance.is_some();
     judge_units(calibration, recordings, &intervals, &gravity, &mut findings)?;
 
     let mut sensor = sensor(calibration, name, 1.0, 0.0)?;
@@ -231,10 +237,8 @@ pub fn check(
     let static_intervals: Vec<StillCheck> =
         result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
-    findings.extend(gravity_differs(
-        calibration.gravity_mps2,
-        gravity.value_mps2,
-    ));
+    let values = [calibration.gravity_mps2, gravity.value_mps2];
+    findings.extend(gravity_differs(values));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
     let judgement = if result.test.p_value < SIGNIFICANCE {
@@ -332,14 +336,109 @@ fn untested(none: &[String], one_way: &[String]) -> String {
     parts.join("; ")
 }
 
-/// Keeps the longest [`MAX_INTERVALS`] in their order.
-fn keep_longest(intervals: &mut Vec<Pose>) {
-    if intervals.len() <= MAX_INTERVALS {
-        return;
+/// All static intervals of all recordings. Means are in the numbers of the file, zero offset
+/// added back.
+///
+/// # Errors
+///
+/// `no-recordings`; `never-static` when no recording has one.
+fn static_intervals(
+    recordings: &[Recording],
+    options: &CheckOptions,
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<Pose>> {
+    let Some(first) = recordings.first() else {
+        return Err(Error::input("no-recordings", "there is no recording"));
+    };
+    let mut intervals = Vec::new();
+    for (index, recording) in recordings.iter().enumerate() {
+        let found = in_one(index, recording);
+        if found.is_empty() {
+            let why = why_never_static(recording);
+            let never = finding!(NoStaticInterval, "never at rest: {why}; not used");
+            findings.push(never.in_file(&recording.name));
+        }
+        intervals.extend(found);
     }
-    intervals.sort_by_key(|p| std::cmp::Reverse(p.count));
-    intervals.truncate(MAX_INTERVALS);
-    intervals.sort_by_key(|p| (p.recording, p.lines));
+    let Measured {
+        poses: mut intervals,
+        held,
+        ..
+    } = measure_intervals(recordings, intervals, &options.axes, findings);
+    include_slow_noise(recordings, &held, &mut intervals);
+    for interval in &mut intervals {
+        let offset = recordings[interval.recording].zero_offset;
+        interval.mean = interval.mean.map(|m| m + offset);
+    }
+    poses::leave_out_empty(&mut intervals, findings);
+    if intervals.is_empty() {
+        let what = "never at rest long enough to compare with gravity";
+        return Err(Error::input("never-static", what)
+            .at(first.name.as_ref(), None)
+            .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
+    }
+    Ok(intervals)
+}
+
+fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
+    let found = find_rests(recording);
+    if !found.is_empty() {
+        return poses::intervals_of(index, found, None);
+    }
+    // A table of means, or poses that somebody named: the intervals are given.
+    let one = std::slice::from_ref(recording);
+    if poses::check_units(one).is_err() || recording.labels.is_none() && recording.rows() >= 40 {
+        return Vec::new();
+    }
+    let given = poses::cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
+    let mut intervals = given.unwrap_or_default();
+    intervals.retain(|interval| !interval.is_turn());
+    intervals.iter_mut().for_each(|i| i.recording = index);
+    intervals
+}
+
+/// Raises standard errors of means to what averages of the samples, `held`, say of them.
+fn include_slow_noise(recordings: &[Recording], held: &[[Vec<f64>; 3]], intervals: &mut [Pose]) {
+    let group = |interval: &Pose| {
+        let rate_hz = recordings[interval.recording].working_rate_hz();
+        ((rate_hz / SLOW_RATE_HZ) as usize).max(1)
+    };
+    let average = |(interval, held): (&Pose, &[Vec<f64>; 3])| {
+        let size = group(interval);
+        held.each_ref()
+            .map(|values| values.chunks_exact(size).map(mean_of_finite).collect())
+    };
+    let averages: Vec<[Vec<f64>; 3]> = intervals.iter().zip(held).map(average).collect();
+    let slices: Vec<[&[f64]; 3]> = averages.iter().map(poses::slices).collect();
+    // Averages come in no steps.
+    let slow = pooled_noise(&slices, [0.0; 3], 1.0);
+    for interval in intervals {
+        let groups = (interval.count / group(interval)).max(1) as f64;
+        if let Some(error) = &mut interval.standard_error {
+            let widening = (slow.vif / groups).sqrt();
+            *error = std::array::from_fn(|i| error[i].max(slow.sigma[i] * widening));
+        }
+    }
+}
+
+/// Takes the drift of the accepted channels off the means of static intervals, as `apply` does
+/// row by row, held at the edges of the model's range.
+fn at_reference(
+    calibration: &CalibrationFile,
+    intervals: &mut [Pose],
+    findings: &mut Vec<Finding>,
+) {
+    let Some(model) = calibration.drift_model() else {
+        return;
+    };
+    let temperatures = intervals.iter().map(|p| p.temperature_c);
+    let without = temperatures.filter(Option::is_none).count();
+    if without > 0 {
+        let all = intervals.len();
+        let why = format!("{without} of {all} static intervals have no temperature");
+        findings.push(not_applied(model, &why));
+    }
+    bring_to_reference(intervals, model);
 }
 
 /// Is every recording in the unit of the calibration?
@@ -434,10 +533,8 @@ fn circumstances(
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        findings.extend(already_calibrated(
-            recording,
-            "a check needs the raw recording",
-        ));
+        let wanted = "a check needs the raw recording";
+        findings.extend(already_calibrated(recording, wanted));
         if inputs_of(calibration, recording).next().is_some() {
             let same = finding!(
                 SameRecordings,

@@ -8,6 +8,7 @@
 //! It rests on the covariances of both files. What they leave out (drift with temperature, another
 //! gravity, shared recordings) is said.
 
+use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::later;
 use gravical_fit::{Sensor, Test};
 use serde::Serialize;
@@ -57,7 +58,7 @@ pub struct Comparison {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterDifference {
     /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
-    pub name: &'static str,
+    pub name: String,
     /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
     pub unit: &'static str,
     /// Value in A; null for the rotation, which is between the two.
@@ -73,29 +74,20 @@ pub struct ParameterDifference {
 }
 
 /// Names of the nine invariants and of the turn; three of each have a unit and a factor to it.
-const NAMES: [&str; 12] = [
-    "bias_x",
-    "bias_y",
-    "bias_z",
-    "scale_x",
-    "scale_y",
-    "scale_z",
-    "angle_xy",
-    "angle_xz",
-    "angle_yz",
-    "rotation_x",
-    "rotation_y",
-    "rotation_z",
+const PARTS: [(&str, [&str; 3], &str, f64); 4] = [
+    ("bias", ["x", "y", "z"], "m/s^2", 1.0),
+    ("scale", ["x", "y", "z"], "%", 100.0),
+    ("angle", ["xy", "xz", "yz"], "deg", DEGREES_PER_RADIAN),
+    ("rotation", ["x", "y", "z"], "deg", DEGREES_PER_RADIAN),
 ];
-const DEGREES: (&str, f64) = ("deg", 180.0 / std::f64::consts::PI);
-const UNITS: [(&str, f64); 4] = [("m/s^2", 1.0), ("%", 100.0), DEGREES, DEGREES];
 
 /// The differences one by one; `with_sigma`: both have a covariance.
 fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
     let turn = found.turn.as_ref();
     let [a, b] = &found.invariants;
     let one = |k: usize| {
-        let ((unit, factor), i, is_invariant) = (UNITS[k / 3], k % 9, k < 9);
+        let (part_name, axes, unit, factor) = PARTS[k / 3];
+        let (i, is_invariant) = (k % 9, k < 9);
         let part = if is_invariant {
             &found.magnitude
         } else {
@@ -103,7 +95,7 @@ fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifferen
         };
         let (difference, sigma) = (factor * part.value[i], factor * part.sd[i]);
         Some(ParameterDifference {
-            name: NAMES[k],
+            name: format!("{part_name}_{}", axes[k % 3]),
             unit,
             a: is_invariant.then(|| factor * a[i]),
             b: is_invariant.then(|| factor * b[i]),
@@ -181,13 +173,28 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
     let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
-    circumstances(pair, names, &mut findings);
-    let evidence = Evidence::new(pair, &mut findings);
-    let parameters = parameters(&found, evidence.has_covariances);
-    let (test, judgement, reason) = evidence.judge(
-        ["bias, scale and misalignment", "differ", "agree"],
-        Some(found.magnitude.test),
-    );
+    findings.extend(gravity_differs(pair.map(|f| f.gravity_mps2)));
+    for (file, name) in pair.into_iter().zip(names) {
+        findings.extend(file.poor_finding().map(|f| f.in_file(name)));
+    }
+    let [x, y] = pair.map(|f| &f.accelerometer);
+    let is_same = x.matrix == y.matrix && x.bias == y.bias;
+    let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
+    let has_covariances = has_covariance(x) && has_covariance(y);
+    let shared = shared(a, b).filter(|_| !is_same);
+    // Why agreement would prove nothing.
+    let no_proof = match &shared {
+        _ if is_same => Some("both files contain the same parameters"),
+        _ if !has_covariances => Some("one of the files has no covariance"),
+        shared => shared
+            .as_ref()
+            .map(|_| "both were made from the same recordings"),
+    };
+    findings.extend(shared);
+    let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
+    let parameters = parameters(&found, has_covariances);
+    let test = tested(found.magnitude.test);
+    let (judgement, reason) = judge("bias, scale and misalignment", test, no_proof);
     let mut reasons = vec![reason];
     if judgement.is_change() {
         reasons.extend(most(&parameters[..9]));
@@ -196,8 +203,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         test,
         judgement,
         norm_rms_mps2: found.norm.rms_mps2,
-        predicted_rms_mps2: Some(found.norm.predicted_rms_mps2)
-            .filter(|_| evidence.has_covariances),
+        predicted_rms_mps2: has_covariances.then_some(found.norm.predicted_rms_mps2),
         norm_largest_mps2: found.norm.largest_mps2,
         largest_at: found.norm.largest_at.into(),
     };
@@ -205,14 +211,8 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         let is_oriented = pair
             .iter()
             .all(|f| f.accelerometer.fit.is_none_or(|fit| fit.oriented));
-        let (test, judgement, reason) = evidence.judge(
-            [
-                "the orientation of the axes in the case",
-                "differs",
-                "agrees",
-            ],
-            Some(turn.test).filter(|_| is_oriented),
-        );
+        let test = tested(turn.test).filter(|_| is_oriented);
+        let (judgement, reason) = judge("directions of the axes in the case", test, no_proof);
         reasons.push(reason);
         OrientationDifference {
             angle_deg: turn.value.norm().to_degrees(),
@@ -231,9 +231,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
         _ => Judgement::Differ,
     };
     if orientation.is_none() {
-        reasons.push(
-            "the orientation of the axes differs: one is the mirror image of the other".to_owned(),
-        );
+        reasons.push("one frame is the mirror image of the other".to_owned());
         findings.push(finding!(
             FramesMirrored,
             "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign"
@@ -256,59 +254,23 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     })
 }
 
-/// What a judgement may rest on.
-struct Evidence {
-    has_covariances: bool,
-    /// Why agreement would prove nothing.
-    no_proof: Option<&'static str>,
-}
-
-impl Evidence {
-    fn new([a, b]: [&CalibrationFile; 2], findings: &mut Vec<Finding>) -> Evidence {
-        let [x, y] = [&a.accelerometer, &b.accelerometer];
-        let is_same = x.matrix == y.matrix && x.bias == y.bias;
-        let shared = shared(a, b).filter(|_| !is_same);
-        let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
-        let has_covariances = has_covariance(x) && has_covariance(y);
-        let no_proof = if is_same {
-            Some("both files contain the same parameters")
-        } else if !has_covariances {
-            Some("one of the files has no covariance")
-        } else {
-            let same = "both were made from the same recordings";
-            shared.as_ref().map(|_| same)
-        };
-        findings.extend(shared);
-        Evidence {
-            has_covariances,
-            no_proof,
+/// What comes of the test of a part, if there is one, unless agreement would prove nothing.
+fn judge(part: &str, test: Option<Test>, no_proof: Option<&str>) -> (Judgement, String) {
+    let (test, judgement, verb) = match (test, no_proof) {
+        (Some(test), _) if test.p_value < PART_SIGNIFICANCE => {
+            (test, Judgement::Differ, "differ by more than")
         }
-    }
-
-    /// The test of a part, if there is one, and what comes of it; the part is `named` with its verbs.
-    fn judge(
-        &self,
-        [part, differs, agrees]: [&str; 3],
-        test: Option<Test>,
-    ) -> (Option<Test>, Judgement, String) {
-        let test = test.filter(|test| self.has_covariances && test.degrees_of_freedom > 0);
-        let (found, judgement, verb) = match (test, self.no_proof) {
-            (Some(found), _) if found.p_value < PART_SIGNIFICANCE => {
-                (found, Judgement::Differ, format!("{differs} by more than"))
-            }
-            (Some(found), None) => (found, Judgement::Agree, format!("{agrees} within")),
-            (_, why) => {
-                let why = why.unwrap_or("one of the sessions has faces on less than two axes");
-                let reason = format!("{part}: not tested, {why}");
-                return (test, Judgement::Undecided, reason);
-            }
-        };
-        let (p, chi_square) = (probability(found.p_value), chi_square(&found));
-        let reason = format!(
-            "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
-        );
-        (test, judgement, reason)
-    }
+        (Some(test), None) => (test, Judgement::Agree, "agree within"),
+        (_, why) => {
+            let why = why.unwrap_or("one of the sessions has faces on less than two axes");
+            return (Judgement::Undecided, format!("{part}: not tested, {why}"));
+        }
+    };
+    let (p, chi_square) = (probability(test.p_value), chi_square(&test));
+    let reason = format!(
+        "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
+    );
+    (judgement, reason)
 }
 
 fn most(parameters: &[ParameterDifference]) -> Option<String> {
@@ -353,14 +315,6 @@ fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
         SameRecordings,
         "{count} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing"
     ))
-}
-
-/// Gravity and quality.
-fn circumstances([a, b]: [&CalibrationFile; 2], names: [&str; 2], findings: &mut Vec<Finding>) {
-    findings.extend(gravity_differs(a.gravity_mps2, b.gravity_mps2));
-    for (file, name) in [a, b].into_iter().zip(names) {
-        findings.extend(file.poor_finding().map(|f| f.in_file(name)));
-    }
 }
 
 /// Both as numbers, with readings divided by their nominal scale.

@@ -34,17 +34,17 @@ use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
 use gravical_recording::write::{Cell, Table};
-use gravical_recording::{Role, source};
+use gravical_recording::{BatchReader, Format, Role, Rows, source};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::find_rests;
-use crate::recording::{AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit};
+use crate::recording::{
+    AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, nominal_accel,
+};
 use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
-use gravical_recording::{BatchReader, Format, Rows};
 
 /// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
 const CLOCK_SET_S: f64 = 1.0;
@@ -126,8 +126,7 @@ pub fn convert_file(
     let label = |format: &Format| format.columns.iter().position(|c| c.role == Role::Label);
     let copied = |format: &Format| label(format).map(|c| (c, c)).into_iter().collect();
     let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, copied)?;
-    let stills = find_rests(&reader.recording);
-    settle(&mut reader.recording, &stills);
+    settle(&mut reader.recording);
     let recording = &reader.recording;
     let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
     let (mut conversion, cells) = Conversion::new(recording, options)?;
@@ -135,16 +134,16 @@ pub fn convert_file(
     let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
     let table = Table::plain(cells.into_iter().chain(label_cell), label);
     let columns = table.names.clone();
-    let (recording, ledger, written, found) =
+    let (recording, written, found) =
         write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
     let findings = recording.findings.into_iter().chain(found);
     Ok(ConvertSummary {
         start_unix_s,
         description: recording.description,
         serial: recording.serial,
-        lines: ledger.lines as u64,
+        lines: recording.ledger.lines as u64,
         rows: written as u64,
-        set_aside: set_aside(&ledger),
+        set_aside: set_aside(&recording.ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,
@@ -174,22 +173,14 @@ struct Conversion {
 impl Conversion {
     /// The conversion, and the columns of values of the table.
     fn new(recording: &Recording, options: &ConvertOptions) -> Result<(Self, Vec<(String, Cell)>)> {
-        let here = Path::new(&recording.name);
         let in_g = options.output_unit == OutputUnit::StandardGravity;
-        let per_mps2 = recording.accel_scale.nominal().ok_or_else(|| {
-            let what = "counts of unknown range: they have no unit to convert from";
-            Error::input("unit-unknown", what)
-                .at(here, None)
-                .with_hint("give the range, for example of ±2 g")
-                .advise("accel_unit", "counts")
-                .advise("accel_range", "2")
-        })?;
+        let per_mps2 = nominal_accel(recording)?;
         let start_s = match recording.start_unix_s() {
             Some(start_s) if options.absolute_time => start_s,
             None if options.absolute_time => {
                 let what = "nothing in this recording says when it was made";
                 return Err(Error::input("no-date", what)
-                    .at(here, None)
+                    .at(recording.name.as_ref(), None)
                     .with_hint("leave absolute time out: times are seconds since the first row")
                     .advise("absolute_time", ""));
             }

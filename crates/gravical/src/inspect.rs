@@ -9,9 +9,7 @@ use crate::poses::face::{AxisMap, Face};
 use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
-use crate::recording::Timing;
-use crate::recording::units::{AccelScale, GyroScale};
-use crate::recording::{Finding, FindingKind, Recording};
+use crate::recording::{AccelScale, Finding, FindingKind, GyroScale, Recording, Timing};
 use crate::stats::moments;
 use crate::temperature::study;
 
@@ -85,7 +83,6 @@ pub struct StillSpan {
 }
 
 /// Inspects a recording; `axes` are those of its case.
-#[must_use]
 pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let spans = find_rests(recording);

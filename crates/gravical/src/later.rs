@@ -21,7 +21,7 @@ pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
 pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
 /// Says that two values of gravity, m/s², are not the same.
-pub(crate) fn gravity_differs(first: f64, second: f64) -> Option<Finding> {
+pub(crate) fn gravity_differs([first, second]: [f64; 2]) -> Option<Finding> {
     let off = (second / first - 1.0).abs();
     (off > SAME_GRAVITY).then(|| {
         finding!(

@@ -15,14 +15,6 @@ pub fn decimals_of(value: f64, digits: i32) -> usize {
     (digits - 1 - magnitude).clamp(0, 6) as usize
 }
 
-/// Two digits of the standard deviation where there is one, else six digits of `scale`.
-pub fn decimals_by(sd: Option<f64>, scale: f64) -> usize {
-    match sd {
-        Some(sd) if sd > 0.0 && sd.is_finite() => decimals_for(sd),
-        _ => decimals_of(scale, 6),
-    }
-}
-
 /// `value` with `decimals`; no sign if it rounds to zero.
 pub fn fixed(value: f64, decimals: usize) -> String {
     if !value.is_finite() {

@@ -20,12 +20,10 @@ const PREFIX: &str = ".gravical-";
 /// `exists` (usage) if the file exists and `force` is false; `is-folder`.
 pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path == Path::new("-") {
-        return Err(Error::usage(
-            "stdout-target",
-            "a file is written here, which standard output is not",
-        )
-        .with_hint("name a file, or have the result printed")
-        .advise("json", "true"));
+        let what = "a file is written here, which standard output is not";
+        return Err(Error::usage("stdout-target", what)
+            .with_hint("name a file, or have the result printed")
+            .advise("json", "true"));
     }
     let name = path.as_os_str().to_string_lossy();
     if path.is_dir() || name.ends_with(['/', MAIN_SEPARATOR]) {
@@ -87,11 +85,9 @@ pub fn is_special(path: &Path) -> bool {
 /// `no-folder` (usage), with the error of the file system; `stdout-target` (usage) for `-`.
 pub fn make_folder(path: &Path) -> Result<()> {
     if path == Path::new("-") {
-        return Err(Error::usage(
-            "stdout-target",
-            "several files are written into a folder, which standard output is not",
-        )
-        .with_hint("name a folder (one that is called - is ./-)"));
+        let what = "several files are written into a folder, which standard output is not";
+        return Err(Error::usage("stdout-target", what)
+            .with_hint("name a folder (one that is called - is ./-)"));
     }
     std::fs::create_dir_all(path).map_err(|e| {
         Error::usage("no-folder", format!("the folder cannot be created: {e}"))

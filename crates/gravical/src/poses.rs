@@ -120,17 +120,6 @@ impl Interval {
     pub fn is_turn(&self) -> bool {
         matches!(self.claim, Some(Claim::Turn(_)))
     }
-
-    fn into_turn(self) -> Option<Turn> {
-        let Some(Claim::Turn(axis)) = self.claim else {
-            return None;
-        };
-        Some(Turn {
-            axis,
-            recording: self.recording,
-            rows: self.rows,
-        })
-    }
 }
 
 /// A full turn about an axis of the case.
@@ -172,7 +161,17 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     let mut findings = Vec::new();
     let named = cut_recordings(recordings, options, &mut findings)?;
-    let (turns, intervals): (Vec<_>, Vec<_>) = named.into_iter().partition(Interval::is_turn);
+    let (mut turns, mut intervals) = (Vec::new(), Vec::new());
+    for interval in named {
+        match interval.claim {
+            Some(Claim::Turn(axis)) => turns.push(Turn {
+                axis,
+                recording: interval.recording,
+                rows: interval.rows,
+            }),
+            _ => intervals.push(interval),
+        }
+    }
     if intervals.is_empty() {
         let error = found::never_still(&recordings[0]);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
@@ -185,7 +184,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     findings.extend(named::check_names(&poses));
     Ok(Segmentation {
         poses,
-        turns: turns.into_iter().filter_map(Interval::into_turn).collect(),
+        turns,
         noise,
         gyro_scale,
         findings,
@@ -264,21 +263,14 @@ pub(crate) fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let is_why = |f: &&Finding| {
-        matches!(
-            f.kind,
-            FindingKind::WithoutGravity | FindingKind::UnitUnknown
-        )
-    };
-    let why = recording.findings.iter().find(is_why);
-    let hint = match why.map(|f| f.kind) {
-        Some(FindingKind::WithoutGravity) => "calibrate with recordings of the raw acceleration",
-        _ => "give the unit; counts stands for counts of any scale",
-    };
+    let kinds = [FindingKind::WithoutGravity, FindingKind::UnitUnknown];
+    let why = recording.findings.iter().find(|f| kinds.contains(&f.kind));
     let text = why.map_or("the unit is not known", |f| f.message.as_str());
-    let error = Error::input("unit-unknown", text).at(recording.name.as_ref(), None);
+    let error = Error::input("unit-unknown", text)
+        .at(recording.name.as_ref(), None)
+        .with_hint("calibrate with raw acceleration, and give its unit; counts stands for counts of any scale");
     let options = why.into_iter().flat_map(|f| &f.options);
-    options.fold(error.with_hint(hint), |error, advice| {
+    options.fold(error, |error, advice| {
         error.advise(&advice.name, &advice.value)
     })
 }

@@ -41,35 +41,44 @@ pub use gravical_recording::{
 };
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 
+/// Size of one m/s² in the numbers of the accelerometer.
+///
+/// # Errors
+///
+/// `unit-unknown` for counts of unknown range.
+pub(crate) fn nominal_accel(recording: &Recording) -> Result<f64> {
+    recording.accel_scale.nominal().ok_or_else(|| {
+        let what = "counts of unknown range have no unit";
+        Error::input("unit-unknown", what)
+            .at(recording.name.as_ref(), None)
+            .with_hint("give the range, for example of ±2 g")
+            .advise("accel_unit", "counts")
+            .advise("accel_range", "2")
+    })
+}
+
 /// The serial number that the files name, if any does.
 ///
 /// # Errors
 ///
 /// `sensors-differ` where they name several.
 pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
-    let named = || {
-        recordings
-            .iter()
-            .filter_map(|r| Some((r, r.serial.as_ref()?)))
-    };
-    let Some((one, serial)) = named().next() else {
+    let named = recordings.iter().map(|r| (&r.name, r.serial.as_ref()));
+    let mut named = named.filter_map(|(name, serial)| Some((name, serial?)));
+    let Some((one, serial)) = named.next() else {
         return Ok(None);
     };
-    match named().find(|(_, other)| *other != serial) {
-        None => Ok(Some(serial.clone())),
-        Some((other, another)) => Err(Error::input(
-            "sensors-differ",
-            format!(
-                "{} is of the sensor with the serial number {serial}, {} of {another}",
-                one.name, other.name
-            ),
-        )
-        .at(other.name.as_ref(), None)
+    let Some((other, another)) = named.find(|(_, another)| *another != serial) else {
+        return Ok(Some(serial.clone()));
+    };
+    let what =
+        format!("{one} is of the sensor with the serial number {serial}, {other} of {another}");
+    Err(Error::input("sensors-differ", what)
+        .at(other.as_ref(), None)
         .with_hint(
             "calibrate the recordings of each sensor alone; or name the sensor if they are of one",
         )
-        .advise("sensor_id", "")),
-    }
+        .advise("sensor_id", ""))
 }
 
 /// Adds to an error what reading `recordings` lost: too few poses can be too few rows.
@@ -87,11 +96,10 @@ pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
         return error;
     };
     let file = path_word(Path::new(name));
-    let look = format!("`gravical inspect {file}` shows the damaged lines");
-    let hint = match error.hint() {
-        Some(hint) => format!("{look}; {hint}"),
-        None => look,
-    };
+    let mut hint = format!("`gravical inspect {file}` shows the damaged lines");
+    if let Some(first) = error.hint() {
+        hint += &format!("; {first}");
+    }
     let losses = losses.join(", ");
     error
         .with_detail(&format!("; reading {name} lost samples: {losses}"))

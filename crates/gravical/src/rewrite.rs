@@ -6,11 +6,11 @@ use std::path::Path;
 use gravical_recording::write::{Table, Writer};
 use gravical_recording::{BatchReader, Rows};
 
-use crate::recording::{Finding, Ledger, Recording};
+use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
 /// Writes the rows of `reader` as `table`, whose columns of values `columns` makes of each batch.
-/// Returns the recording, its lines, the number of rows that were written, and findings about later rows.
+/// Returns the recording, the number of rows that were written, and findings about later rows.
 ///
 /// # Errors
 ///
@@ -21,7 +21,7 @@ pub(crate) fn write_rows(
     table: Table,
     only_measured: bool,
     mut columns: impl FnMut(&mut Rows) -> Vec<Vec<f64>>,
-) -> Result<(Recording, Ledger, usize, Vec<Finding>)> {
+) -> Result<(Recording, usize, Vec<Finding>)> {
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
     let mut written = 0;
@@ -36,6 +36,6 @@ pub(crate) fn write_rows(
             .map_err(output)?;
     }
     writer.finish().map_err(output)?;
-    let (recording, ledger, findings) = reader.finish(only_measured);
-    Ok((recording, ledger, written, findings))
+    let (recording, findings) = reader.finish(only_measured);
+    Ok((recording, written, findings))
 }

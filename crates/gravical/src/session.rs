@@ -8,7 +8,6 @@ use serde::Deserialize;
 
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use crate::calibration_file::CalibrationFile;
-use crate::escape::path_word;
 use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
@@ -158,20 +157,15 @@ pub fn is_summary(path: &Path) -> bool {
 /// The error of a folder without a recording, with the first that was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
     let error = Error::input("no-recordings", "there is no recording in this folder");
-    let error = error.at(folder, None);
-    let Some(first) = left_out.first() else {
-        let endings = ENDINGS.join(", .");
-        return error.with_hint(format!("recordings are files that end in .{endings}"));
-    };
-    let (file, why) = (first.file.as_deref().unwrap_or("-"), &first.message);
-    let hint = if first.kind == FindingKind::FolderLeftOut {
-        let inside = path_word(Path::new(file));
-        format!("folders inside are not read; name one: {inside}")
-    } else {
-        "`gravical inspect` says of each file what helps".to_owned()
-    };
-    let detail = format!("; {file}: {why}");
-    error.with_detail(&detail).with_hint(hint)
+    let detail = left_out.first().map_or(String::new(), |first| {
+        let file = first.file.as_deref().unwrap_or("-");
+        format!("; {file}: {}", first.message)
+    });
+    let endings = ENDINGS.join(", .");
+    let hint = format!(
+        "recordings are files in it, not in folders inside, that end in .{endings}; `gravical inspect` says of each file what helps"
+    );
+    error.at(folder, None).with_detail(&detail).with_hint(hint)
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
@@ -351,11 +345,10 @@ pub fn read_session(
         }
         (_, _, gyroscopes) => {
             let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
-            let one = |path: &&PathBuf| {
+            for path in gyroscopes {
                 let finding = Finding::note(FindingKind::GyroLeftOut, note).advise("gyro", "");
-                finding.in_file(&path.display().to_string())
-            };
-            left_out.extend(gyroscopes.iter().map(one));
+                left_out.push(finding.in_file(&path.display().to_string()));
+            }
         }
     }
     if recordings.is_empty() {

@@ -4,7 +4,7 @@
 
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::filter::biquad::{Biquad, settle, update};
-use gravical_core::filter::butterworth::{high_pass, low_pass};
+use gravical_core::filter::butterworth::{Pass, design};
 use gravical_core::six_position::{SixPositionMeans, ferraris_accelerometer};
 use gravical_core::unit::local_gravity_mps2;
 
@@ -79,8 +79,8 @@ pub extern "C" fn probe_filter_design(rate_hz: f32, first: f32, out: &mut Option
         low: [Biquad::default(); 2],
         high: [Biquad::default(); 1],
     };
-    let designed = low_pass(4, 20.0, rate_hz, &mut filters.low)
-        .and_then(|()| high_pass(2, 0.5, rate_hz, &mut filters.high));
+    let designed = design(Pass::Low, 4, 20.0, rate_hz, &mut filters.low)
+        .and_then(|()| design(Pass::High, 2, 0.5, rate_hz, &mut filters.high));
     if designed.is_err() {
         return 1;
     }

@@ -53,7 +53,16 @@ pub const fn sections_of(order: usize) -> usize {
     order.div_ceil(2)
 }
 
-/// Designs a low-pass of `order` 1 to 8 that passes 1/√2 (−3 dB) at `cutoff_hz` into `sections`,
+/// The frequencies that a filter passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Those below the cutoff.
+    Low,
+    /// Those above it.
+    High,
+}
+
+/// Designs a filter of `order` 1 to 8 that passes 1/√2 (−3 dB) at `cutoff_hz` into `sections`,
 /// [`sections_of`] the order; samples come at `rate_hz`.
 ///
 /// # Errors
@@ -62,52 +71,23 @@ pub const fn sections_of(order: usize) -> usize {
 ///
 /// ```
 /// use gravical_core::filter::biquad::{Biquad, settle};
-/// use gravical_core::filter::butterworth::low_pass;
+/// use gravical_core::filter::butterworth::{Pass, design};
 ///
 /// let mut filter = [Biquad::<f64>::default()];
-/// low_pass(2, 44.0, 1000.0, &mut filter)?;
+/// design(Pass::Low, 2, 44.0, 1000.0, &mut filter)?;
 /// assert!((settle(&mut filter, 9.81) - 9.81).abs() < 1e-12);
-/// # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
-/// ```
-pub fn low_pass<T: Real>(
-    order: usize,
-    cutoff_hz: T,
-    rate_hz: T,
-    sections: &mut [Biquad<T>],
-) -> Result<(), DesignError> {
-    design(order, cutoff_hz, rate_hz, true, sections)
-}
-
-/// Designs a high-pass, as [`low_pass`] does a low-pass.
 ///
-/// # Errors
-///
-/// [`DesignError`], for an order or cutoff that cannot be had.
-///
-/// ```
-/// use gravical_core::filter::biquad::{Biquad, settle};
-/// use gravical_core::filter::butterworth::high_pass;
-///
-/// // Gravity is a constant: it is taken away.
+/// // Gravity is a constant: a high-pass takes it away.
 /// let mut filter = [Biquad::<f64>::default(); 2];
-/// high_pass(3, 0.5, 100.0, &mut filter)?;
+/// design(Pass::High, 3, 0.5, 100.0, &mut filter)?;
 /// assert!(settle(&mut filter, 9.81).abs() < 1e-9);
 /// # Ok::<(), gravical_core::filter::butterworth::DesignError>(())
 /// ```
-pub fn high_pass<T: Real>(
+pub fn design<T: Real>(
+    pass: Pass,
     order: usize,
     cutoff_hz: T,
     rate_hz: T,
-    sections: &mut [Biquad<T>],
-) -> Result<(), DesignError> {
-    design(order, cutoff_hz, rate_hz, false, sections)
-}
-
-fn design<T: Real>(
-    order: usize,
-    cutoff_hz: T,
-    rate_hz: T,
-    is_low: bool,
     sections: &mut [Biquad<T>],
 ) -> Result<(), DesignError> {
     if !(1..=MAX_ORDER).contains(&order) {
@@ -125,7 +105,10 @@ fn design<T: Real>(
     }
     let (one, two) = (T::one(), T::from_f64(2.0));
     // All zeros lie at z = −sign.
-    let (sign, passed) = if is_low { (one, k) } else { (-one, one) };
+    let (sign, passed) = match pass {
+        Pass::Low => (one, k),
+        Pass::High => (-one, one),
+    };
     for (i, section) in sections.iter_mut().enumerate() {
         *section = if let Some(inverse_q) = inverse_q::<T>(order, i) {
             // s²/Ω² + s/(QΩ) + 1 with s = (1 − z⁻¹)/(1 + z⁻¹).
@@ -177,7 +160,7 @@ mod tests {
             (2, 5.0, 0.0, 1, Cutoff),
             (2, 5.0, f64::NAN, 1, Cutoff),
         ] {
-            let refused = low_pass(order, cutoff_hz, rate_hz, &mut filter(count));
+            let refused = design(Pass::Low, order, cutoff_hz, rate_hz, &mut filter(count));
             assert_eq!(refused, Err(error), "{cutoff_hz} Hz at {rate_hz} Hz");
         }
     }

@@ -11,11 +11,11 @@
 //!
 //! ```
 //! use gravical_core::filter::biquad::{Biquad, settle, update};
-//! use gravical_core::filter::butterworth::low_pass;
+//! use gravical_core::filter::butterworth::{Pass, design};
 //!
 //! // Fourth order, 20 Hz, at 1 kHz: two sections.
 //! let mut filter = [Biquad::<f32>::default(); 2];
-//! low_pass(4, 20.0, 1000.0, &mut filter)?;
+//! design(Pass::Low, 4, 20.0, 1000.0, &mut filter)?;
 //! // The first reading starts it without a jump.
 //! settle(&mut filter, 9.81);
 //! let mut smooth_mps2 = 0.0;

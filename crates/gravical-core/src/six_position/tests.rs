@@ -69,8 +69,8 @@ fn what_is_wrong_is_named() {
         .for_each(|row| row[1] += 1e-14);
     for (changed, g, error) in [
         (with(&|row| row[2] = f64::NAN), 9.81, NotFinite),
-        (means, f64::NAN, NotFinite),
-        (means, f64::INFINITY, NotFinite),
+        (means, f64::NAN, GravityNotPositive),
+        (means, f64::INFINITY, GravityNotPositive),
         (means, 0.0, GravityNotPositive),
         (means, -9.81, GravityNotPositive),
         (frozen, 9.81, VanishedRow { channel: 1 }),

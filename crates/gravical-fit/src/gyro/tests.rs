@@ -8,13 +8,15 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-const G: f64 = 9.81;
-const RATE_HZ: f64 = 100.0;
-const DEG: f64 = std::f64::consts::PI / 180.0;
+/// Readings are calibrated already.
 const IDENTITY: Calibration<f64> = Calibration {
     matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     bias: [0.0; 3],
 };
+
+const G: f64 = 9.81;
+const RATE_HZ: f64 = 100.0;
+const DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// A session of simulated sensors.
 #[derive(Debug, Clone, Copy)]

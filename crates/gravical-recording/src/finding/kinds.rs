@@ -97,7 +97,6 @@ kinds! {
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";
-    GyroUnitUnknown "gyro-unit-unknown" Warning "`noise`: the unit or range of the gyroscope is unknown";
     TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";
     RowsAsPoses "rows-as-poses" Note "rows that point everywhere and are similar in magnitude";
     LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn, or turns that cannot be used";

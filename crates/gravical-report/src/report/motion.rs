@@ -4,7 +4,7 @@
 use gravical::calibration_file::Grade;
 use gravical::core::matrix3::norm;
 use gravical::motion::{Budget, Comparison, Ends, MotionJudgement, MotionResult};
-use gravical::numfmt::{decimals_by, decimals_for, decimals_of, digits, fixed, words};
+use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, words};
 use gravical::recording::Recording;
 
 use super::inspection::origin;
@@ -83,7 +83,7 @@ fn displacement(result: &MotionResult) -> Option<String> {
     };
     let parts: [f64; 3] = std::array::from_fn(|i| s[i] * displacement[i] / long);
     let sd = norm(&parts);
-    let long = fixed(long, decimals_by(Some(sd), long));
+    let long = fixed(long, decimals_for(sd));
     Some(format!("displacement {long} ± {} m (± 1σ)", digits(sd, 2)))
 }
 

@@ -1,7 +1,7 @@
 //! Report of the noise of a sensor.
 
 use gravical::noise::{ChannelNoise, NoiseResult, Term, Unit, duration_text};
-use gravical::numfmt::{count, decimals_for, fixed, small};
+use gravical::numfmt::{count, decimals_for, fixed, small, unit};
 
 use super::short_name;
 use crate::document::{Block, Cell, Document, Section, Table};
@@ -58,14 +58,15 @@ fn parameters(sensor: &str, channels: &[&ChannelNoise]) -> Table {
     let gyroscope = sensor == "gyroscope";
     let mut table = Table::new(sensor, [""]).columns(channels.iter().map(|c| c.channel.as_str()));
     for term in Term::ALL {
-        let Unit { name, factor, .. } = Unit::of(term, gyroscope);
+        let Unit { name, factor } = Unit::of(term, gyroscope);
         let cells = channels.iter().map(|c| value(c, term, factor));
         table = table.row(format!("{}, {name}", term.symbol()), cells);
     }
     // In SI units, which code needs.
     let n = channels.iter().map(|c| c.n.as_ref().map(|n| n.value));
     let n = n.map(|n| Cell::maybe(n, |n| format!("{n:.2e}")));
-    table.row(format!("N, {}", Unit::of(Term::N, gyroscope).si), n)
+    let si = channels.first().map_or(String::new(), |c| unit(&c.unit));
+    table.row(format!("N, {si}/√Hz"), n)
 }
 
 fn value(channel: &ChannelNoise, term: Term, factor: f64) -> Cell {

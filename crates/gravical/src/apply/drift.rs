@@ -19,8 +19,6 @@ pub struct TemperatureOutcome {
     pub channels: Vec<&'static str>,
     /// Range of the model, °C.
     pub range_c: [f64; 2],
-    /// Rows more than 0.5 °C outside the range: the drift at its edge was used.
-    pub rows_outside: u64,
 }
 
 /// Temperature correction of a recording.
@@ -112,7 +110,6 @@ impl Drift {
         TemperatureOutcome {
             channels: self.channels,
             range_c: self.model.range_c,
-            rows_outside: self.outside.count(),
         }
     }
 }

@@ -5,7 +5,7 @@ mod units;
 use super::*;
 use crate::Error;
 use crate::finding::Advice;
-use crate::recording::{Origin, read_bytes};
+use crate::recording::{AccelUnit, Origin, read_bytes};
 use gravical_recording::bytes::from_reader;
 use std::io;
 

@@ -23,7 +23,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use gravical_core::filter::biquad::Biquad;
-use gravical_core::filter::butterworth::{MAX_ORDER, high_pass, low_pass, sections_of};
+use gravical_core::filter::butterworth::{MAX_ORDER, Pass, design, sections_of};
 use nalgebra::{DMatrix, DVector};
 
 use crate::numfmt::digits;
@@ -98,39 +98,31 @@ impl FilterSpec {
     ///
     /// `filter-range` (usage), with the range.
     pub fn validate(&self) -> Result<()> {
-        let is_window = |window: usize, min: usize, max: usize| {
-            (min..=max).contains(&window) && !window.is_multiple_of(2)
+        let is_odd = |window: usize| !window.is_multiple_of(2);
+        let is_within = match *self {
+            FilterSpec::SavitzkyGolay { window, order } => {
+                is_odd(window) && window <= MAX_WINDOW && order < window.min(MAX_POLYNOMIAL + 1)
+            }
+            FilterSpec::Butterworth {
+                order, cutoff_hz, ..
+            } => (1..=MAX_ORDER).contains(&order) && cutoff_hz > 0.0 && cutoff_hz.is_finite(),
+            FilterSpec::Hampel { window, sigmas } => {
+                is_odd(window)
+                    && (3..=MAX_HAMPEL).contains(&window)
+                    && (0.0..=1e6).contains(&sigmas)
+            }
         };
-        let range = match *self {
-            FilterSpec::SavitzkyGolay { window, .. } if !is_window(window, 1, MAX_WINDOW) => {
-                format!("the window has to be an odd number of samples up to {MAX_WINDOW}")
-            }
-            FilterSpec::SavitzkyGolay { window, order }
-                if order >= window || order > MAX_POLYNOMIAL =>
-            {
-                format!("the order has to be below the window and at most {MAX_POLYNOMIAL}")
-            }
-            FilterSpec::Hampel { window, .. } if !is_window(window, 3, MAX_HAMPEL) => {
-                format!("the window has to be an odd number of samples, 3 to {MAX_HAMPEL}")
-            }
-            FilterSpec::Hampel { sigmas, .. } if !(0.0..=1e6).contains(&sigmas) => {
-                "sigmas have to be between 0 and 1e6".to_owned()
-            }
-            FilterSpec::Butterworth { order, .. } if !(1..=MAX_ORDER).contains(&order) => {
-                format!("the order has to be 1 to {MAX_ORDER}")
-            }
-            FilterSpec::Butterworth { cutoff_hz, .. }
-                if !(cutoff_hz > 0.0 && cutoff_hz.is_finite()) =>
-            {
-                "the cutoff has to be above 0 Hz".to_owned()
-            }
-            _ => return Ok(()),
-        };
-        Err(Error::usage("filter-range", format!("{self}: {range}")).with_hint(EXAMPLES))
+        if is_within {
+            return Ok(());
+        }
+        let hint = format!(
+            "windows are odd, up to {MAX_WINDOW} (savgol, mean) or 3 to {MAX_HAMPEL} (hampel); orders are below the window and at most {MAX_POLYNOMIAL} (savgol), or 1 to {MAX_ORDER}; a cutoff is above 0 Hz, sigmas are 0 to 1e6"
+        );
+        let what = format!("{self}: a parameter is out of range");
+        Err(Error::usage("filter-range", what).with_hint(hint))
     }
 
     /// True if a constant is unchanged.
-    #[must_use]
     pub fn keeps_constants(&self) -> bool {
         match self {
             FilterSpec::Butterworth { is_high_pass, .. } => !is_high_pass,
@@ -291,7 +283,6 @@ impl Filter {
 
     /// Standard deviation of white noise after the filter over that before it: the root of the sum of
     /// squares of its impulse response. `None` for Hampel, which has no impulse response.
-    #[must_use]
     pub fn noise_gain(&self) -> Option<f64> {
         let memory = self.memory?;
         let mut response = vec![0.0; 2 * memory + 1];
@@ -346,12 +337,8 @@ fn butterworth(
         designed_hz = rate_hz / PI * omega.atan();
     }
     let mut sections = vec![Biquad::default(); sections_of(order)];
-    let design = if is_high_pass {
-        high_pass::<f64>
-    } else {
-        low_pass::<f64>
-    };
-    design(order, designed_hz, rate_hz, &mut sections)
+    let pass = if is_high_pass { Pass::High } else { Pass::Low };
+    design(pass, order, designed_hz, rate_hz, &mut sections)
         .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
     // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
     let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();

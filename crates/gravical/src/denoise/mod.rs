@@ -26,7 +26,7 @@
 //!     csv += &format!("{},{noise:.3},{:.3},{:.3}\n", 10 * i, -noise, 9.81 + noise);
 //! }
 //! let mut recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
-//! let options = DenoiseOptions::new(["butter:4,5Hz".parse()?]);
+//! let options = DenoiseOptions { filters: vec!["butter:4,5Hz".parse()?] };
 //! let summary = denoise(&mut recording, &options)?;
 //! assert!(summary.filters[0].noise_gain.unwrap() < 0.4);
 //! # Ok::<(), gravical::Error>(())
@@ -51,7 +51,6 @@ use serde::{Deserialize, Serialize};
 use crate::calibration_file::InputFile;
 use crate::finding::{Finding, finding};
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::find_rests;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::stats::pooled_deviation;
@@ -73,13 +72,6 @@ pub struct DenoiseOptions {
 }
 
 impl DenoiseOptions {
-    /// Options with these filters.
-    #[must_use]
-    pub fn new(filters: impl IntoIterator<Item = FilterSpec>) -> Self {
-        let filters = filters.into_iter().collect();
-        DenoiseOptions { filters }
-    }
-
     /// Checks ranges.
     ///
     /// # Errors
@@ -121,8 +113,6 @@ pub struct DenoiseSummary {
     pub recorded: Sigmas,
     /// The filters in the order in which they ran.
     pub filters: Vec<FilterOutcome>,
-    /// Names of the columns that were written; empty before writing.
-    pub columns: Vec<String>,
     /// All findings, including those of reading.
     pub findings: Vec<Finding>,
 }
@@ -178,7 +168,6 @@ pub fn denoise_file(
     let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
     let table = table(&reader.format);
     let mut summary = denoise(&mut reader.recording, options)?;
-    summary.columns.clone_from(&table.names);
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
     let offset = reader.recording.zero_offset * f64::from(keeps_offset);
@@ -219,8 +208,7 @@ fn table(format: &Format) -> Table {
 /// the steps are uneven, for all filters but Hampel's.
 pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
     options.validate()?;
-    let rests = find_rests(recording);
-    settle(recording, &rests);
+    let rests = settle(recording);
     let rate_hz = recording.timing.rate_hz();
     let designed = options.filters.iter();
     let designed = designed.map(|spec| Filter::design(spec, rate_hz));
@@ -277,7 +265,6 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
         gyro_unit: unknown_gyro.map_or("rad/s", |scale| scale.unit.name()),
         recorded,
         filters,
-        columns: Vec::new(),
         findings: findings.collect(),
     })
 }

@@ -49,8 +49,8 @@ use crate::finding::{Finding, LineSpans, finding};
 use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
-use crate::poses::rests::{find_quiet, find_rests, why_never_static};
-use crate::recording::{self, ReadOptions, Recording};
+use crate::poses::rests::{find_quiet, why_never_static};
+use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
 use crate::{Error, Result};
@@ -98,16 +98,9 @@ pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
 pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     recording.refuse_averaged("use `noise`, which reads the file")?;
     check_units(std::slice::from_ref(&recording))?;
-    let Some(accel_per_si) = recording.accel_scale.nominal() else {
-        let what = "counts of unknown scale: the noise has no unit";
-        return Err(Error::input("unit-unknown", what)
-            .at(Path::new(&recording.name), None)
-            .with_hint("give the range in g")
-            .advise("accel_range", "2"));
-    };
+    let accel_per_si = nominal_accel(&recording)?;
     let (ranges, rate_hz) = used_ranges(&recording)?;
-    let rests = find_rests(&recording);
-    settle(&mut recording, &rests);
+    settle(&mut recording);
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
     pieces.leave_out_disturbances(&recording.accel, &recording.resolution[0], width);
@@ -116,8 +109,8 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
     if recording.gyro.is_some() && gyro_per_si.is_none() {
         let unknown = finding!(
-            GyroUnitUnknown,
-            "the scale of the gyroscope is unknown: its noise is left out; give its unit, or its range"
+            GyroNotUsed,
+            "the unit of the gyroscope is unknown, so its noise is left out; give the unit, and the range for counts"
         );
         findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
     }
@@ -132,8 +125,12 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         let segments = pieces.samples(&column);
         segment_count = segment_count.max(segments.len() as u64);
         let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
-        // Of hardly two samples in a row there is nothing to say; the cells are reported as empty.
         if channel.adev.is_empty() {
+            findings.push(finding!(
+                EmptyCells,
+                "{}: hardly two samples at rest follow each other; its noise is left out",
+                channel.channel
+            ));
             continue;
         }
         let step = recording.resolution[i / 3][i % 3] / per_si;
@@ -175,7 +172,6 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
 
 /// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
 /// begins with `g` is a gyroscope.
-#[must_use]
 pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
     noise_of_segments(channel, &[samples.to_vec()], period_s)
 }
@@ -184,32 +180,24 @@ pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> Channe
 fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let here = Path::new(&recording.name);
     let Some(rate_hz) = recording.timing.rate_hz() else {
-        return Err(Error::usage(
-            "rate-unknown",
-            "there are no time stamps and no sampling rate: averaging times are unknown",
-        )
-        .at(here, None)
-        .with_hint("give the rate in Hz")
-        .advise("rate", "100"));
+        let what = "there are no time stamps and no sampling rate: averaging times are unknown";
+        return Err(Error::usage("rate-unknown", what)
+            .at(here, None)
+            .with_hint("give the rate in Hz")
+            .advise("rate", "100"));
     };
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < MIN_DURATION_S {
-        let what = if longest == 0 {
-            format!(
-                "the sensor is never at rest: {}",
-                why_never_static(recording)
-            )
-        } else {
-            format!("the longest static interval takes {longest_s:.1} s")
+        let what = match longest {
+            0 => why_never_static(recording),
+            _ => format!("the longest static interval takes {longest_s:.1} s"),
         };
-        return Err(Error::input(
-            "not-at-rest",
-            format!("{what}: noise is what a sensor shows while nothing moves"),
-        )
-        .at(here, None)
-        .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
+        let what = format!("noise is what a sensor shows while nothing moves, and {what}");
+        return Err(Error::input("not-at-rest", what)
+            .at(here, None)
+            .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
     }
     ranges.retain(|range| range.len() as f64 >= MIN_OF_LONGEST * longest as f64);
     Ok((ranges, rate_hz))

@@ -46,7 +46,6 @@ pub struct NoiseResult {
 #[cfg(feature = "schema")]
 impl NoiseResult {
     /// JSON schema of the file.
-    #[must_use]
     pub fn schema() -> serde_json::Value {
         schemars::schema_for!(NoiseResult).to_value()
     }
@@ -106,7 +105,6 @@ pub struct ChannelNoise {
 
 impl ChannelNoise {
     /// The estimate of a term.
-    #[must_use]
     pub fn estimate(&self, term: Term) -> Option<&Estimate> {
         match term {
             Term::N => self.n.as_ref(),
@@ -116,13 +114,11 @@ impl ChannelNoise {
     }
 
     /// Why a term is not observable.
-    #[must_use]
     pub fn missing(&self, term: Term) -> Option<&NotObservable> {
         self.not_observable.iter().find(|t| t.term == term.symbol())
     }
 
     /// True for an axis of the gyroscope.
-    #[must_use]
     pub fn is_gyroscope(&self) -> bool {
         self.channel.starts_with('g')
     }
@@ -170,7 +166,6 @@ pub struct Misfit {
 
 impl FittedCurve {
     /// Allan deviation at an averaging time.
-    #[must_use]
     pub fn deviation(&self, tau_s: f64) -> f64 {
         let terms = Term::ALL.iter().zip(self.parameters);
         let noise: f64 = terms.map(|(term, x)| x * x * term.shape(tau_s)).sum();
@@ -213,30 +208,26 @@ pub struct Unit {
     pub name: &'static str,
     /// Printed values per value in SI units.
     pub factor: f64,
-    /// The unit in SI.
-    pub si: &'static str,
 }
 
 impl Unit {
     /// The usual unit of a term, of the gyroscope or of the accelerometer.
-    #[must_use]
     pub fn of(term: Term, gyroscope: bool) -> Self {
         let g = STANDARD_GRAVITY_MPS2;
         let degrees = 1_f64.to_degrees();
-        let (name, factor, si) = match (gyroscope, term) {
-            (false, Term::N) => ("µg/√Hz", 1e6 / g, "m/s²/√Hz"),
-            (false, Term::B) => ("mg", 1e3 / g, "m/s²"),
-            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0, "m/s²/√s"),
-            (true, Term::N) => ("°/√h", degrees * 60.0, "rad/s/√Hz"),
-            (true, Term::B) => ("°/h", degrees * 3600.0, "rad/s"),
-            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0, "rad/s/√s"),
+        let (name, factor) = match (gyroscope, term) {
+            (false, Term::N) => ("µg/√Hz", 1e6 / g),
+            (false, Term::B) => ("mg", 1e3 / g),
+            (false, Term::K) => ("mg/√h", 1e3 / g * 60.0),
+            (true, Term::N) => ("°/√h", degrees * 60.0),
+            (true, Term::B) => ("°/h", degrees * 3600.0),
+            (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
         };
-        Unit { name, factor, si }
+        Unit { name, factor }
     }
 }
 
 /// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
-#[must_use]
 pub fn duration_text(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 120.0 => (s, "s"),

@@ -22,7 +22,6 @@ pub(crate) fn axes_where(is_meant: impl Fn(usize) -> bool) -> Vec<String> {
 }
 
 /// A direction of specific force as an attitude of the case: `x up`, or `x up, tilted 30°, z lowered`.
-#[must_use]
 #[doc(hidden)]
 pub fn in_words(n: [f64; 3]) -> String {
     let (face, angle_deg) = Face::nearest(n);
@@ -74,14 +73,12 @@ impl Default for AxisMap {
 
 impl AxisMap {
     /// A board reading seen in the case's axes.
-    #[must_use]
     pub fn to_case(&self, board: [f64; 3]) -> [f64; 3] {
         self.rows
             .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
     }
 
     /// The case's axis along which the board's axis `board` lies.
-    #[must_use]
     pub fn case_axis(&self, board: usize) -> usize {
         self.rows
             .iter()
@@ -93,7 +90,6 @@ impl AxisMap {
     /// `sent` is what the names call each face that the data show, in the order of
     /// [`Face::all`]. None where no way of mounting and no sign of the sensor
     /// explains them.
-    #[must_use]
     pub fn renamed(&self, sent: &[Face; 6]) -> Option<AxisMap> {
         let mut rows = self.rows;
         for (row, face) in rows.iter_mut().zip(Face::all().into_iter().step_by(2)) {
@@ -124,7 +120,6 @@ impl AxisMap {
 
     /// The map of angular rates, which are axial: the sign of an accelerometer's
     /// axes is none of the gyroscope's.
-    #[must_use]
     pub fn of_rates(self) -> AxisMap {
         let flip = self.mirrors();
         AxisMap {
@@ -154,21 +149,18 @@ impl std::str::FromStr for AxisMap {
                 "give three axes with signs, such as x,-z,y: the new x, y and z, each as an axis of the sensor",
             )
         };
-        let mut rows = Vec::new();
-        for part in text.split(',') {
+        let row = |part: &str| {
             let part = part.trim().to_lowercase();
-            let named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
-            let face = Face::all().into_iter().find(named);
-            let face = face.ok_or_else(|| wrong("not an axis"))?;
-            rows.push((face.axis, face.up));
-        }
-        let rows: [(usize, bool); 3] = rows
-            .try_into()
-            .map_err(|_| wrong("three axes are needed"))?;
-        let [a, b, c] = rows.map(|(axis, _)| axis);
-        if a == b || b == c || a == c {
-            return Err(wrong("each axis has to occur once"));
-        }
+            let is_named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
+            let face = Face::all().into_iter().find(is_named);
+            face.map(|face| (face.axis, face.up))
+        };
+        let rows: Option<Vec<(usize, bool)>> = text.split(',').map(row).collect();
+        let rows = rows.ok_or_else(|| wrong("not an axis"))?;
+        let is_complete = (0..3).all(|axis: usize| rows.iter().any(|row| row.0 == axis));
+        let rows = <[(usize, bool); 3]>::try_from(rows).ok();
+        let rows = rows.filter(|_| is_complete);
+        let rows = rows.ok_or_else(|| wrong("each axis has to occur once"))?;
         let map = AxisMap { rows };
         if map.mirrors() && !map.inverts() {
             return Err(wrong("this mirrors the sensor, which no mounting does"));

@@ -57,21 +57,18 @@ pub(super) fn in_recording(
         // Without a rate a rest may be a pause of a motion.
         let is_assumed = recording.timing.rate_hz().is_none();
         let rows = recording.rows();
-        return match &rests[..] {
-            [] if few => {
-                let what = format!("{rows} rows: no recording of poses, and no table of means");
-                Err(never_static(recording, what))
-            }
-            [] => Err(never_still(recording)),
+        let what = match &rests[..] {
+            [] if few => format!("{rows} rows: no recording of poses, and no table of means"),
+            [] => return Err(never_still(recording)),
             _ if is_brief || is_assumed && is_hardly_static => {
                 let poses = count(directions(recording, &rests, None).len(), "pose");
-                let what = format!(
+                format!(
                     "at rest in {rows_at_rest} of {rows} rows, in {poses}: too little for a calibration"
-                );
-                Err(never_static(recording, what))
+                )
             }
-            _ => Ok(intervals_of(index, rests, None)),
+            _ => return Ok(intervals_of(index, rests, None)),
         };
+        return Err(never_static(recording, what));
     }
     let segments = recording.segments();
     let stem = gravical_recording::source::stem(&recording.name);
@@ -82,8 +79,7 @@ pub(super) fn in_recording(
         Claim::Face(_) => segments.len() == 1,
         Claim::Turn(_) => false,
     });
-    let is_axis = matches!(claimed, Some(Claim::Axis(_)));
-    let poses_of_name = if is_axis { 2 } else { 1 };
+    let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
         return Ok(intervals_of(index, rests, Some(&stem)));
     }

@@ -16,14 +16,13 @@ use gravical_recording::judge::resolution;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;
-use super::rests::with_slow_ends;
+use super::rests::{find_rests, with_slow_ends};
 use super::samples::MAX_NOISE_RAD_S;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
-use crate::stats::floors;
-use crate::stats::moments;
+use crate::stats::{floors, moments};
 
 /// A scale that the data show.
 fn shown(unit: GyroUnit, lsb_per_deg_s: Option<f64>) -> GyroScale {
@@ -75,13 +74,14 @@ pub(crate) fn judge(
     evidence.judge(recording, section, findings)
 }
 
-/// The same, set in the recording with its findings.
-pub(crate) fn settle(recording: &mut Recording, rests: &[Range<usize>]) {
-    let mut findings = Vec::new();
-    if let Some(scale) = judge(recording, None, rests, &mut findings) {
+/// The same between all rests, which are returned, set in the recording with its findings.
+pub(crate) fn settle(recording: &mut Recording) -> Vec<Range<usize>> {
+    let (rests, mut findings) = (find_rests(recording), Vec::new());
+    if let Some(scale) = judge(recording, None, &rests, &mut findings) {
         recording.gyro_scale = Some(scale);
         recording.findings.extend(findings);
     }
+    rests
 }
 
 /// What the data of a session show of the unit.

@@ -50,7 +50,6 @@ pub struct PoseMean {
 /// least that of rounding, and an axis counts for VIF only as far as its noise shows
 /// through: a few flips in a thousand rows say nothing of correlation. A row may be the
 /// mean of several `samples`, which are what is rounded.
-#[must_use]
 pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3], samples: f64) -> PoseNoise {
     let mut squares = [0.0_f64; 3];
     let mut freedom = [0.0_f64; 3];
@@ -104,7 +103,6 @@ pub fn pooled_noise(poses: &[[&[f64]; 3]], step: [f64; 3], samples: f64) -> Pose
 
 /// Mean of a pose over blocks: a robust one is without those that stand out, a plain one over all rows, as the
 /// student report takes it.
-#[must_use]
 pub fn pose_mean(
     channels: &[&[f64]; 3],
     noise: &PoseNoise,

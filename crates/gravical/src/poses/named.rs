@@ -15,10 +15,9 @@ pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result
     let rows = recording.rows();
     let is_wrong = |s: &&Section| s.rows.is_empty() || s.rows.end > rows;
     if let Some(Section { label, rows: wrong }) = sections.iter().find(is_wrong) {
-        return Err(Error::input(
-            "sections-range",
-            format!("section \"{label}\" has the rows {wrong:?}, the recording has {rows} rows"),
-        )
+        let what =
+            format!("section \"{label}\" has the rows {wrong:?}, the recording has {rows} rows");
+        return Err(Error::input("sections-range", what)
         .at(recording.name.as_ref(), None)
         .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
     }

@@ -37,7 +37,6 @@ const BLOCKS_PER_S: usize = 5;
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
 /// are counted in readings. A recording without rests has none: what shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
-#[must_use]
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     let samples = Samples::new(recording);
     let channels = samples.channels();
@@ -56,7 +55,8 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
     let rests = samples.without_turns(rests);
     // The sensor is worn: what rests for less does not count.
-    let is_worn = samples.hours() >= WORN_HOURS && rests.len() >= MANY_POSES;
+    let hours = channels.time_s.len() as f64 * samples.period_s / 3600.0;
+    let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.timing.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
@@ -116,13 +116,9 @@ pub(crate) fn why_never_static(recording: &Recording) -> String {
             rate.to_degrees()
         ),
         // Blocks have five rows or more.
-        _ => match recording.timing.rate_hz() {
-            Some(rate_hz) => {
-                let min_s = MIN_REST_S.max(20.0 / rate_hz);
-                format!("what is quiet is shorter than {min_s:.1} s, or turns")
-            }
-            None => "what is quiet is shorter than 40 readings, or turns".to_owned(),
-        },
+        _ => format!(
+            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (40 readings without a rate), or turns"
+        ),
     }
 }
 
@@ -160,7 +156,7 @@ impl Samples {
             return rest;
         }
         let piece = self.channels().piece(rest.start);
-        let trim = |borders: bool| if borders { size } else { 0 };
+        let trim = |borders: bool| size * usize::from(borders);
         rest.start + trim(rest.start > piece.start)..rest.end - trim(rest.end < piece.end)
     }
 

@@ -67,24 +67,20 @@ impl Samples {
         let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
         let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();
         force.retain(is_whole);
+        let time_s: Vec<f64> = rows.iter().map(|row| *row as f64 * period_s).collect();
+        let after = |row: &usize| rows.partition_point(|r| r < row);
+        let breaks: Vec<usize> = recording.breaks.iter().map(after).collect();
+        let gyro = recording.gyro.as_ref();
         let mut samples = Samples {
-            time_s: rows.iter().map(|row| *row as f64 * period_s).collect(),
+            pieces: pieces(&time_s, period_s, &breaks),
+            time_s,
             force,
-            rate: Vec::new(),
+            rate: gyro.map_or(Vec::new(), |gyro| held(gyro, &rows)),
             period_s,
-            pieces: Vec::new(),
             resolution: [0.0; 6],
             turning_rad_s: TURNING_RAD_S,
             rows,
         };
-        if let Some(gyro) = &recording.gyro {
-            samples.rate = samples.held(gyro);
-        }
-        let breaks = recording.breaks.iter();
-        let breaks: Vec<usize> = breaks
-            .map(|row| samples.rows.partition_point(|r| r < row))
-            .collect();
-        samples.pieces = pieces(&samples.time_s, period_s, &breaks);
         if !samples.rate.is_empty() {
             let (per_rad_s, is_guessed) = samples.rate_scale(recording);
             if is_guessed {
@@ -95,23 +91,6 @@ impl Samples {
         }
         samples.resolution = resolutions(&samples.force, &samples.rate);
         samples
-    }
-
-    /// The gyroscope at each sample; where it was not read, its last reading. Empty if it never was.
-    fn held(&self, gyro: &[Vec<f64>; 3]) -> Vec<[f64; 3]> {
-        let at = |row: &usize| gyro.each_ref().map(|c| c[*row]);
-        let is_read = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
-        let Some(mut last) = self.rows.iter().map(at).find(is_read) else {
-            return Vec::new();
-        };
-        let hold = |row| {
-            let now = at(row);
-            if is_read(&now) {
-                last = now;
-            }
-            last
-        };
-        self.rows.iter().map(hold).collect()
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in
@@ -151,10 +130,6 @@ impl Samples {
         (quantile(variances, QUIET_SHARE) / 3.0).sqrt()
     }
 
-    pub fn hours(&self) -> f64 {
-        self.rows.len() as f64 * self.period_s / 3600.0
-    }
-
     pub fn channels(&self) -> Channels<'_> {
         Channels {
             time_s: &self.time_s,
@@ -165,6 +140,23 @@ impl Samples {
             resolution: self.resolution,
         }
     }
+}
+
+/// The gyroscope in each row; where it was not read, its last reading. Empty if it never was.
+fn held(gyro: &[Vec<f64>; 3], rows: &[usize]) -> Vec<[f64; 3]> {
+    let at = |row: &usize| gyro.each_ref().map(|c| c[*row]);
+    let is_read = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
+    let Some(mut last) = rows.iter().map(at).find(is_read) else {
+        return Vec::new();
+    };
+    let hold = |row| {
+        let now = at(row);
+        if is_read(&now) {
+            last = now;
+        }
+        last
+    };
+    rows.iter().map(hold).collect()
 }
 
 /// Rows for each reading of a sensor that was read faster than it measures.

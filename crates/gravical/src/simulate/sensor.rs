@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 use gravical_core::filter::biquad::Biquad;
-use gravical_core::filter::butterworth::low_pass;
+use gravical_core::filter::butterworth::{Pass, design};
 use gravical_core::matrix3::mul_vec;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
@@ -157,7 +157,7 @@ impl Part {
         let truth = Truth::draw(options);
         let first = truth.measure(plan.force_and_rate(0.0), 0.0);
         let mut filter = [Biquad::default()];
-        let designed = low_pass(2, LOW_PASS_HZ, 1.0 / step_s, &mut filter);
+        let designed = design(Pass::Low, 2, LOW_PASS_HZ, 1.0 / step_s, &mut filter);
         debug_assert!(designed.is_ok(), "a step is a millisecond at most");
         let mut filters = [filter[0]; 6];
         for (filter, input) in filters.iter_mut().zip(first) {

@@ -16,7 +16,6 @@ pub enum Claim {
 /// Reads a claim off a label or the stem of a file name: `x_axis_neg`,
 /// `xminus`, `+z`, `z_p`, `x_a` (antiparallel), `y_rot`, `z_up` …. None when
 /// it claims nothing.
-#[must_use]
 pub fn claim(name: &str) -> Option<Claim> {
     let name = name.trim().to_lowercase().replace('−', "-");
     let (mut axis, mut turn, mut behind_axis) = (None, false, false);
