@@ -54,7 +54,7 @@ static_assert(GYRO_RANGE_DEG_S == 250 || GYRO_RANGE_DEG_S == 500 || GYRO_RANGE_D
               || GYRO_RANGE_DEG_S == 2000, "GYRO_RANGE_DEG_S: 250, 500, 1000 or 2000");
 static_assert(LOW_PASS_HZ == 184 || LOW_PASS_HZ == 94 || LOW_PASS_HZ == 44 || LOW_PASS_HZ == 21
               || LOW_PASS_HZ == 10 || LOW_PASS_HZ == 5, "LOW_PASS_HZ: 184, 94, 44, 21, 10 or 5");
-static_assert(RATE_HZ >= 4 && RATE_HZ <= 1000, "RATE_HZ: 4 to 1000");
+static_assert(RATE_HZ >= 4 && RATE_HZ <= 250, "RATE_HZ: 4 to 250");
 static_assert(FORMAT <= 3 && FORMAT != 2, "FORMAT: 0, 1 or 3");
 
 #ifdef GRAVICAL_CALIBRATION

@@ -62,7 +62,7 @@ impl OriginArgs {
             return CalibrationFile::read_with_input(path).map_err(|error| {
                 match error.category() {
                     Category::Input if inputs.first().is_some_and(is_calibration) => {
-                        error.with_hint("the recording is a calibration: are the two swapped?")
+                        error.with_hint("the recording is a calibration: the calibration comes first, or behind -c in `motion`")
                     }
                     _ => error,
                 }

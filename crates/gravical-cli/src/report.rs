@@ -139,7 +139,7 @@ impl ResultArgs {
 
 #[derive(Debug, clap::Args)]
 pub struct TableArgs {
-    /// File; - is stdout [default: stdout if no terminal]
+    /// File; - is stdout [default: stdout if no terminal, and no --json]
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Overwrite existing files
@@ -160,8 +160,8 @@ impl TableArgs {
         output.filter(|path| *path != Path::new("-"))
     }
 
-    /// Whether the table goes to standard output: with `-o -`, or without `-o` unless that is a terminal,
-    /// where the table would scroll the summary away, or has the summary as JSON.
+    /// Whether the table goes to standard output: with `-o -`; without `-o` unless standard output is a terminal,
+    /// where the table would scroll the summary away, or takes the summary as JSON.
     pub fn is_printed(&self) -> bool {
         match &self.output {
             Some(_) => self.file().is_none(),
@@ -234,8 +234,8 @@ impl TableArgs {
         };
         text::say(&format!("{}{to}", one_line(done)));
         text::say_report(in_words(document, verbose).trim_end());
-        if to.is_empty() && !self.json {
-            text::say("No table was written: -o FILE writes it to a file, -o - prints it here.");
+        if to.is_empty() {
+            text::say("No table was written: -o FILE writes it to a file.");
         }
         Ok(())
     }

@@ -109,7 +109,7 @@ fn factor<const N: usize>(c: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
 pub struct MotionOptions {
     /// How far the calibration may be off.
     pub calibration: CalibrationUncertainty,
-    /// Moments of a walking foot between its swings are nothing special, rather than without velocity.
+    /// Stances of a walking foot are not used as zero-velocity updates.
     pub no_stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,

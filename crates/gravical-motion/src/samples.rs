@@ -124,7 +124,7 @@ impl Samples {
         self
     }
 
-    /// Other values of the same rows, a gyroscope where these have one.
+    /// The same rows with other values, each given by its row.
     pub fn with_values(&self, values: impl Fn(usize) -> ([f64; 3], Option<[f64; 3]>)) -> Samples {
         let values = self.rows.iter().map(|row| values(*row));
         let (force, rate): (Vec<_>, Vec<Option<[f64; 3]>>) = values.unzip();

@@ -85,7 +85,7 @@ impl Clipping {
     }
 
     /// Processes the values of rows, with the offset subtracted, and their lines.
-    pub fn observe_all(&mut self, values: &[f64], lines: &[u32]) {
+    pub fn observe(&mut self, values: &[f64], lines: &[u32]) {
         for (value, line) in values.iter().zip(lines) {
             let magnitude = value.abs();
             if magnitude > self.largest {
@@ -129,7 +129,7 @@ impl Clipping {
 pub fn clipped_count(values: &[f64], scale: &AccelScale) -> usize {
     let mut clipping = Clipping::of_accel(scale);
     let lines: Vec<u32> = (1..).take(values.len()).collect();
-    clipping.observe_all(values, &lines);
+    clipping.observe(values, &lines);
     clipping.count() as usize
 }
 
@@ -158,8 +158,8 @@ pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> 
     ])
 }
 
-/// Last digits of a step to a flat top. Three rows around a smooth one may be equal where they are two or three
-/// digits apart, and the next step is three times as large.
+/// Last digits of a step to a flat top: beside three rows of a smooth top that are equal by chance the next
+/// step may have nine.
 const TOP_STEP: f64 = 12.0;
 
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {

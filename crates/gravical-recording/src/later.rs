@@ -122,7 +122,7 @@ impl Later {
         let readings = read.in_lines(&measured.rows.lines, &batch.lines);
         self.count_set_aside(batch, &readings);
         for ((_, clipping), axis) in self.clipping.iter_mut().zip(readings.channels()) {
-            clipping.observe_all(axis, &batch.lines);
+            clipping.observe(axis, &batch.lines);
         }
         Ok(readings)
     }

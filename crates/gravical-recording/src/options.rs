@@ -10,7 +10,7 @@ use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
 
 /// Largest count of a converter of 32 bits.
-const MAX_COUNT: f64 = u32::MAX as f64;
+const MAX_COUNT: f64 = 4.3e9;
 
 /// How a recording is read where it does not say so itself.
 #[derive(Debug, Clone, Default, Deserialize)]

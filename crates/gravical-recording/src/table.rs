@@ -92,9 +92,11 @@ fn table(
     let rows = columns.first().map_or(0, |c| c.rows());
     let named = names.is_empty() || names.len() == columns.len();
     if columns.iter().any(|c| c.rows() != rows) || !named {
-        let lengths: Vec<String> = columns.iter().map(|c| c.rows().to_string()).collect();
-        let lengths = lengths.join(", ");
-        let text = format!("{} names for columns of {lengths} rows", names.len());
+        let mut lengths: Vec<usize> = columns.iter().map(|c| c.rows()).collect();
+        lengths.sort_unstable();
+        lengths.dedup();
+        let (names, columns) = (names.len(), columns.len());
+        let text = format!("{columns} columns of {lengths:?} rows, and {names} names");
         let hint =
             "give every column one value for each row, NaN where there is none, and one name";
         let error = Error::usage("samples-length", text).at(name.as_ref(), None);

@@ -219,7 +219,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
     // Numbers that no sensor has make no calibration.
     let check = file.check();
-    check
-        .map_err(|error| lost(error.with_hint("`gravical inspect` shows what each pose reads")))?;
+    check.map_err(|error| {
+        lost(error.with_hint("`gravical inspect` shows what is in the recording"))
+    })?;
     Ok(Calibrated { file, segmentation })
 }

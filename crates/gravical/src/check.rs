@@ -238,7 +238,7 @@ pub fn check(
         result.lengths.iter().enumerate().map(describe).collect();
     circumstances(calibration, recordings, &intervals, &mut findings);
     let values = [calibration.gravity_mps2, gravity.value_mps2];
-    findings.extend(gravity_differs(values));
+    findings.extend(gravity_differs(values, ["in the calibration", "here"]));
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
     let only_fitted = !fitted.contains(&false);
     let judgement = if result.test.p_value < SIGNIFICANCE {

@@ -173,7 +173,10 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
     let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
-    findings.extend(gravity_differs(pair.map(|f| f.gravity_mps2)));
+    findings.extend(gravity_differs(
+        pair.map(|f| f.gravity_mps2),
+        ["in A", "in B"],
+    ));
     for (file, name) in pair.into_iter().zip(names) {
         findings.extend(file.poor_finding().map(|f| f.in_file(name)));
     }

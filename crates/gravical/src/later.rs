@@ -20,13 +20,15 @@ pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
 /// Level of each of the two tests of `compare`, so that both together keep 1 % (Bonferroni).
 pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
-/// Says that two values of gravity, m/s², are not the same.
-pub(crate) fn gravity_differs([first, second]: [f64; 2]) -> Option<Finding> {
+/// Says that two values of gravity, m/s², are not the same; `of`: whose they are.
+pub(crate) fn gravity_differs([first, second]: [f64; 2], of: [&str; 2]) -> Option<Finding> {
     let off = (second / first - 1.0).abs();
     (off > SAME_GRAVITY).then(|| {
         finding!(
             GravityDiffers,
-            "two values of gravity, {first:.5} and {second:.5} m/s²: if both are of one place, {:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
+            "gravity is {first:.5} m/s² {} and {second:.5} m/s² {}: if both are of one place, {:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
+            of[0],
+            of[1],
             100.0 * off
         )
     })

@@ -268,7 +268,9 @@ fn unknown_unit(recording: &Recording) -> Error {
     let text = why.map_or("the unit is not known", |f| f.message.as_str());
     let error = Error::input("unit-unknown", text)
         .at(recording.name.as_ref(), None)
-        .with_hint("calibrate with raw acceleration, and give its unit; counts stands for counts of any scale");
+        .with_hint(
+            "use raw acceleration, and give its unit; counts stands for counts of any scale",
+        );
     let options = why.into_iter().flat_map(|f| &f.options);
     options.fold(error, |error, advice| {
         error.advise(&advice.name, &advice.value)

@@ -163,7 +163,7 @@ fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
     });
     let endings = ENDINGS.join(", .");
     let hint = format!(
-        "recordings are files in it, not in folders inside, that end in .{endings}; `gravical inspect` says of each file what helps"
+        "folders inside this one are not read; recordings end in .{endings}; `gravical inspect` says of each file what helps"
     );
     error.at(folder, None).with_detail(&detail).with_hint(hint)
 }

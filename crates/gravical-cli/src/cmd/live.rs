@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     ctrlc::set_handler(move || flag.store(true, Ordering::SeqCst))?;
     let mut args = args.clone();
     let journal = args.journal()?;
-    args.folder = args.folder()?;
+    args.folder = args.session_folder()?;
     let is_real_time = args.speed() > 0.0;
     let (typing, typed) = sync_channel(ENTRIES);
     let (clicking, clicked) = sync_channel(ENTRIES);
@@ -118,7 +118,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         clicked,
         interrupted,
     };
-    // It would be loaded after a session as fast as possible.
+    // A session as fast as possible is over before a page is loaded.
     if !args.plain && is_real_time {
         console.page = Some(Page::serve(args.http_port, !args.no_open, clicking)?);
     }
@@ -221,7 +221,7 @@ impl Args {
     }
 
     /// The folder of the session; none for a replay.
-    fn folder(&self) -> Result<Option<PathBuf>> {
+    fn session_folder(&self) -> Result<Option<PathBuf>> {
         if self.replay.is_some() || self.resume.is_some() {
             return Ok(self.resume.clone());
         }

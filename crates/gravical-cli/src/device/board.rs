@@ -87,7 +87,7 @@ impl Wanted {
             && met(self.format.map(|f| f as u16), settings.format.into())
             && self.rate_hz.is_none_or(|rate| {
                 // The period of the sensor is a whole number of milliseconds.
-                let period_ms = 1000 / rate.clamp(4, 1000);
+                let period_ms = 1000 / rate.clamp(4, 250);
                 // The board prints two decimals, truncated.
                 (settings.rate_hz - 1000.0 / f64::from(period_ms)).abs() < 0.011
             })

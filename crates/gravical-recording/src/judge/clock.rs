@@ -8,6 +8,8 @@ use crate::utc::UtcTime;
 const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
+/// Unit of the stamps of some motion trackers, s: taken where the stated rate asks for it.
+const TICK_S: f64 = 1e-4;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
 /// A sensor cannot warm faster, °C/s.
@@ -192,17 +194,20 @@ fn guess_unit_s(
     options: &ClockOptions<'_>,
 ) -> Option<(f64, bool)> {
     let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let units = TIME_UNITS.into_iter().map(|u| u.1);
+    let is_nominal = |unit_s: f64| {
+        let share = options.rate_hz.map(|nominal| rate_hz(unit_s) / nominal);
+        share.is_some_and(|s| (s - 1.0).abs() < 0.5)
+    };
+    let ticks = Some(TICK_S).filter(|tick| is_nominal(*tick));
+    let units = TIME_UNITS.into_iter().map(|u| u.1).chain(ticks);
     let units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
     // What speaks for a unit, the strongest first; the last does not tell it.
     let reasons = |unit_s: f64| {
-        let share = options.rate_hz.map(|nominal| rate_hz(unit_s) / nominal);
-        let is_nominal = share.is_some_and(|s| (s - 1.0).abs() < 0.5);
         let is_dated = UtcTime::of_stamp(start * unit_s).is_some();
         let is_likely = options.likely_unit_s == Some(unit_s);
         let is_calm = rows as f64 * period * unit_s >= slowest_s;
-        [is_nominal, is_dated, is_likely, is_calm]
+        [is_nominal(unit_s), is_dated, is_likely, is_calm]
     };
     let distance = |unit_s: f64| (rate_hz(unit_s) / LIKELY_RATE_HZ).ln().abs();
     let best = units.iter().copied().min_by(|a, b| {

@@ -102,7 +102,7 @@ impl Recording {
             findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
         }
         for (channel, name, mut clipping) in self.ends_of_ranges(format) {
-            clipping.observe_all(channel, &self.lines);
+            clipping.observe(channel, &self.lines);
             findings.extend(clipping.finding(name));
         }
         if !is_held {

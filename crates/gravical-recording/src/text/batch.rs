@@ -163,7 +163,7 @@ pub struct Batch {
     pub words: Vec<Vec<String>>,
     /// Number of the line in which each row begins, from 1
     pub lines: Vec<u32>,
-    /// Rows before which a line `# gap:` stands
+    /// Rows that do not go on from the row before: after a named gap, a restart, or rows set aside
     pub breaks: Vec<usize>,
     /// Rows before which the header is repeated
     pub headers: Vec<usize>,

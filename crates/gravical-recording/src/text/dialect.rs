@@ -105,7 +105,7 @@ fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(
 }
 
 impl Dialect {
-    /// Of cells that are not parted by text: in memory, or once they are out of their sentences.
+    /// For tables in memory, and for numbers that were taken out of sentences.
     pub(crate) fn of_commas(fields: usize) -> Self {
         Dialect {
             delimiter: Some(b','),

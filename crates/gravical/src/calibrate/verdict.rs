@@ -88,10 +88,11 @@ fn detectable(section: &AccelerometerSection) -> Option<String> {
 
 fn unverified(section: &AccelerometerSection) -> &'static str {
     let mut fitted = section.poses.iter().filter(|p| p.fitted);
-    if section.method == Method::Ferraris {
-        "the six-face method has no pose that it was not fitted to: its residuals verify nothing"
-    } else if fitted.clone().count() == 6 && fitted.all(|p| p.kind == PoseKind::Face) {
+    let is_six = fitted.clone().count() == 6;
+    if is_six && fitted.all(|p| p.kind == PoseKind::Face) {
         "six faces determine six parameters of ‖a‖ exactly: their residuals verify nothing"
+    } else if section.method == Method::Ferraris {
+        "the six-face method tests no pose that it was not fitted to: its residuals verify nothing"
     } else {
         "too few poses to leave one out: nothing verifies the result"
     }

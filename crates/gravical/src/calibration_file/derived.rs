@@ -249,7 +249,8 @@ impl TemperatureModel {
         })
     }
 
-    /// False where its range is none, or a corrected channel has no slope or is none.
+    /// False where range or reference is no number or the range is reversed, a channel is unknown, or a corrected
+    /// one has no slope.
     pub(super) fn is_applicable(&self) -> bool {
         let is_channel = |c: &ChannelDrift| {
             let has_slope = c.per_c.is_some_and(f64::is_finite);

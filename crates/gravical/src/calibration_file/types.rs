@@ -46,7 +46,8 @@ pub struct CalibrationFile {
     pub temperature_model: Option<TemperatureModel>,
 }
 
-/// When a session was recorded: given, or by the first time stamp; a date without a zone is UTC.
+/// When a session was recorded: given, else the first time stamp, else the start stated above the header; a date
+/// without a zone is UTC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingTime {

@@ -126,7 +126,7 @@ impl Target {
                 let message = format!("means nothing to the target {}", self.name);
                 let error = Error::usage("export-option", message)
                     .of_option(option)
-                    .with_hint("leave it out; a target takes the options that are named for it");
+                    .with_hint("leave it out");
                 let taken = self.options.iter();
                 return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }

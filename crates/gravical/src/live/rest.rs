@@ -51,7 +51,7 @@ pub(super) struct Stillness {
     pub noise: f64,
 }
 
-/// Finds it as rows arrive.
+/// Finds holds as rows arrive.
 pub(super) struct StillnessDetector {
     /// Rows of a block.
     size: usize,

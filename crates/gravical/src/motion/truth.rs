@@ -89,7 +89,7 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
     let (columns, metres) = position_columns(&format.names, same_file).ok_or_else(|| {
         let text = "no three columns of the reference are named as a position in one unit";
         Error::usage("truth-columns-missing", text)
-            .with_hint("name them t_s,px_m,py_m,pz_m")
+            .with_hint("name them t_s,px_m,py_m,pz_m, in m or mm")
             .at(path, None)
     })?;
     let time = format.columns.iter().position(|c| c.role == Role::Time);

@@ -300,7 +300,7 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
     out
 }
 
-/// The recording, which is the first of a session, is never at rest.
+/// The error for a session that is never at rest, at its first recording.
 pub(super) fn never_still(recording: &Recording) -> Error {
     let why = why_never_static(recording);
     never_static(recording, format!("never at rest: {why}"))

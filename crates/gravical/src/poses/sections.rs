@@ -20,7 +20,17 @@ pub struct Section {
 }
 
 /// Names of the column with the labels, the likeliest first; the index of a data frame has none.
-const LABELS: [&str; 6] = ["label", "part", "section", "name", "s_id", ""];
+const LABELS: [&str; 9] = [
+    "label",
+    "part",
+    "section",
+    "pose",
+    "face",
+    "placement",
+    "name",
+    "s_id",
+    "",
+];
 
 /// A section as it is written.
 #[derive(Deserialize)]
@@ -35,6 +45,7 @@ struct Row {
 #[derive(Deserialize)]
 struct Limits {
     start: f64,
+    #[serde(alias = "stop")]
     end: f64,
 }
 

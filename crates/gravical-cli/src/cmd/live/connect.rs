@@ -70,7 +70,7 @@ impl Connection<'_> {
         while opened.kind == SourceKind::Port && opened.first.bytes.is_empty() {
             let waited = self.wait(&mut opened).and_then(|()| self.chooses());
             if !matches!(waited, Ok(false)) || self.console.is_interrupted() {
-                opened.source.close(true);
+                let _ = opened.source.close(true);
                 return waited.map(|_| None);
             }
         }
@@ -160,6 +160,7 @@ impl Connection<'_> {
                     }
                     format!("{name} is no port of this computer.")
                 }
+                Ok(Command::Simulate) => "This session is of another sensor.".to_owned(),
                 Ok(_) => "No row has arrived yet: the session has not begun.".to_owned(),
                 Err(text) => text,
             };

@@ -71,7 +71,8 @@ pub fn run(
     };
     let ended = driver.begin(before).and_then(|()| driver.guide());
     // Whatever failed, rows that wait are written.
-    driver.opened.source.close(false);
+    let closed = driver.opened.source.close(false);
+    let ended = ended.and(closed);
     let done = match ended {
         Err(error) => Err(error.into()),
         Ok(()) if driver.console.is_interrupted() => driver.stopped(),

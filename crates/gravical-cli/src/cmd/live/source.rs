@@ -23,8 +23,9 @@ const AT_ONCE: usize = 1 << 12;
 const RATE_HZ: f64 = 100.0;
 /// Its decimals.
 const DECIMALS: usize = 4;
-/// It gives so many rows at once, and waits for them for this time before it is asked again, s.
+/// Rows that it gives at once.
 const ROWS: u64 = 10;
+/// The longest wait for rows before it is asked again, s.
 const MAX_WAIT_S: f64 = 0.02;
 /// Directions over which its true error is averaged.
 const DIRECTIONS: usize = 400;
@@ -63,7 +64,13 @@ pub trait Source {
         Ok(false)
     }
     /// The session has ended: writes what waits. One that `has_failed` before its first row leaves no file.
-    fn close(&mut self, _has_failed: bool) {}
+    ///
+    /// # Errors
+    ///
+    /// Those of the disk.
+    fn close(&mut self, _has_failed: bool) -> Result<()> {
+        Ok(())
+    }
     /// The true error of a simulated sensor with the result, and its sentence; for a recording in m/s².
     fn truth(&self, _file: &CalibrationFile) -> Option<(Event, String)> {
         None
@@ -93,7 +100,7 @@ pub struct Simulated {
     rows: u64,
     /// Time stamp of its start, s.
     offset_s: f64,
-    /// When it gave rows.
+    /// When it last gave rows.
     last: Instant,
     speed: f64,
 }
@@ -236,11 +243,11 @@ impl Source for log::Session {
         self.file.sync()
     }
 
-    fn close(&mut self, has_failed: bool) {
-        // The session has ended, and says what it has.
-        let _ = log::Session::close(self, has_failed);
+    fn close(&mut self, has_failed: bool) -> Result<()> {
+        let closed = log::Session::close(self, has_failed);
         if has_failed {
             self.file.discard_empty();
         }
+        closed
     }
 }

@@ -84,6 +84,8 @@ struct Said {
     past: Vec<String>,
     /// The latest status.
     status: Option<String>,
+    /// How many there were.
+    statuses: usize,
     /// The file of the calibration report.
     report: Option<String>,
     /// The last event was said.
@@ -182,6 +184,7 @@ impl Page {
             }
             if matches!(message.event, Event::Status(_)) {
                 said.status = Some(text);
+                said.statuses += 1;
             } else {
                 said.past.push(text);
             }
@@ -329,7 +332,7 @@ impl Hub {
 
     /// The events for a new tab, from the beginning, a line each: all that are new at once, and the status.
     fn join(&self) -> impl Stream<Item = Result<sse::Event, Infallible>> + use<> {
-        let tab = (self.said.subscribe(), 0, false);
+        let tab = (self.said.subscribe(), [0; 2], false);
         self.said.send_modify(|said| said.had_tab = true);
         unfold(tab, |(mut said, read, is_closed)| async move {
             if is_closed {
@@ -337,10 +340,11 @@ impl Hub {
             }
             said.changed().await.ok()?;
             let now = said.borrow_and_update();
-            let mut lines: Vec<&str> = now.past[read..].iter().map(String::as_str).collect();
-            lines.extend(now.status.as_deref());
+            let mut lines: Vec<&str> = now.past[read[0]..].iter().map(String::as_str).collect();
+            let is_new = now.statuses > read[1];
+            lines.extend(now.status.as_deref().filter(|_| is_new));
             let event = sse::Event::default().retry(RETRY).data(lines.join("\n"));
-            let (read, is_closed) = (now.past.len(), now.is_closed);
+            let (read, is_closed) = ([now.past.len(), now.statuses], now.is_closed);
             drop(now);
             Some((Ok(event), (said, read, is_closed)))
         })
@@ -352,9 +356,13 @@ impl Hub {
             text(status, JSON, body)
         };
         let read = tokio::time::timeout(REQUEST_TIME, to_bytes(body, COMMAND_BYTES));
-        let Ok(Ok(bytes)) = read.await else {
-            let why = "the command is too long, or sent too slowly";
-            return refused(StatusCode::PAYLOAD_TOO_LARGE, why);
+        let bytes = match read.await {
+            Ok(Ok(bytes)) => bytes,
+            Ok(Err(_)) => return refused(StatusCode::PAYLOAD_TOO_LARGE, "the command is too long"),
+            Err(_) => {
+                let why = "the command is sent too slowly";
+                return refused(StatusCode::REQUEST_TIMEOUT, why);
+            }
         };
         match serde_json::from_slice(&bytes).map(|command| self.clicked.try_send(command)) {
             Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
