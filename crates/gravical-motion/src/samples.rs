@@ -126,12 +126,22 @@ impl Samples {
 
     /// The same rows with other values, each given by its row.
     pub fn with_values(&self, values: impl Fn(usize) -> ([f64; 3], Option<[f64; 3]>)) -> Samples {
-        let values = self.rows.iter().map(|row| values(*row));
-        let (force, rate): (Vec<_>, Vec<Option<[f64; 3]>>) = values.unzip();
+        let mut force = Vec::with_capacity(self.len());
+        let mut rate = Vec::with_capacity(self.rate.len());
+        for row in &self.rows {
+            let (of_force, of_rate) = values(*row);
+            force.push(of_force);
+            rate.extend(of_rate);
+        }
         Samples {
             force,
-            rate: rate.into_iter().flatten().collect(),
-            ..self.clone()
+            rate,
+            time_s: self.time_s.clone(),
+            pieces: self.pieces.clone(),
+            bridged: self.bridged.clone(),
+            rows: self.rows.clone(),
+            breaks: self.breaks.clone(),
+            ..*self
         }
     }
 

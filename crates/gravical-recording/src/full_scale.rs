@@ -159,8 +159,8 @@ pub fn range_end(channel: &[f64], scale: Option<GyroScale>) -> Option<[f64; 2]> 
 }
 
 /// Last digits of a step to a flat top: beside three rows of a smooth top that are equal by chance the next
-/// step may have nine.
-const TOP_STEP: f64 = 12.0;
+/// step may have a dozen.
+const TOP_STEP: f64 = 20.0;
 
 fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
     if !channel.windows(3).any(|w| w == [extreme; 3]) {

@@ -63,7 +63,13 @@ impl Columns {
 pub fn session(scene: Scene, rate: Rate) -> Session {
     // Fewer rows where there are many of them.
     let hold_s = if rate == Rate::Hz1000 { 2.5 } else { 4.0 };
-    let six = |continuous| Scenario::SixPosition(SixPositionOptions { hold_s, continuous });
+    let six = |continuous| {
+        Scenario::SixPosition(SixPositionOptions {
+            hold_s,
+            continuous,
+            turn_rest_s: 2.0,
+        })
+    };
     let scenario = match scene {
         Scene::Poses | Scene::TwoRecordings => Scenario::Poses(PosesOptions { hold_s, free: 6 }),
         Scene::Turns => six(true),

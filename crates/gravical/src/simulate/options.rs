@@ -78,6 +78,10 @@ pub struct SixPositionOptions {
     /// One recording: poses, then full turns
     #[cfg_attr(feature = "clap", arg(long))]
     pub continuous: bool,
+    /// Rest before and after each turn, s
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip = SixPositionOptions::default().turn_rest_s))]
+    pub turn_rest_s: f64,
 }
 
 impl Default for SixPositionOptions {
@@ -85,6 +89,7 @@ impl Default for SixPositionOptions {
         Self {
             hold_s: 10.0,
             continuous: false,
+            turn_rest_s: 3.0,
         }
     }
 }

@@ -24,10 +24,9 @@ const BETWEEN_FILES_S: f64 = 10.0;
 /// Standard deviation of a free pose from the planned one, per component, rad.
 const FREE_POSE_SD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// A turn on the table: its angle, right-handed, its duration, and the rests before and after it.
+/// A turn on the table: its angle, right-handed, and its duration.
 const TURN_DEG: f64 = -360.0;
 const TURN_S: f64 = 4.0;
-const TURN_REST_S: f64 = 3.0;
 
 /// The recordings of `options.scenario`.
 pub(super) fn plan(options: &SimulateOptions) -> Vec<Plan> {
@@ -64,10 +63,10 @@ fn session(options: &SimulateOptions, o: &SixPositionOptions, draws: &mut Draws)
     for axis in 0..3 {
         let (nominal, up) = draws.face_pose(Face { axis, up: true });
         plan.move_to(up);
-        plan.rest(nominal, TURN_REST_S);
+        plan.rest(nominal, o.turn_rest_s);
         // About the vertical, which is `up` in the sensor, its tilt included.
         plan.push(up * TURN_DEG.to_radians(), Vector3::zeros(), TURN_S);
-        plan.rest(nominal, TURN_REST_S);
+        plan.rest(nominal, o.turn_rest_s);
     }
     plan
 }

@@ -77,6 +77,7 @@ fn simulated() -> (Vec<String>, gravical::simulate::Truth) {
     let six = SixPositionOptions {
         hold_s: 5.0,
         continuous: true,
+        ..SixPositionOptions::default()
     };
     let mut options = SimulateOptions::new(Scenario::SixPosition(six));
     options.seed = 11;
