@@ -68,7 +68,8 @@ fn raw_and_calibrated(format: &Format) -> Option<Finding> {
 /// The columns as their option names them.
 fn spec(format: &Format) -> String {
     let channel = |c: usize| match format.role(c) {
-        role @ (Role::Time | Role::Accel(_) | Role::Gyro(_) | Role::Temperature) => role.name(c),
+        role @ (Role::Accel(_) | Role::Gyro(_) | Role::Temperature) => role.name(c),
+        Role::Time => "t".to_owned(),
         _ => "-".to_owned(),
     };
     let all: Vec<String> = (0..format.columns.len()).map(channel).collect();
