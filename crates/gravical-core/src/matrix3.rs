@@ -83,11 +83,6 @@ pub fn scale_rows<T: Real>(m: &[[T; 3]; 3], factors: &[T; 3]) -> [[T; 3]; 3] {
     from_fn(|r| m[r].map(|x| x * factors[r]))
 }
 
-/// Whether every element is finite.
-pub fn is_finite<T: Real>(m: &[[T; 3]; 3]) -> bool {
-    m.iter().flatten().all(|x| x.is_finite())
-}
-
 /// The determinant, in the cubed unit of the elements.
 pub fn det<T: Real>(m: &[[T; 3]; 3]) -> T {
     dot(&m[0], &cross(&m[1], &m[2]))
@@ -124,7 +119,8 @@ pub fn inverse<T: Real>(m: &[[T; 3]; 3]) -> Option<[[T; 3]; 3]> {
         cross(&unit[0], &unit[1]),
     ];
     let inverse = from_fn(|r| from_fn(|c| columns[c][r] / determinant * reciprocal[c]));
-    is_finite(&inverse).then_some(inverse)
+    let mut elements = inverse.iter().flatten();
+    elements.all(|x| x.is_finite()).then_some(inverse)
 }
 
 /// The cross product `a × b`.

@@ -103,7 +103,7 @@ pub struct Fit {
     /// The problem at the solution.
     pub(crate) linear: Linear,
     /// The calibration as numbers, working units.
-    pub(crate) sensor: Sensor,
+    pub(crate) working_sensor: Sensor,
     /// How well the poses suit the model.
     pub quality: FitQuality,
 }
@@ -151,7 +151,7 @@ pub fn fit(poses: &[Pose], options: &Options) -> Result<Fit, Undetermined> {
     let noise = alone.linear.lengths(&bare, &alone.solution, |_| true);
     let tilt_freedom = tilt_freedom(&search, &found);
     Ok(Fit {
-        sensor: Sensor {
+        working_sensor: Sensor {
             parameters: linear.x,
             covariance: found.solution.covariance,
             gravity: Gravity {
@@ -303,7 +303,7 @@ impl Fit {
 
     /// Drift of b, if it was fitted.
     pub fn drift(&self) -> Option<BiasDrift> {
-        let sd = |i: usize| self.sensor.covariance[(DRIFT + i, DRIFT + i)].sqrt();
+        let sd = |i: usize| self.working_sensor.covariance[(DRIFT + i, DRIFT + i)].sqrt();
         self.search.held.drift.then(|| BiasDrift {
             reference_c: self.search.reference_c,
             per_c: std::array::from_fn(|i| self.linear.x[DRIFT + i] * self.search.scale),
@@ -326,7 +326,9 @@ impl Fit {
 
     /// The calibration as numbers, for readings in units of `unit`.
     pub fn sensor(&self, unit: f64) -> Sensor {
-        self.sensor.clone().rescaled(unit / self.search.scale)
+        self.working_sensor
+            .clone()
+            .rescaled(unit / self.search.scale)
     }
 
     /// Standard deviation of each component of a face's tilt, rad.
@@ -338,7 +340,7 @@ impl Fit {
     pub fn poses(&self) -> Vec<FittedPose> {
         let fitted = |&k: &usize| {
             let row = &self.linear.rows[k];
-            let variance = row.jacobian * self.sensor.covariance * row.jacobian.transpose();
+            let variance = row.jacobian * self.working_sensor.covariance * row.jacobian.transpose();
             let sd = (0.5 * (variance[(1, 1)] + variance[(2, 2)]))
                 .max(0.0)
                 .sqrt();

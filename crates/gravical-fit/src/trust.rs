@@ -144,7 +144,7 @@ impl Fit {
     /// All of it.
     pub fn trust(&self) -> Trust {
         Trust {
-            predicted_mps2: self.sensor.predicted_mps2(),
+            predicted_mps2: self.working_sensor.predicted_mps2(),
             worst: self.weakest(),
             left_out: self.left_out(),
             undetected: self.undetected(),
@@ -157,13 +157,14 @@ impl Fit {
     fn sensor_with(&self, covariance: Covariance) -> Sensor {
         Sensor {
             covariance,
-            ..self.sensor.clone()
+            ..self.working_sensor.clone()
         }
     }
 
     /// The direction in which the error claimed of ‖a‖ is largest.
     pub fn weakest(&self) -> WorstDirection {
-        self.sensor.weakest(self.sensor.coverage_factor())
+        self.working_sensor
+            .weakest(self.working_sensor.coverage_factor())
     }
 
     /// ‖a‖ − g of each pose by a fit without it and all within 25° of it; none where the others do not
@@ -229,7 +230,7 @@ impl Fit {
         let rows = linear.rows.iter().enumerate();
         let rows = rows.filter(|(_, row)| row.counts);
         Some(State {
-            covariance: self.sensor.covariance,
+            covariance: self.working_sensor.covariance,
             straight: solution.covariance,
             tests: rows.filter_map(test).collect(),
             freedom: linear.lengths(held, &solution, |_| true).freedom,
@@ -245,7 +246,7 @@ impl Fit {
     }
 
     fn undetected_by(&self, state: &State) -> Option<Undetected> {
-        let along = self.along();
+        let along = self.sensitivities();
         let freedom = (state.freedom - 1.0).max(0.0) + USUAL_FREEDOM;
         let level = 1.0 - 0.025 / state.tests.len() as f64;
         let limit = StudentsT::new(0.0, 1.0, freedom).ok()?.inverse_cdf(level);
@@ -324,7 +325,7 @@ impl Fit {
     }
 
     /// Directions over the sphere, with the sensitivity of ‖a‖ along each.
-    fn along(&self) -> Vec<(Vector3<f64>, Parameters)> {
+    fn sensitivities(&self) -> Vec<(Vector3<f64>, Parameters)> {
         let inverse = inverse(&self.linear.x);
         let gravity = self.search.held.gravity;
         let each = sphere(DIRECTIONS).map(|n| (n, sensitivity(&inverse, &n, gravity)));
@@ -345,7 +346,7 @@ impl Fit {
     /// The uncertainty of ‖a‖ by source: of each row the part of its covariance by every source is
     /// propagated.
     pub fn budget(&self) -> Option<Budget> {
-        let covariance = self.sensor.covariance;
+        let covariance = self.working_sensor.covariance;
         let held = &self.search.held;
         let mut sums = [Covariance::zeros(); 3];
         for row in self.linear.rows.iter().filter(|row| row.counts) {
@@ -356,7 +357,7 @@ impl Fit {
             }
         }
         let rest = covariance - sums[0] - sums[1] - sums[2];
-        let along = self.along();
+        let along = self.sensitivities();
         let rms = |squares: f64| (squares / DIRECTIONS as f64).sqrt();
         let of = |c: &Covariance| rms(along.iter().map(|(_, h)| (c * h).dot(h).max(0.0)).sum());
         let bends = along

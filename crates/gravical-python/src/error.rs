@@ -2,7 +2,7 @@
 
 use gravical::finding::Advice;
 use gravical::{Category, Error};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 
 /// Code of a keyword that does not exist: an exception of Python itself.
@@ -46,4 +46,14 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
         Ok(exception) => PyErr::from_value(exception),
         Err(error) => error,
     }
+}
+
+/// A panic is a fault of this package, and no reason to end the interpreter.
+pub fn panicked(panic: &(dyn std::any::Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    PyRuntimeError::new_err(format!(
+        "gravical failed internally: {}; please report it with what it was called with",
+        text.unwrap_or("unknown")
+    ))
 }

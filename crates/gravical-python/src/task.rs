@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use gravical::recording::Meter;
 use pyo3::prelude::*;
 
-use crate::error::raised;
+use crate::error::{panicked, raised};
 
 /// How often signals are looked at.
 const SIGNAL_PERIOD: Duration = Duration::from_millis(50);
@@ -57,6 +57,6 @@ pub fn run<T: Send + 'static>(
     // The allocator gives the memory of a thread that has ended to the next one.
     match py.detach(|| thread.join()) {
         Ok(result) => result.map_err(|e| raised(py, &e)),
-        Err(panic) => std::panic::resume_unwind(panic),
+        Err(panic) => Err(panicked(panic.as_ref())),
     }
 }

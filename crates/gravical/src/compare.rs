@@ -9,8 +9,7 @@
 //! gravity, shared recordings) is said.
 
 use gravical_core::unit::DEGREES_PER_RADIAN;
-use gravical_fit::later;
-use gravical_fit::{Sensor, Test};
+use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
 
 use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};

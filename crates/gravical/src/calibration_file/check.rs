@@ -49,9 +49,9 @@ impl CalibrationFile {
             }
         }
         let model = self.temperature_model.as_ref();
-        let is_applicable = model.is_none_or(TemperatureModel::is_applicable);
-        let why = "a range or slope is no number, a range is reversed, or there is no such channel";
-        require(is_applicable, "temperature_model", why)
+        let fault = model.and_then(TemperatureModel::fault);
+        let why = fault.as_deref().unwrap_or_default();
+        require(fault.is_none(), "temperature_model", why)
     }
 }
 

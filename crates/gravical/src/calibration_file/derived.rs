@@ -249,15 +249,18 @@ impl TemperatureModel {
         })
     }
 
-    /// False where range or reference is no number or the range is reversed, a channel is unknown, or a corrected
-    /// one has no slope.
-    pub(super) fn is_applicable(&self) -> bool {
-        let is_channel = |c: &ChannelDrift| {
-            let has_slope = c.per_c.is_some_and(f64::is_finite);
-            (!c.is_corrected() || has_slope) && CHANNELS.contains(&c.channel.as_str())
-        };
+    /// Why it cannot be applied; `None` if it can.
+    pub(super) fn fault(&self) -> Option<String> {
+        let [low, high] = self.range_c;
         // Not where one is no number, either.
-        let is_range = self.range_c[0] <= self.range_c[1] && self.reference_c.is_finite();
-        is_range && self.channels.iter().all(is_channel)
+        if !(low <= high && self.reference_c.is_finite()) {
+            return Some(format!("its range is {low} to {high} °C"));
+        }
+        let is_faulty = |c: &&ChannelDrift| {
+            let has_slope = c.per_c.is_some_and(f64::is_finite);
+            c.is_corrected() && !has_slope || !CHANNELS.contains(&c.channel.as_str())
+        };
+        let name = &self.channels.iter().find(is_faulty)?.channel;
+        Some(format!("{name} is no channel, or its per_c no number"))
     }
 }
