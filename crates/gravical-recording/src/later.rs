@@ -17,9 +17,8 @@ use crate::text::{Batch, Format, Ledger, Reason, split_hint};
 
 /// So many rows of other sensors alone show that the one that is read has ended.
 const MIN_ROWS_OF_OTHERS: usize = 100;
-/// Rows before a batch with which it is read, and of a recording that grows, whose batches are short.
-const TAIL_ROWS: usize = 4096;
-const SHORT_TAIL_ROWS: usize = 1024;
+/// Rows before a batch with which it is read.
+const TAIL_ROWS: usize = 1024;
 
 /// How rows are read after those by which a recording was judged.
 #[derive(Clone, Debug, Default)]
@@ -61,17 +60,17 @@ impl Later {
             // A column that is empty names none.
             format_of_later.options.sensor = sensor.filter(|label| !label.is_empty());
         }
-        let tail = last_rows(format, &head, TAIL_ROWS);
+        let tail = last_rows(format, &head);
         let mut axes = format.accel.iter().map(|c| &head.columns[*c]);
         let is_signed = !axes.all(|axis| judge::are_unsigned(axis));
-        let measured = Measured::new(format, head, None, false)?;
+        let measured = Measured::new(format, head, None)?;
         let channels = measured.readings.channels();
         let known = Known {
             marks_hung: judge::repeats_are_proof(&channels),
             gravity: judge::quiet_norm([channels[0], channels[1], channels[2]]),
             ..measured.known
         };
-        let mut recording = Recording::judge_measured(format, measured, None)?;
+        let mut recording = Recording::judge_measured(format, measured)?;
         recording.findings.extend(finding);
         format_of_later.options.rate_hz = recording.timing.rate_hz();
         let ends = recording.ends_of_ranges(format).into_iter();
@@ -103,15 +102,13 @@ impl Later {
         if let Some(column) = self.format.sensor {
             keep_sensor(&self.format, &mut rows, column)?;
         }
-        let tail_rows = if self.contradicts {
+        if self.contradicts {
             self.check_sensor_and_encoding(&rows, batch)?;
-            TAIL_ROWS
         } else {
             self.known.gravity = None;
-            SHORT_TAIL_ROWS
-        };
-        self.tail = last_rows(&self.format, &rows, tail_rows);
-        let measured = Measured::new(&self.format, rows, Some(&self.known), false)?;
+        }
+        self.tail = last_rows(&self.format, &rows);
+        let measured = Measured::new(&self.format, rows, Some(&self.known))?;
         self.known = measured.known;
         self.check_columns_and_unit(&measured)?;
         for (line, step_s) in measured.time.gaps.iter().filter(|gap| gap.0 >= first) {
@@ -211,7 +208,7 @@ fn contradiction(code: &'static str, text: &str, line: u64) -> Error {
 }
 
 /// The last rows up to one with a stamp.
-fn last_rows(format: &Format, rows: &Batch, count: usize) -> Batch {
+fn last_rows(format: &Format, rows: &Batch) -> Batch {
     let end = stamped_rows(format, rows);
-    rows.slice(end.saturating_sub(count)..end)
+    rows.slice(end.saturating_sub(TAIL_ROWS)..end)
 }
