@@ -3,7 +3,6 @@
 //! A "line" of such a file is a sample or a block that is skipped, counted from 1.
 
 mod block;
-mod means;
 
 use std::io::{self, BufReader, Read};
 
@@ -14,8 +13,6 @@ use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
 use crate::write::{write_fixed, write_trimmed};
 
 use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header, u16_at};
-
-pub use means::collect;
 
 /// Bytes by which [`is_one`] decides.
 pub const MAGIC_BYTES: usize = HEADER_BYTES + 2;

@@ -44,6 +44,7 @@ pub mod hash;
 mod join;
 pub mod judge;
 mod later;
+mod means;
 mod metadata;
 mod meter;
 #[doc(hidden)]

@@ -8,6 +8,7 @@ use crate::cwa;
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::foreign::{self, in_file};
+use crate::means::collect;
 use crate::options::ReadOptions;
 use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
 use crate::source::{open, open_bytes};
@@ -15,8 +16,8 @@ use crate::text::{Batch, Format, sniff};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
-/// A `.cwa` file of more than 2²⁰ samples is read as means of neighbouring samples, at 2.5 Hz or
-/// faster: see [`Recording::is_averaged`].
+/// More than 2²⁰ samples of a `.cwa` file, and columns of more than a gigabyte, are read as means of
+/// neighbouring samples, at 2.5 Hz or faster: see [`Recording::is_averaged`].
 ///
 /// # Errors
 ///
@@ -28,7 +29,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     read_input(open(path, options)?, &name, options, true)
 }
 
-/// The same with all samples of a `.cwa` file.
+/// The same with all samples.
 ///
 /// # Errors
 ///
@@ -86,7 +87,7 @@ pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) ->
     Ok(read)
 }
 
-/// Reads a file of any kind; with `averages` a long one of a worn device as means.
+/// Reads a file of any kind; with `averages` a long one as means.
 fn read_input(
     mut input: Input,
     name: &str,
@@ -94,7 +95,7 @@ fn read_input(
     averages: bool,
 ) -> Result<Recording> {
     let (format, batches) = open_batches(&mut input, name, options, |_| Vec::new())?;
-    let judged = cwa::collect(&format, batches, averages && format.device.is_some());
+    let judged = collect(&format, batches, averages);
     let recording = judged.map_err(|e| in_file(e, Path::new(name)))?;
     let mut recording = recording.with_name(name);
     let rows = recording.rows();

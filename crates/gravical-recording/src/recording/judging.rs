@@ -24,22 +24,17 @@ impl Recording {
     ///
     /// There are no rows, or the sensor did not answer.
     pub fn judge(format: &Format, rows: Batch) -> Result<Self, Error> {
-        let measured = Measured::new(format, rows, None, false)?;
-        Recording::judge_measured(format, measured, None)
+        let measured = Measured::new(format, rows, None)?;
+        Recording::judge_measured(format, measured)
     }
 
-    /// The same of measurements. Of means of samples the resolution is that of the samples: means of
-    /// coarse samples are as fine as they are wrong.
-    pub(crate) fn judge_measured(
-        format: &Format,
-        measured: Measured,
-        of_samples: Option<[[f64; 3]; 2]>,
-    ) -> Result<Self, Error> {
+    /// The same of measurements.
+    pub(crate) fn judge_measured(format: &Format, measured: Measured) -> Result<Self, Error> {
         let options = &format.options;
         let (rows, time) = (measured.rows, measured.time);
         let (accel, gyro) = (measured.readings.accel, measured.readings.gyro);
         let mut findings = measured.findings;
-        let resolution = of_samples.unwrap_or_else(|| resolution(&accel, gyro.as_ref()));
+        let resolution = resolution(&accel, gyro.as_ref());
         let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
         let middle = if is_unsigned { 32_768.0 } else { 0.0 };
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));

@@ -51,17 +51,12 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// `known`: what the rows before showed. `are_means`: the rows are means of samples.
+    /// `known`: what the rows before showed.
     ///
     /// # Errors
     ///
     /// There are no rows, or the sensor did not answer in the first ones.
-    pub fn new(
-        format: &Format,
-        mut rows: Batch,
-        known: Option<&Known>,
-        are_means: bool,
-    ) -> Result<Self, Error> {
+    pub fn new(format: &Format, mut rows: Batch, known: Option<&Known>) -> Result<Self, Error> {
         let options = &format.options;
         let mut findings = findings::of_columns(format);
         if let Some(column) = format.sensor {
@@ -89,7 +84,6 @@ impl Measured {
         rows.columns.push(std::mem::take(&mut time.time_s));
         rows.columns.push(temperature_c.unwrap_or_default());
         let marks_hung = known.map(|known| known.marks_hung);
-        let marks_hung = if are_means { Some(false) } else { marks_hung };
         let emptied = set_aside_defects(format, &mut rows, marks_hung);
         let encoding = match known {
             Some(known) => known.encoding,
