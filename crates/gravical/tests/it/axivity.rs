@@ -262,7 +262,7 @@ fn another_session_and_a_clock_that_was_set_back_begin_anew() {
     }
 }
 
-/// Of more than 2²⁰ samples, means of 19 at 98.4 Hz; across a gap there is none.
+/// Of more than 2²⁰ samples, means of 39 at 98.4 Hz; across a gap there is none.
 #[test]
 fn a_long_file_is_held_as_means_of_its_samples() {
     let (device, mut blocks) = worn(Coding::Packed, 9000);
