@@ -78,7 +78,8 @@ fn average(
     recording.temperature_c = has_temperature.then(&mut next);
     recording.time_s = has_time.then(next);
     let timing = &mut recording.timing;
-    let last_s = recording.time_s.as_ref().and_then(|t| t.last().copied());
+    let mut times_s = recording.time_s.iter().flatten().copied().rev();
+    let last_s = times_s.find(|t| t.is_finite());
     let duration_s = last_s.unwrap_or(samples as f64 / rate_hz);
     timing.duration_s = timing.duration_s.map(|_| duration_s);
     let present = samples as f64 / (duration_s * rate_hz);
