@@ -114,9 +114,13 @@ impl Dialect {
         }
     }
 
-    /// What stands between whole numbers and decimals.
+    /// What stands between whole numbers and decimals, where nothing is quoted.
     pub(crate) fn point(self) -> u8 {
-        if self.decimal_comma { b',' } else { b'.' }
+        if self.decimal_comma && self.delimiter != Some(b',') {
+            b','
+        } else {
+            b'.'
+        }
     }
 
     /// A field as [`parse_cell`] reads it.
@@ -137,7 +141,9 @@ impl Dialect {
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
         let delimiters = [Some(b','), Some(b';'), Some(b'\t'), Some(b'|'), None];
         let with_points = delimiters.map(|delimiter| (delimiter, false));
-        let with_commas = [Some(b';'), Some(b'\t'), None].map(|delimiter| (delimiter, true));
+        // Decimal commas stand in quotes where commas are delimiters.
+        let delimiters = [Some(b','), Some(b';'), Some(b'\t'), None];
+        let with_commas = delimiters.map(|delimiter| (delimiter, true));
         let candidates = with_points.into_iter().chain(with_commas);
         let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.

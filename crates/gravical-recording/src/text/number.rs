@@ -13,9 +13,8 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     if is_missing(field) {
         return Some(f64::NAN);
     }
-    if decimal_comma
-        && field.contains(',')
-        && let Ok(value) = fast_float2::parse::<f64, _>(field.replacen(',', ".", 1))
+    if let Some(text) = with_point(field, decimal_comma)
+        && let Ok(value) = fast_float2::parse::<f64, _>(text)
     {
         return Some(finite(value));
     }
@@ -57,6 +56,19 @@ pub(crate) fn parse_plain(text: &[u8], point: u8) -> Option<(f64, usize)> {
     let value = number as i64 as f64 / POWERS[decimals];
     // Without a branch: the sign of noise cannot be predicted.
     Some((value.copysign(0.5 - sign as f64), end))
+}
+
+/// A number with a point before its decimals and nothing between its thousands: `1043.7` for `1.043,7`.
+fn with_point(field: &str, decimal_comma: bool) -> Option<String> {
+    let (group, point) = if decimal_comma {
+        ('.', ',')
+    } else {
+        (',', '.')
+    };
+    let (whole, decimals) = field.split_once(point)?;
+    let mut groups = whole.split(group).skip(1);
+    let are_thousands = groups.all(|digits| digits.len() == 3);
+    are_thousands.then(|| format!("{}.{decimals}", whole.replace(group, "")))
 }
 
 /// NaN for what is no measurement: infinity, or a torn exponent.
@@ -103,6 +115,8 @@ mod tests {
             assert_eq!(parse_cell(text, false), Some(value), "{text}");
         }
         assert_eq!(parse_cell("-3,25", true), Some(-3.25));
+        assert_eq!(parse_cell("-1.043.250,5", true), Some(-1_043_250.5));
+        assert_eq!(parse_cell("1,043.5", false), Some(1043.5));
         assert!(parse_cell("1,0e999", true).is_some_and(f64::is_nan));
         for text in ["", "NaN", "null", "inf", "1e300"] {
             assert!(parse_cell(text, false).is_some_and(f64::is_nan), "{text}");
@@ -110,6 +124,7 @@ mod tests {
         for text in [
             "ax",
             "1.5.2",
+            "1,43.5",
             "-3,25",
             "12:xx",
             "99999-1-1 1:1:1",
