@@ -1,5 +1,6 @@
 //! What the user specifies about a recording; everything else is told from the file.
 
+use std::collections::HashSet;
 use std::str::FromStr;
 
 use serde::Deserialize;
@@ -165,14 +166,31 @@ impl FromStr for ColumnsSpec {
                 let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
                 Ok((channel(name)?, column))
             });
-            return Ok(ColumnsSpec::Named(pairs.collect::<Result<_>>()?));
+            let pairs: Vec<(Role, Option<String>)> = pairs.collect::<Result<_>>()?;
+            check_axes(pairs.iter().map(|(role, _)| *role))?;
+            return Ok(ColumnsSpec::Named(pairs));
         }
         let ordered = text.split(',').map(|name| match name.trim() {
             "_" | "" => Ok(None),
             "-" => Ok(Some(Role::Other)),
             name => channel(name).map(Some),
         });
-        Ok(ColumnsSpec::Ordered(ordered.collect::<Result<_>>()?))
+        let ordered: Vec<Option<Role>> = ordered.collect::<Result<_>>()?;
+        check_axes(ordered.iter().flatten().copied())?;
+        Ok(ColumnsSpec::Ordered(ordered))
+    }
+}
+
+/// Refuses an axis that is named twice.
+fn check_axes(roles: impl Iterator<Item = Role>) -> Result<()> {
+    let mut seen = HashSet::new();
+    let mut axes = roles.filter(|role| matches!(role, Role::Accel(_) | Role::Gyro(_)));
+    match axes.find(|role| !seen.insert(*role)) {
+        Some(twice) => {
+            let text = format!("{} is named twice", twice.name(0));
+            Err(Error::usage("columns-syntax", text))
+        }
+        None => Ok(()),
     }
 }
 
