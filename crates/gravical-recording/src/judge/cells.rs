@@ -34,13 +34,14 @@ pub(crate) type HeldRows = [Option<[f64; 3]>; 2];
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
-/// value of a channel holds until the next one. `lines`: that of each row; `known`: what holds by
-/// rows before these. Returns what was found, and for how many rows the values of accelerometer and
+/// value of a channel holds until the next one. `lines`: that of each row; `text_rows`: rows whose
+/// cells are empty because they hold text; `known`: what holds by rows before these. Returns what was found, and for how many rows the values of accelerometer and
 /// gyroscope hold.
 pub(crate) fn fill_cells(
     readings: &mut Readings,
     lines: &[u32],
     names: [&str; 7],
+    text_rows: usize,
     known: Option<HeldRows>,
 ) -> (Option<Finding>, HeldRows) {
     let rows = lines.len();
@@ -62,7 +63,7 @@ pub(crate) fn fill_cells(
         }
         holds[k] = match known {
             Some(known) => known[k],
-            None => held_rows(axes, max_distances),
+            None => held_rows(axes, text_rows, max_distances),
         };
         for (max_rows, channel) in holds[k].iter().flatten().zip(axes) {
             hold(channel, *max_rows);
@@ -102,10 +103,11 @@ pub(crate) fn fill_cells(
 
 /// Rows for which the last value of each channel holds where cells are empty, as many usual distances
 /// between values; `None` for a sensor whose cells are rarely empty.
-fn held_rows(axes: &[Vec<f64>; 3], distances: f64) -> Option<[f64; 3]> {
+fn held_rows(axes: &[Vec<f64>; 3], text_rows: usize, distances: f64) -> Option<[f64; 3]> {
     let rows = axes[0].len();
     let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
-    let is_sparse = rows >= SPARSE_ROWS && 5 * lacking.count() > rows;
+    let lacking = lacking.count().saturating_sub(text_rows);
+    let is_sparse = rows >= SPARSE_ROWS && 5 * lacking > rows;
     is_sparse.then(|| {
         axes.each_ref().map(|axis| {
             let known = axis.iter().filter(|v| !v.is_nan()).count();

@@ -96,8 +96,8 @@ pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Finding> {
     })
 }
 
-/// Cells of the channels that hold text.
-pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
+/// Cells of the channels that hold text: the number of their rows, and the finding.
+pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<(usize, Finding)> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
@@ -114,7 +114,8 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let text = format!(
         "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\""
     );
-    Some(Finding::new(FindingKind::NotANumber, text).at_lines(&lines.into_iter().collect()))
+    let finding = Finding::new(FindingKind::NotANumber, text);
+    Some((lines.len(), finding.at_lines(&lines.into_iter().collect())))
 }
 
 /// Lines that were set aside; none for those that every good file has.

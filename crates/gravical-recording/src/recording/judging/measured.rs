@@ -65,7 +65,7 @@ impl Measured {
         if known.is_none() {
             check_values(format, &rows)?;
         }
-        let text_cells = findings::of_text_cells(format, &rows);
+        let (text_rows, text_cells) = findings::of_text_cells(format, &rows).unzip();
         let (thermometer, temperature_c) =
             take_temperature(format, &mut rows, known, &mut findings).unzip();
         let mut of_time = Vec::new();
@@ -123,8 +123,14 @@ impl Measured {
             values.for_each(|v| *v -= offset);
         }
         let known_holds = known.map(|known| known.holds);
-        let (empty, holds) =
-            judge::fill_cells(&mut readings, &rows.lines, names(format), known_holds);
+        let lines = &rows.lines;
+        let (empty, holds) = judge::fill_cells(
+            &mut readings,
+            lines,
+            names(format),
+            text_rows.unwrap_or(0),
+            known_holds,
+        );
         findings.extend(empty);
         findings.extend(emptied);
         Ok(Measured {
