@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::dialect::{Dialect, fields, is_blank, uncommented};
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::names::Column;
 use super::number::parse_cell;
@@ -28,6 +28,14 @@ impl Header {
         let lines = lines.map(|(number, line)| (number, header_fields(line, dialect)));
         let mut lines: Vec<(usize, Option<Vec<String>>)> = lines.collect();
         let mut header = Header::default();
+        let is_named = |(_, names): &(usize, Option<Vec<String>>)| {
+            names.as_ref().is_some_and(|names| names_sensor(names))
+        };
+        if let Some(named) = lines.iter().rposition(is_named) {
+            // Other lines below the names are no header.
+            let below = lines.split_off(named + 1).into_iter();
+            lines.extend(below.filter(|(_, row)| row.as_ref().is_some_and(|r| is_row_of_units(r))));
+        }
         while let [.., (_, Some(_)), (_, Some(row))] = &lines[..]
             && is_row_of_units(row)
         {
@@ -49,6 +57,22 @@ impl Header {
         }
         header.fill_up(rows, dialect);
         header
+    }
+
+    /// The place of the first row without measurements, such as `0,--,--,--`, in the lines above the first
+    /// row with some, if a line before it names a sensor.
+    pub(crate) fn first_row(above: &[&str], dialect: Dialect) -> Option<usize> {
+        let is_named = |line: &&str| header_fields(line, dialect).is_some_and(|f| names_sensor(&f));
+        let named = above.iter().rposition(is_named)?;
+        let is_row = |line: &&str| {
+            let cells: Vec<&str> = fields(line, dialect.delimiter).collect();
+            let numbers = cells.iter().filter_map(|cell| dialect.parse_field(cell));
+            cells.len() == dialect.fields
+                && !is_comment(line)
+                && numbers.filter(|v| v.is_finite()).count() > 0
+        };
+        let row = above[named + 1..].iter().position(is_row)?;
+        Some(named + 1 + row)
     }
 
     /// Whether a line among the rows repeats the header, or a piece of it; `None` for a line that names
@@ -119,8 +143,9 @@ impl Header {
 }
 
 /// Whether all three axes of a sensor are among the names.
-pub(crate) fn names_sensor(names: &[&str]) -> bool {
-    let roles: Vec<Role> = names.iter().map(|n| Column::from_name(n).role).collect();
+pub(crate) fn names_sensor(names: &[impl AsRef<str>]) -> bool {
+    let roles = names.iter().map(|n| Column::from_name(n.as_ref()).role);
+    let roles: Vec<Role> = roles.collect();
     let has_all = |role: fn(usize) -> Role| (0..3).all(|i| roles.contains(&role(i)));
     has_all(Role::Accel) || has_all(Role::Gyro)
 }

@@ -51,7 +51,8 @@ pub(crate) fn no_table(head: &str, what: &str) -> Error {
 /// file holds counts per epoch.
 pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Format, Error> {
     if head.trim().is_empty() {
-        return Err(Error::input("empty-file", "the file is empty")
+        let text = "the file is empty, or holds nothing but blanks and NUL bytes";
+        return Err(Error::input("empty-file", text)
             .with_hint("record again: nothing was written to this file"));
     }
     let (line_end, lines) = split_lines(head);
@@ -178,7 +179,8 @@ impl Format {
     fn table(lines: &[&str], line_end: u8, is_named_by_comment: bool) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
         let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
-        let head_lines = lines.iter().position(|l| dialect.is_row(l))?;
+        let measured = lines.iter().position(|l| dialect.is_row(l))?;
+        let head_lines = Header::first_row(&lines[..measured], dialect).unwrap_or(measured);
         let above = &lines[..head_lines];
         dialect.day_first = metadata::is_day_first(above);
         let mut header = Header::parse(above, &lines[head_lines..], dialect);
@@ -186,7 +188,7 @@ impl Format {
         if !is_named_by_comment && header_line.is_some_and(is_comment) {
             header = Header::default();
         }
-        let first_row: Vec<&str> = fields(lines[head_lines], dialect.delimiter).collect();
+        let first_row: Vec<&str> = fields(lines[measured], dialect.delimiter).collect();
         let mut misfit = None;
         if header.names.is_empty() {
             header.names = known_names(above, &first_row);

@@ -60,6 +60,10 @@ i2cdevlib | log.txt | 16384 | 131 | .
 key equals value | log.txt | g | deg/s | .
 > aX = $x | aY = $y | aZ = $z | tmp = 27.31 | gX = $u | gY = $v | gZ = $w
 
+spreadsheet | - | g | - | ,
+t,az,ay,ax
+> "$S","$z","$y","$x"
+
 Serial Monitor | log.txt | m/s^2 | - | .
 > 14:03:$T -> $x,$y,$z
 
@@ -186,6 +190,25 @@ fn a_comment_above_the_rows_is_no_header() {
         let recording = read(&format!("{comment}\n{rows}"), "desk.csv");
         assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
         assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+    }
+}
+
+/// Of a first row without measurements no cell is a name.
+#[test]
+fn a_first_row_without_measurements_leaves_the_header() {
+    let row = |(k, r): (usize, &Row)| filled("$M,$z,$y,$x", "g", "-", k, r);
+    let rows: String = six_faces(4).iter().enumerate().map(row).collect();
+    let clean = read(&format!("t,az,ay,ax\n{rows}"), "desk.csv");
+    for (first, is_row) in [
+        ("-40,--,--,--", true),
+        ("-40,NaN,NaN,NaN", true),
+        ("-40,,,", true),
+        ("init,init,init,init", false),
+    ] {
+        let recording = read(&format!("t,az,ay,ax\n{first}\n{rows}"), "desk.csv");
+        assert_eq!(recording.column_names, clean.column_names, "{first}");
+        let from = usize::from(is_row);
+        assert_eq!(recording.accel[0][from..], clean.accel[0], "{first}");
     }
 }
 
