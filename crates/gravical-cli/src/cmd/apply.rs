@@ -7,6 +7,7 @@ use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, source};
+use gravical::session::axes;
 use gravical::{Error, numfmt};
 use gravical_report::document::{Document, Section};
 use gravical_report::report::origin;
@@ -58,12 +59,13 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let path = match &args.inputs[..] {
+    let inputs = axes::group(&args.inputs);
+    let path = match &inputs[..] {
         [one] if !args.each.each => {
             args.each.refuse_alone()?;
             one
         }
-        _ => return apply_each(args),
+        _ => return apply_each(args, &inputs),
     };
     let calibrations = files_of(&args.calibration);
     let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);
@@ -101,7 +103,7 @@ struct Applied<'a> {
 ///
 /// What concerns all of them: options, the calibration, targets; `each-option` (usage) without a
 /// folder for the results.
-fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
+fn apply_each(args: &Args, inputs: &[PathBuf]) -> anyhow::Result<ExitCode> {
     EachArgs::refuse_beside(&[
         ("--gyro", args.options.gyro.is_some()),
         ("--json", args.output.json),
@@ -115,10 +117,10 @@ fn apply_each(args: &Args) -> anyhow::Result<ExitCode> {
     let options = args.options(&args.recording);
     options.read.validate()?;
     let (origin, quiet) = (&args.origin, args.output.quiet);
-    let (calibration, _) = origin.read(&args.calibration, &args.inputs, &options.read, quiet)?;
+    let (calibration, _) = origin.read(&args.calibration, inputs, &options.read, quiet)?;
     let plan = Plan {
         each: &args.each,
-        inputs: &args.inputs,
+        inputs,
         shared: files_of(&args.calibration),
         folders: false,
         output: Some(output),
