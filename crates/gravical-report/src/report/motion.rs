@@ -57,8 +57,8 @@ fn verdict(result: &MotionResult) -> Verdict {
     // One number for one move, the end for several.
     let sigma = result.r#final.sigma_m.map(|s| digits(largest(&s), 2));
     let end = sigma.map(|sigma| {
-        let of_all = format!("{usable} of {all} moves are usable");
-        format!("{of_all}, end position ± {sigma} m on the worst axis (1σ)")
+        let of_all = format!("usable moves: {usable} of {all}");
+        format!("{of_all}; end position ± {sigma} m on the worst axis (1σ)")
     });
     let conclusion = displacement(result).or(end).filter(|_| usable > 0);
     let doubt = misfit.map_or("", |_| "; the calibration does not fit");

@@ -43,7 +43,7 @@ pub(crate) fn judge_unit(
         Err(Error::input("unit-mismatch", message)
             .at(Path::new(name), None)
             .with_hint(format!(
-                "use {other}, or give the unit to apply this one regardless"
+                "use {other}; to use this one all the same, give the unit"
             ))
             .advise("accel_unit", known.map_or("", AccelUnit::name)))
     };

@@ -257,8 +257,8 @@ impl Filter {
                 let rate_hz = rate_hz.ok_or_else(|| {
                     let what = "needs the sampling rate, and the recording has no time stamps";
                     Error::usage("rate-unknown", format!("{spec} {what}"))
-                        .of_option("rate")
                         .with_hint("give the rate in Hz")
+                        .advise("rate", "100")
                 })?;
                 let (sections, decay) =
                     butterworth(order, cutoff_hz, is_high_pass, is_causal, rate_hz)?;

@@ -125,7 +125,7 @@ impl MotionVerdict {
             moves.iter().partition(|m| m.unusable.is_none());
         let closed = usable.iter().filter(|m| m.ends == Ends::RestToRest).count();
         let (all, lost) = (moves.len(), lost.len());
-        let mut some = format!("{closed} of {all} moves lie between two rests");
+        let mut some = format!("Moves between two rests: {closed} of {all}");
         if usable.len() > closed {
             some += "; with one end open the error grows with the square of time: rest for 2 s before the first move and after the last";
         }
