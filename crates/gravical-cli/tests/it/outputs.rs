@@ -73,6 +73,7 @@ calibrate live -o: live/recording.csv live/session.ndjson
 calibrate axes -o: axes/acc_x.txt axes/acc_z.txt
 calibrate --each axes --summary: axes/acc_y.txt
 convert axes/acc_[xyz].txt -o: axes/acc_x.txt axes/acc_y.txt
+apply cal.json axes/acc_x.txt axes/acc_y.txt axes/acc_z.txt -o: axes/acc_x.txt
 calibrate line.csv --gyro o.csv -o: o.csv
 calibrate line.csv --sections o.csv -o: o.csv
 calibrate line.csv --thermal o.csv -o: o.csv

@@ -301,6 +301,7 @@ fn usage_errors() {
         ("log w --json", 2, "usage"),
         ("log x --append --force --json", 2, "usage"),
         ("log x --columns ax,by --json", 2, "columns-syntax"),
+        ("log x --columns ax,ax --json", 2, "columns-syntax"),
         ("log -o - --port /dev/null --json", 2, "stdout-target"),
         ("log -o no/x.csv --port /dev/null --json", 2, "no-folder"),
         ("log -o . --json", 2, "is-folder"),

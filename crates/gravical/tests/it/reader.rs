@@ -186,6 +186,20 @@ fn impossible_temperatures_are_empty_cells() {
     assert!(!finding(&empty, "empty-cells").message.contains("outside"));
 }
 
+/// Half of the cells are empty where each channel is written when it arrives; text is no such cell.
+#[test]
+fn values_hold_in_empty_cells_and_not_in_text() {
+    for (cell, is_held) in [("", true), ("NaN", true), ("err", false)] {
+        let mut lines = lines();
+        for line in lines[2..].iter_mut().step_by(2) {
+            set(std::slice::from_mut(line), 2, cell);
+        }
+        let recording = read(&joined(&lines));
+        let held = recording.accel[1].windows(2).filter(|w| w[0] == w[1]);
+        assert_eq!(held.count() > ROWS / 3, is_held, "{cell}");
+    }
+}
+
 /// Counts of an MPU6050 at ±`range` g, at rest with z up.
 fn counts(range: f64) -> Vec<u8> {
     let sensor = Sensor {
