@@ -276,7 +276,11 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
     let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
-    let has_gravity = |axes: &[usize; 3]| !columns[axes[0]].is_linear;
+    // ROS calls raw acceleration linear, too: beside another one it is not.
+    let has_gravity = |axes: &[usize; 3]| {
+        let column = &columns[axes[0]];
+        !column.is_linear && !column.sensor.split(' ').any(is_linear)
+    };
     if found.iter().any(has_gravity) {
         found.retain(has_gravity);
     }
