@@ -29,6 +29,8 @@ const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
 const REGULAR_ROWS: usize = 20;
 /// So many blank lines, or more, at even distances part no poses either: nobody places a sensor so often.
 const MANY_POSES: usize = 64;
+/// Stamps of rows out of order run backwards at least once in so many rows.
+const ROWS_OUT_OF_ORDER: usize = 5;
 /// Fraction of regular steps above which missing rows can be distinguished from jitter.
 const REGULAR: f64 = 0.9;
 
@@ -56,6 +58,8 @@ pub enum ClockFault {
     Frozen,
     /// Their period, in their unit, gives a usual rate in no unit of time
     NoUnit(f64),
+    /// So many of them run backwards that they tell no rate
+    Unordered(usize),
 }
 
 /// Times and rate of a recording.
@@ -101,7 +105,7 @@ pub struct Clock {
 ///
 /// # Errors
 ///
-/// The stamps never advance, or give a usual rate in no unit.
+/// The stamps never advance, give a usual rate in no unit, or run backwards again and again.
 pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
     let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
     let is_absent = |row: &usize| stamps[*row].is_nan();
@@ -121,7 +125,12 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     };
     (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
     clock.start_s = start * clock.unit_s;
+    let (mended, rows) = (clock.bad.len(), stamps.len());
     clock.continue_over(stamps, usual, options.gaps);
+    let backwards = clock.bad.len() - mended;
+    if backwards * ROWS_OUT_OF_ORDER > rows {
+        return Err(ClockFault::Unordered(backwards));
+    }
     clock.judge_steps(coarse, usual, &options);
     clock.scale();
     Ok(clock)
@@ -390,7 +399,12 @@ fn deviation(values: &[f64]) -> Option<f64> {
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
     let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
-    down >= 0.4 * up && median(values.iter().copied()).is_some_and(are_alike)
+    // The stamps of rows out of order rise all the same.
+    let quarter = values.len().div_ceil(4);
+    let first = values[..quarter].iter().copied().fold(f64::MIN, f64::max);
+    let last = values[values.len() - quarter..].iter().copied();
+    let rises = first < last.fold(f64::MAX, f64::min);
+    down >= 0.4 * up && !rises && median(values.iter().copied()).is_some_and(are_alike)
 }
 
 /// Times of rows that hold the time since the row before.

@@ -1,6 +1,6 @@
 //! The first lines of loggers and apps as they write them.
 
-use gravical_recording::{AccelUnit, ReadOptions, read_bytes};
+use gravical_recording::{AccelUnit, Finding, FindingKind, ReadOptions, read_bytes};
 
 use crate::support::{RATE_HZ, Row, has_rate, is_near, read, six_faces};
 
@@ -26,6 +26,10 @@ time;gFx;gFy;gFz;TgF
 
 ros2 topic echo --csv | - | m/s^2 | rad/s | .
 > $A,$B,imu,0,0,0,1,0,0,0,0,0,0,0,0,0,$u,$v,$w,0,0,0,0,0,0,0,0,0,$x,$y,$z,0,0,0,0,0,0,0,0,0
+
+with and without gravity | - | m/s^2 | - | .
+time,linear_acceleration_x,linear_acceleration_y,linear_acceleration_z,acceleration_x,acceleration_y,acceleration_z
+> $S,0.01,0.02,0.03,$x,$y,$z
 
 ulog2csv | - | m/s^2 | rad/s | .
 timestamp,gyro_rad[0],gyro_rad[1],gyro_rad[2],gyro_integral_dt,accelerometer_timestamp_relative,accelerometer_m_s2[0],accelerometer_m_s2[1],accelerometer_m_s2[2],accelerometer_integral_dt
@@ -210,6 +214,23 @@ fn a_first_row_without_measurements_leaves_the_header() {
         let from = usize::from(is_row);
         assert_eq!(recording.accel[0][from..], clean.accel[0], "{first}");
     }
+}
+
+/// Such stamps are no clock, and no steps either.
+#[test]
+fn the_stamps_of_rows_out_of_order_are_not_used() {
+    let mut rows: Vec<String> = (six_faces(4).iter().enumerate())
+        .map(|(k, r)| filled("$M,$x,$y,$z", "g", "-", k + 1, r))
+        .collect();
+    rows.chunks_mut(2).for_each(<[String]>::reverse);
+    let recording = read(&format!("ms,ax,ay,az\n{}", rows.concat()), "desk.csv");
+    assert_eq!(recording.timing.rate_hz(), None);
+    let bad = |f: &Finding| f.kind == FindingKind::BadStamps && f.message.contains("sort the rows");
+    assert!(
+        recording.findings.iter().any(bad),
+        "{:?}",
+        recording.findings
+    );
 }
 
 /// A pair of columns compared with each other one is 25 million comparisons a row.

@@ -67,6 +67,13 @@ impl JudgedTime {
                 let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
                 findings.push(unknown.advise("time_unit", ""));
             }
+            Some(Err(ClockFault::Unordered(backwards))) => {
+                let text = format!(
+                    "{backwards} of {} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time",
+                    rows.rows()
+                );
+                findings.push(Finding::new(FindingKind::BadStamps, text));
+            }
             None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
