@@ -68,7 +68,7 @@ kinds! {
     GyroLeftOut "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match";
     GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
     GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
-    TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits";
+    TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits; or the stated one gives an unlikely rate";
     TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate";
     FrozenTime "frozen-time" Warning "the time stamps never advance";
     AbsentTime "absent-time" Warning "some rows have no time stamp";

@@ -72,7 +72,8 @@ pub struct Clock {
     pub start_s: f64,
     /// Seconds of one unit of the stamps
     pub unit_s: f64,
-    /// The unit is neither stated nor a date: the likeliest was taken
+    /// The unit is neither stated nor a date: the likeliest was taken; or the one that is stated gives a
+    /// rate that no recording has
     pub is_unit_assumed: bool,
     /// Rate at which rows follow each other
     pub rate_hz: f64,
@@ -118,9 +119,14 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     let start = start.ok_or(ClockFault::Frozen)?;
     let coarse = coarse_rate(&stamps, PAUSE * usual);
     let period = coarse.map_or(usual, f64::recip);
-    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
+    let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
+    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&rate_hz(unit.0));
     let unit = match options.unit_s {
-        Some(unit_s) => Some((unit_s, false)).filter(is_possible),
+        // A few rows may be means of whole recordings.
+        Some(unit_s) => {
+            let is_odd = stamps.len() >= MANY_POSES && !RATES_HZ.contains(&rate_hz(unit_s));
+            Some((unit_s, is_odd)).filter(is_possible)
+        }
         None => guess_unit_s(start, stamps.len(), period, &options),
     };
     (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
@@ -399,12 +405,17 @@ fn deviation(values: &[f64]) -> Option<f64> {
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
     let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
-    // The stamps of rows out of order rise all the same.
+    // A clock of rows that are out of order, or stand the last one first, has a trend all the same;
+    // one that never changes has stopped.
     let quarter = values.len().div_ceil(4);
-    let first = values[..quarter].iter().copied().fold(f64::MIN, f64::max);
-    let last = values[values.len() - quarter..].iter().copied();
-    let rises = first < last.fold(f64::MAX, f64::min);
-    down >= 0.4 * up && !rises && median(values.iter().copied()).is_some_and(are_alike)
+    let ends = [&values[..quarter], &values[values.len() - quarter..]];
+    let lows = ends.map(|end| end.iter().copied().fold(f64::MAX, f64::min));
+    let highs = ends.map(|end| end.iter().copied().fold(f64::MIN, f64::max));
+    let has_trend = highs[0] < lows[1] || highs[1] < lows[0];
+    down > 0.0
+        && down >= 0.4 * up
+        && !has_trend
+        && median(values.iter().copied()).is_some_and(are_alike)
 }
 
 /// Times of rows that hold the time since the row before.

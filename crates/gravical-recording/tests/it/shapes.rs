@@ -1,6 +1,6 @@
 //! The first lines of loggers and apps as they write them.
 
-use gravical_recording::{AccelUnit, Finding, FindingKind, ReadOptions, read_bytes};
+use gravical_recording::{AccelUnit, FindingKind, ReadOptions, read_bytes};
 
 use crate::support::{RATE_HZ, Row, has_rate, is_near, read, six_faces};
 
@@ -216,21 +216,33 @@ fn a_first_row_without_measurements_leaves_the_header() {
     }
 }
 
-/// Such stamps are no clock, and no steps either.
+/// What is no clock is no column of steps either.
 #[test]
-fn the_stamps_of_rows_out_of_order_are_not_used() {
-    let mut rows: Vec<String> = (six_faces(4).iter().enumerate())
-        .map(|(k, r)| filled("$M,$x,$y,$z", "g", "-", k + 1, r))
-        .collect();
-    rows.chunks_mut(2).for_each(<[String]>::reverse);
-    let recording = read(&format!("ms,ax,ay,az\n{}", rows.concat()), "desk.csv");
-    assert_eq!(recording.timing.rate_hz(), None);
-    let bad = |f: &Finding| f.kind == FindingKind::BadStamps && f.message.contains("sort the rows");
-    assert!(
-        recording.findings.iter().any(bad),
-        "{:?}",
-        recording.findings
-    );
+fn stamps_that_are_no_clock_are_told_and_not_used() {
+    let stamped = |header: &str, stamp: fn(usize) -> usize| {
+        let row = |(k, r): (usize, &Row)| {
+            filled("$x,$y,$z", "g", "-", k, r).replacen("", &format!("{},", stamp(k)), 1)
+        };
+        let rows: String = six_faces(4).iter().enumerate().map(row).collect();
+        read(&format!("{header},ax,ay,az\n{rows}"), "desk.csv")
+    };
+    for (header, stamp, kind, has_rate) in [
+        // Out of order, the last one first, standing still, milliseconds.
+        (
+            "ms",
+            (|k| 40 * (k ^ 1) + 1000) as fn(usize) -> usize,
+            FindingKind::BadStamps,
+            false,
+        ),
+        ("ms", |k| 1_000_000 - 40 * k, FindingKind::FrozenTime, false),
+        ("ms", |_| 40, FindingKind::FrozenTime, false),
+        ("t (s)", |k| 40 * k, FindingKind::TimeUnitAssumed, true),
+    ] {
+        let recording = stamped(header, stamp);
+        assert_eq!(recording.timing.rate_hz().is_some(), has_rate, "{kind:?}");
+        let kinds: Vec<FindingKind> = recording.findings.iter().map(|f| f.kind).collect();
+        assert!(kinds.contains(&kind), "{kinds:?}");
+    }
 }
 
 /// A pair of columns compared with each other one is 25 million comparisons a row.
