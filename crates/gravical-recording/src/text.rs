@@ -18,6 +18,7 @@ pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};
 pub use format::Format;
 pub use names::Column;
+pub(crate) use names::sensor_of_file;
 pub(crate) use roles::sensor_unknown;
 pub use sniff::{is_prose, sniff, sniff_table};
 pub(crate) use sniff::{no_rows, no_table};

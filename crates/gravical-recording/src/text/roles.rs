@@ -17,6 +17,9 @@ const MIN_CLOCK_ROWS: usize = 20;
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
 
+/// Measurements of another sensor differ by more than so many steps from one row to the next.
+const JUMP: f64 = 5.0;
+
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
     let is_gyroscope = format.options.is_gyroscope;
@@ -460,7 +463,8 @@ fn counts_mostly(values: &[f64]) -> bool {
 }
 
 /// The column that tells several sensors apart whose rows take turns: few values, each as often as
-/// the others, another one in nearly every row, and rows of one instant or a name that says so.
+/// the others, another one in nearly every row, and rows of one instant or a name that says so; or
+/// another one in every fifth row, and measurements that jump with it.
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
     const NAMES: &str = "i id instance sensor device channel node";
     (0..format.columns.len()).find_map(|c| {
@@ -490,8 +494,37 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
                 same * kinds * 5 >= stamps.len() * (kinds - 1) * 4
             })
         };
-        (takes_turns && (is_text || is_named() || has_pairs())).then_some(c)
+        let is_mixed = || {
+            let axes = 0..format.columns.len();
+            let axes = axes.filter(|c| is_accel(&format.columns[*c]));
+            let axes = sample.slices(&axes.collect::<Vec<_>>());
+            (2..=8).contains(&kinds)
+                && counts.iter().all(|count| *count >= MIN_TURNS)
+                && changes * 5 >= rows
+                && rows == sample.rows()
+                && jumps(&axes, &values)
+        };
+        let is_told = takes_turns && (is_text || is_named() || has_pairs());
+        (is_told || is_mixed()).then_some(c)
     })
+}
+
+/// Whether measurements jump from one kind of row to another as they do not within each kind.
+fn jumps(axes: &[&[f64]], kinds: &[u8]) -> bool {
+    let mut last = HashMap::new();
+    let (mut within, mut across) = (Vec::new(), Vec::new());
+    for (row, kind) in kinds.iter().enumerate() {
+        let step = |before: usize| {
+            let steps = axes.iter().map(|axis| (axis[row] - axis[before]).abs());
+            steps.fold(0.0, f64::max)
+        };
+        within.extend(last.insert(kind, row).map(step));
+        if row > 0 && kinds[row - 1] != *kind {
+            across.push(step(row - 1));
+        }
+    }
+    let jump = median(across).zip(median(within));
+    jump.is_some_and(|(across, within)| across > JUMP * within)
 }
 
 /// The values of a column as small numbers, if that is what they are.

@@ -184,6 +184,22 @@ fn one_of_two_sensors_is_read_and_the_other_on_request() {
     }
 }
 
+/// A phone writes each event when it comes, of the gyroscope half as often, and that one first.
+#[test]
+fn events_of_sensors_with_other_rates_are_told_apart() {
+    let text = written("type,t,x,y,z,ok\n", |s| {
+        let ok = s.i % 3 > 0;
+        let event = |kind, xyz: &[f64; 3]| format!("{kind},{},{},{ok}", 10 * s.i, csv(xyz, 4));
+        let accel = event("ACC", &mps2(s));
+        if s.i % 2 > 0 {
+            return accel;
+        }
+        format!("{}\n{accel}", event("GYR", &s.w))
+    });
+    let recording = read_as(&text, "log.csv");
+    is_the_session(&recording, "events", None, &["several-sensors"]);
+}
+
 #[test]
 fn wearables_say_when_and_which() {
     let is = |r: &Recording, start: &str, serial: &str, findings: &[&str]| {

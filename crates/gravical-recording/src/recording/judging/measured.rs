@@ -11,7 +11,7 @@ use crate::readings::Readings;
 use crate::recording::Labels;
 use crate::role::Role;
 use crate::spans::LineSpans;
-use crate::text::{Batch, Format, Reason, no_rows, sensor_unknown};
+use crate::text::{Batch, Format, Reason, no_rows, sensor_of_file, sensor_unknown};
 
 /// Sensors that are listed.
 const MAX_SENSORS: usize = 256;
@@ -166,7 +166,8 @@ pub(crate) fn names(format: &Format) -> [&'static str; 7] {
     }
 }
 
-/// Keeps the rows of the sensor that the user asks for, else of the lowest number or first word.
+/// Keeps the rows of the sensor that the user asks for, else of the first word that names one of its
+/// kind, else of the lowest number or first word.
 pub(crate) fn keep_sensor(
     format: &Format,
     rows: &mut Batch,
@@ -177,20 +178,30 @@ pub(crate) fn keep_sensor(
     let mut sensors: Vec<String> = sensors.take(MAX_SENSORS).cloned().collect();
     // Words stay in order.
     sensors.sort_by_key(|name| name.parse::<u64>().unwrap_or(u64::MAX));
-    let wanted = match (&format.options.sensor, sensors.first()) {
+    let kind = if format.options.is_gyroscope {
+        Role::Gyro(0)
+    } else {
+        Role::Accel(0)
+    };
+    let named = sensors
+        .iter()
+        .find(|name| sensor_of_file(name) == Some(kind));
+    let wanted = match (&format.options.sensor, named.or(sensors.first())) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
         (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
         (None, Some(first)) => first,
         (None, None) => return Ok(None),
     };
-    let finding = (format.options.sensor.is_none() && sensors.len() > 1).then(|| {
+    let other = sensors.iter().find(|name| *name != wanted);
+    let other = other.filter(|_| format.options.sensor.is_none());
+    let finding = other.map(|other| {
         let name = format.names.get(column).map_or("", String::as_str);
         let text = format!(
             "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
             sensors.len(),
             sensors.join(", ")
         );
-        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", &sensors[1])
+        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
     });
     let is_kept = |label: &u32| labels.names[*label as usize] == *wanted;
     let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
