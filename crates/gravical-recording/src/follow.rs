@@ -291,13 +291,17 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
     let Some(sentences) = &format.sentences else {
         return end;
     };
+    // Place of the first line of the last row, as far as is known.
+    let mut begun = None;
     let mut at = end;
     while at > 0 {
         let from = memrchr(format.line_end, &bytes[..at - 1]).map_or(0, |at| at + 1);
         let line = String::from_utf8_lossy(&bytes[from..at]);
         match sentences.parse(line.trim_end()).map(|s| s.place) {
             Some(place) if place == sentences.last_place() => break,
-            Some(_) => end = from,
+            // A line of a row before the last one.
+            Some(place) if begun.is_some_and(|begun| place >= begun) => break,
+            Some(place) => (end, begun) = (from, Some(place)),
             None => {}
         }
         at = from;
@@ -338,7 +342,7 @@ impl Opened {
             if self.writes_blanks {
                 batch.blanks.clear();
             }
-            let readings = self.later.read(&batch)?;
+            let readings = self.later.read(&mut batch)?;
             samples.append(&mut self.samples(&batch.lines, &readings));
         }
         if self.rows.rows() / 2 > max_rows {

@@ -69,6 +69,24 @@ fn a_recording_that_grows_is_read_as_the_whole_one() {
     }
 }
 
+/// Rows of three lines of which only the first comes once the gyroscope has died.
+#[test]
+fn rows_go_on_where_their_last_lines_stay_away() {
+    let line = |k: usize| match k % 2 {
+        1 if k > 600 => String::new(),
+        1 => "Rotation X: 0.1, Y: 0.2, Z: 0.1 deg/s\n".to_owned(),
+        _ => format!(
+            "Acceleration X: 0.01{}, Y: 0.02, Z: 1.00{} g\n",
+            k % 7,
+            k % 5
+        ),
+    };
+    let text: String = (0..1200).map(line).collect();
+    let (samples, _) = follow(&text, 1000, usize::MAX);
+    // The last one may still get its other line.
+    assert_eq!(samples.len(), 599);
+}
+
 #[test]
 fn the_last_rows_are_held() {
     let (samples, recording) = follow(&texts()[0], 100, 50);
