@@ -1,6 +1,5 @@
 //! What the user specifies about a recording; everything else is told from the file.
 
-use std::collections::HashSet;
 use std::str::FromStr;
 
 use serde::Deserialize;
@@ -167,7 +166,7 @@ impl FromStr for ColumnsSpec {
                 Ok((channel(name)?, column))
             });
             let pairs: Vec<(Role, Option<String>)> = pairs.collect::<Result<_>>()?;
-            check_axes(pairs.iter().map(|(role, _)| *role))?;
+            check_once(pairs.iter().map(|(role, _)| *role))?;
             return Ok(ColumnsSpec::Named(pairs));
         }
         let ordered = text.split(',').map(|name| match name.trim() {
@@ -176,22 +175,22 @@ impl FromStr for ColumnsSpec {
             name => channel(name).map(Some),
         });
         let ordered: Vec<Option<Role>> = ordered.collect::<Result<_>>()?;
-        check_axes(ordered.iter().flatten().copied())?;
+        check_once(ordered.iter().flatten().copied())?;
         Ok(ColumnsSpec::Ordered(ordered))
     }
 }
 
-/// Refuses an axis that is named twice.
-fn check_axes(roles: impl Iterator<Item = Role>) -> Result<()> {
-    let mut seen = HashSet::new();
-    let mut axes = roles.filter(|role| matches!(role, Role::Accel(_) | Role::Gyro(_)));
-    match axes.find(|role| !seen.insert(*role)) {
-        Some(twice) => {
-            let text = format!("{} is named twice", twice.name(0));
-            Err(Error::usage("columns-syntax", text))
+/// Refuses a channel that is named twice.
+fn check_once(roles: impl Iterator<Item = Role>) -> Result<()> {
+    let mut seen = Vec::new();
+    for role in roles.filter(|role| *role != Role::Other) {
+        if seen.contains(&role) {
+            let text = format!("{} is named twice", role.name(0));
+            return Err(Error::usage("columns-syntax", text));
         }
-        None => Ok(()),
+        seen.push(role);
     }
+    Ok(())
 }
 
 /// The part that does not concern a gyroscope's separate file; `None` without such a part.

@@ -3,7 +3,7 @@
 use crate::units::is_listed;
 
 /// What a column holds. Axes are 0, 1, 2 for x, y, z.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Role {
     /// Time of the row
     Time,

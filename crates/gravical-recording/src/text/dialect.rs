@@ -86,15 +86,24 @@ impl<'a> Iterator for Fields<'a> {
     }
 }
 
+/// Whether the comma of a number may part its thousands: three digits stand behind it, and no zero alone
+/// before it.
+fn may_part_thousands(field: &str) -> bool {
+    let parts = field.trim_start_matches(['+', '-']).split_once(',');
+    parts.is_some_and(|(whole, rest)| whole != "0" && rest.len() == 3)
+}
+
 /// Fields and finite numbers of a line, if it is a row.
 fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(usize, usize)> {
     if is_comment(line) {
         return None;
     }
     let (mut count, mut numbers, mut texts) = (0, 0, 0);
+    let is_quoted = decimal_comma && delimiter == Some(b',');
     for field in fields(line, delimiter) {
         count += 1;
-        match parse_cell(field, decimal_comma) {
+        let value = parse_cell(field, decimal_comma);
+        match value.filter(|_| !is_quoted || !may_part_thousands(field)) {
             Some(v) if v.is_finite() => numbers += 1,
             Some(_) => {}
             None => texts += 1,
@@ -125,7 +134,11 @@ impl Dialect {
 
     /// A field as [`parse_cell`] reads it.
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
-        let value = parse_cell(field, self.decimal_comma);
+        let mut value = parse_cell(field, self.decimal_comma);
+        if value.is_none() && self.delimiter == Some(b',') && !self.decimal_comma {
+            // A comma in quotes parts thousands: `"1,010"`.
+            value = parse_cell(&format!("{field}."), false);
+        }
         if self.day_first && value.is_some() && field.contains(':') {
             return parse_date(field, true).or(value);
         }

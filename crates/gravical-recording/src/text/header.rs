@@ -28,13 +28,12 @@ impl Header {
         let lines = lines.map(|(number, line)| (number, header_fields(line, dialect)));
         let mut lines: Vec<(usize, Option<Vec<String>>)> = lines.collect();
         let mut header = Header::default();
-        let is_named = |(_, names): &(usize, Option<Vec<String>>)| {
-            names.as_ref().is_some_and(|names| names_sensor(names))
-        };
-        if let Some(named) = lines.iter().rposition(is_named) {
+        if let Some(named) = named_line(above, dialect) {
             // Other lines below the names are no header.
-            let below = lines.split_off(named + 1).into_iter();
-            lines.extend(below.filter(|(_, row)| row.as_ref().is_some_and(|r| is_row_of_units(r))));
+            let is_kept = |(number, fields): &(usize, Option<Vec<String>>)| {
+                *number <= named + 1 || fields.as_ref().is_some_and(|f| is_row_of_units(f))
+            };
+            lines.retain(is_kept);
         }
         while let [.., (_, Some(_)), (_, Some(row))] = &lines[..]
             && is_row_of_units(row)
@@ -62,17 +61,17 @@ impl Header {
     /// The place of the first row without measurements, such as `0,--,--,--`, in the lines above the first
     /// row with some, if a line before it names a sensor.
     pub(crate) fn first_row(above: &[&str], dialect: Dialect) -> Option<usize> {
-        let is_named = |line: &&str| header_fields(line, dialect).is_some_and(|f| names_sensor(&f));
-        let named = above.iter().rposition(is_named)?;
+        let below = named_line(above, dialect)? + 1;
         let is_row = |line: &&str| {
-            let cells: Vec<&str> = fields(line, dialect.delimiter).collect();
-            let numbers = cells.iter().filter_map(|cell| dialect.parse_field(cell));
+            let cells = fields(line, dialect.delimiter).map(|cell| dialect.parse_field(cell));
+            let cells: Vec<Option<f64>> = cells.collect();
             cells.len() == dialect.fields
                 && !is_comment(line)
-                && numbers.filter(|v| v.is_finite()).count() > 0
+                && cells.iter().all(Option::is_some)
+                && cells.iter().flatten().any(|v| v.is_finite())
         };
-        let row = above[named + 1..].iter().position(is_row)?;
-        Some(named + 1 + row)
+        let row = above[below..].iter().position(is_row)?;
+        Some(below + row)
     }
 
     /// Whether a line among the rows repeats the header, or a piece of it; `None` for a line that names
@@ -140,6 +139,14 @@ impl Header {
         self.names
             .insert(if is_index { 0 } else { dialect.fields - 1 }, String::new());
     }
+}
+
+/// The last line that names a sensor, and is no comment.
+fn named_line(above: &[&str], dialect: Dialect) -> Option<usize> {
+    let is_named = |line: &&str| {
+        !is_comment(line) && header_fields(line, dialect).is_some_and(|f| names_sensor(&f))
+    };
+    above.iter().rposition(is_named)
 }
 
 /// Whether all three axes of a sensor are among the names.

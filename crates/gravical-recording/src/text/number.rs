@@ -77,7 +77,7 @@ fn finite(value: f64) -> f64 {
 }
 
 fn is_missing(field: &str) -> bool {
-    const MISSING: &str = "na n/a null none - ovf";
+    const MISSING: &str = "na n/a null none - -- --- ovf";
     field.is_empty() || field.len() <= 4 && is_listed(MISSING, &field.to_ascii_lowercase())
 }
 

@@ -17,7 +17,7 @@ const MIN_CLOCK_ROWS: usize = 20;
 /// Rows of each sensor from which on several are told apart.
 const MIN_TURNS: usize = 4;
 
-/// Measurements of another sensor differ by more than so many steps from one row to the next.
+/// From one sensor to another the step between rows is more than so many times that within one.
 const JUMP: f64 = 5.0;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
@@ -279,10 +279,11 @@ fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
     let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
-    // ROS calls raw acceleration linear, too: beside another one it is not.
+    // ROS calls raw acceleration linear, too; where another accelerometer stands beside it, gravity is
+    // removed from it.
     let has_gravity = |axes: &[usize; 3]| {
         let column = &columns[axes[0]];
-        !column.is_linear && !column.sensor.split(' ').any(is_linear)
+        !column.is_linear && !column.sensor.split(' ').any(|word| word == "linear")
     };
     if found.iter().any(has_gravity) {
         found.retain(has_gravity);
@@ -464,9 +465,9 @@ fn counts_mostly(values: &[f64]) -> bool {
 
 /// The column that tells several sensors apart whose rows take turns: few values, each as often as
 /// the others, another one in nearly every row, and rows of one instant or a name that says so; or
-/// another one in every fifth row, and measurements that jump with it.
+/// another one in every fifth row, a name or words, and measurements that jump with it.
 fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
-    const NAMES: &str = "i id instance sensor device channel node";
+    const NAMES: &str = "i id instance sensor device channel node type kind";
     (0..format.columns.len()).find_map(|c| {
         let (column, is_text) = (&format.columns[c], sample.is_text(c));
         let is_read = is_accel(column) || is_gyro(column) || column.role == Role::Label;
@@ -499,6 +500,7 @@ fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
             let axes = axes.filter(|c| is_accel(&format.columns[*c]));
             let axes = sample.slices(&axes.collect::<Vec<_>>());
             (2..=8).contains(&kinds)
+                && (is_text || is_named())
                 && counts.iter().all(|count| *count >= MIN_TURNS)
                 && changes * 5 >= rows
                 && rows == sample.rows()
