@@ -27,24 +27,9 @@ pub struct Rows {
     pub stamps: Option<Vec<f64>>,
 }
 
-impl Readings {
-    /// Takes the channels of a recording; all its rows are measurements.
-    pub fn take(recording: &mut Recording) -> Self {
-        Readings {
-            is_measured: vec![true; recording.rows()],
-            accel: std::mem::take(&mut recording.accel),
-            gyro: recording.gyro.take(),
-            temperature_c: recording.temperature_c.take(),
-            time_s: recording.time_s.take(),
-            breaks: std::mem::take(&mut recording.breaks),
-        }
-    }
-}
-
 /// A recording that is read batch by batch.
 pub struct BatchReader {
-    /// What the first rows are judged to be; its channels go with the first rows. Its ledger grows
-    /// with the lines that are read.
+    /// What the first rows are judged to be; its channels go with the first rows.
     pub recording: Recording,
     /// How its lines become rows
     pub format: Format,
@@ -130,10 +115,7 @@ impl BatchReader {
         };
         let here = Path::new(&self.recording.name);
         let mut batch = batch.map_err(|e| in_file(e, here))?;
-        self.recording
-            .ledger
-            .append(std::mem::take(&mut batch.ledger));
-        let readings = self.later.read(&batch);
+        let readings = self.later.read(&mut batch);
         let readings = readings.map_err(|e| e.in_file(here))?;
         Ok(Some(Rows {
             stamps: self.stamps.map(|c| std::mem::take(&mut batch.columns[c])),
@@ -152,8 +134,7 @@ impl BatchReader {
         if !only_measured {
             ledger.reasons.retain(|reason, _| !reason.is_of_row());
         }
-        let rows = ledger.rows();
-        let cut_off = note_input(&mut self.recording, &self.input, rows);
+        let cut_off = note_input(&mut self.recording, &self.input);
         let findings = cut_off.into_iter().chain(later_findings).collect();
         (self.recording, findings)
     }

@@ -79,6 +79,12 @@ impl Error {
         Self::new(Category::Contradiction, code, message)
     }
 
+    /// The same of a recording that is read whole, and has no first part that is done.
+    pub(crate) fn into_input(mut self) -> Self {
+        self.0.category = Category::Input;
+        self
+    }
+
     /// An invalid option or combination of options.
     pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Usage, code, message)

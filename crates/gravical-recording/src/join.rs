@@ -113,7 +113,7 @@ fn join_input(
         let error = error.with_hint("leave the second one out, or ignore the recording's own");
         return Err(error.advise("gyro", "").advise("columns", "gx=-,gy=-,gz=-"));
     }
-    recording.refuse_averaged("join a recording of at most three hours at 100 Hz")?;
+    recording.refuse_averaged("cut the recording, and join its parts")?;
     let options = ReadOptions {
         likely_time_unit: recording.timing.unit,
         ..options.clone()

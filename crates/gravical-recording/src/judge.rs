@@ -9,7 +9,7 @@ mod unit;
 
 pub(crate) use cells::{HeldRows, POSSIBLE_C, fill_cells, median, trend};
 pub use clock::{Clock, ClockFault, ClockOptions, clock};
-pub(crate) use clock::{breaks, holds_steps, regular_blanks, steadiness, sum_steps};
+pub(crate) use clock::{RATES_HZ, breaks, holds_steps, regular_blanks, steadiness, sum_steps};
 pub(crate) use defects::{
     frozen_axes, mark_hung, repeated_rows, repeats_are_proof, slip, unread_runs,
 };

@@ -10,6 +10,7 @@ use crate::full_scale::Clipping;
 use crate::judge::{self, Encoding};
 use crate::readings::Readings;
 use crate::recording::Recording;
+use crate::recording::judging::findings::of_lines;
 use crate::recording::judging::gap_text;
 use crate::recording::judging::measured::{Known, Measured, cell_label, keep_sensor, stamped_rows};
 use crate::spans::LineSpans;
@@ -35,11 +36,15 @@ pub struct Later {
     /// Lines of the rows before which more than four are missing, and the longest step, s.
     gaps: LineSpans,
     longest_gap_s: f64,
-    /// The unit changed, but the user gives it.
-    unit_finding: Option<Finding>,
+    /// Lines of the measurements that lack a value, and how many values.
+    incomplete: LineSpans,
+    empty_cells: usize,
+    /// What else was found, each kind once: the unit changed, but the user gives it; stamps that are not used.
+    findings: Vec<Finding>,
     /// Line of the first row that is read here.
     first_line: Option<u32>,
     ledger: Ledger,
+    nul_lines: LineSpans,
     /// Whether rows that cannot be read as those before them are an error. Batches of a recording
     /// that grows are too short to tell.
     pub(crate) contradicts: bool,
@@ -86,15 +91,17 @@ impl Later {
         Ok((recording, later))
     }
 
-    /// Reads the rows of the next batch.
+    /// Reads the rows of the next batch, and takes its account of lines.
     ///
-    /// A run of repeats that goes on from one batch to the next may leave 20 rows in the first, one
-    /// of zeros four.
+    /// Of repeats that go on from one batch to the next up to 20 rows in the first stay measurements, of
+    /// zeros up to four.
     ///
     /// # Errors
     ///
     /// The rows cannot be read as those before them.
-    pub fn read(&mut self, batch: &Batch) -> Result<Readings, Error> {
+    pub fn read(&mut self, batch: &mut Batch) -> Result<Readings, Error> {
+        self.ledger.append(std::mem::take(&mut batch.ledger));
+        self.nul_lines.append(&batch.nul_lines);
         let first = batch.lines.first().copied().unwrap_or(u32::MAX);
         self.first_line = self.first_line.or(batch.lines.first().copied());
         let mut rows = std::mem::take(&mut self.tail);
@@ -110,6 +117,13 @@ impl Later {
         self.tail = last_rows(&self.format, &rows);
         let measured = Measured::new(&self.format, rows, Some(&self.known))?;
         self.known = measured.known;
+        let unused = [FindingKind::FrozenTime, FindingKind::BadStamps];
+        for mut finding in measured.findings.iter().cloned() {
+            if unused.contains(&finding.kind) {
+                finding.message = format!("from line {first} on: {}", finding.message);
+                self.add(finding);
+            }
+        }
         self.check_columns_and_unit(&measured)?;
         for (line, step_s) in measured.time.gaps.iter().filter(|gap| gap.0 >= first) {
             self.gaps.push(u64::from(*line));
@@ -118,6 +132,7 @@ impl Later {
         let read = &measured.readings;
         let readings = read.in_lines(&measured.rows.lines, &batch.lines);
         self.count_set_aside(batch, &readings);
+        self.count_empty_cells(&batch.lines, &readings);
         for ((_, clipping), axis) in self.clipping.iter_mut().zip(readings.channels()) {
             clipping.observe(axis, &batch.lines);
         }
@@ -159,9 +174,31 @@ impl Later {
                 let line = finding.lines.first().map_or(0, |l| l[0]);
                 return Err(contradiction("unit-changed", &finding.message, line));
             }
-            self.unit_finding.get_or_insert(finding);
+            self.add(finding);
         }
         Ok(())
+    }
+
+    /// Adds what was not found yet.
+    fn add(&mut self, finding: Finding) {
+        if !self.findings.iter().any(|known| known.kind == finding.kind) {
+            self.findings.push(finding);
+        }
+    }
+
+    fn count_empty_cells(&mut self, lines: &[u32], readings: &Readings) {
+        let channels = readings.channels();
+        for (row, line) in lines
+            .iter()
+            .enumerate()
+            .filter(|(r, _)| readings.is_measured[*r])
+        {
+            let empty = channels.iter().filter(|c| c[row].is_nan()).count();
+            self.empty_cells += empty;
+            if empty > 0 {
+                self.incomplete.push(u64::from(*line));
+            }
+        }
     }
 
     fn count_set_aside(&mut self, batch: &Batch, readings: &Readings) {
@@ -185,19 +222,29 @@ impl Later {
         }
     }
 
-    /// Rows that are no measurements, and what was found in these rows beside that, once all are read.
+    /// The account of these lines, with the rows that are no measurements, and what was found in them,
+    /// once all are read.
     pub fn finish(self) -> (Ledger, Vec<Finding>) {
         let mut findings = Vec::new();
         if !self.gaps.is_empty() {
             let text = gap_text(self.gaps.count() as usize, self.longest_gap_s);
             findings.push(Finding::new(FindingKind::Gap, text).at_lines(&self.gaps));
         }
+        if self.empty_cells > 0 {
+            let (cells, rows) = (self.empty_cells, self.incomplete.count());
+            let text = format!("{cells} empty cells in {rows} rows; they stay empty");
+            let empty = Finding::new(FindingKind::EmptyCells, text);
+            findings.push(empty.at_lines(&self.incomplete));
+        }
         findings.extend(self.clipping.iter().filter_map(|(name, c)| c.finding(name)));
+        let of_lines = of_lines(&self.ledger, &self.nul_lines).into_iter();
+        // Blank lines are told of the first rows.
+        findings.extend(of_lines.filter(|f| f.kind != FindingKind::BlankRows));
         let line = self.first_line.unwrap_or_default();
         for finding in &mut findings {
             finding.message = format!("from line {line} on: {}", finding.message);
         }
-        findings.extend(self.unit_finding);
+        findings.extend(self.findings);
         (self.ledger, findings)
     }
 }

@@ -7,19 +7,23 @@ use crate::finding::{Finding, FindingKind};
 use crate::later::Later;
 use crate::readings::Readings;
 use crate::recording::Recording;
-use crate::text::{Batch, Format};
+use crate::text::{Batch, Format, check_bytes};
 
 /// Samples of a worn device that are held as they are: three hours at 100 Hz.
 const MAX_SAMPLES: usize = 1 << 20;
-/// Room for ten days: columns that grow leave holes of their size in memory.
+/// Means that are reserved at once, 19 days at 2.5 Hz: columns that grow leave holes of their size in
+/// memory.
 const USUAL_MEANS: usize = 1 << 22;
 /// Means follow each other at this rate or faster, Hz: four blocks of five are 8 s, and a rest of a wrist is 10 s.
 const MIN_HZ: f64 = 2.5;
 
+/// Neighbours are at most so many usual steps apart.
+const LONGEST_STEP: f64 = 4.5;
+
 /// Collects the batches of a whole file. With `averages` means of neighbours at 2.5 Hz or faster are
 /// held of more than 2²⁰ samples of a worn device and of columns of more than a gigabyte, and a note
 /// says so ([`FindingKind::SamplesAveraged`]). The samples held until then judge the recording, as
-/// for [`Later`].
+/// for [`Later`]; of less than 5 Hz two become a mean.
 ///
 /// # Errors
 ///
@@ -51,32 +55,27 @@ fn average(
     let (mut recording, mut later) = Later::judge(format, head)?;
     let rate_hz = recording.working_rate_hz();
     let count = (rate_hz / MIN_HZ).max(2.0) as usize;
-    let mut means = Means::new(count);
+    let mut means = Means::new(count, LONGEST_STEP / rate_hz);
     let lines = std::mem::take(&mut recording.lines);
     means.add(&Readings::take(&mut recording), &lines);
     for batch in batches {
         let mut batch = batch?;
-        recording.ledger.append(std::mem::take(&mut batch.ledger));
-        means.add(&later.read(&batch)?, &batch.lines);
-        means.rows.check_size()?;
+        let readings = later.read(&mut batch).map_err(Error::into_input)?;
+        means.add(&readings, &batch.lines);
+        check_bytes(means.bytes())?;
     }
     let (ledger, findings) = later.finish();
     recording.ledger.append(ledger);
     recording.findings.extend(findings);
     let samples = recording.ledger.rows();
-    let (rows, [has_gyro, has_temperature, has_time]) = (means.rows, means.has);
-    recording.lines = rows.lines;
-    recording.breaks = rows.breaks;
-    let mut columns = rows.columns.into_iter();
-    let mut next = || {
-        let mut column = columns.next().unwrap_or_default();
-        column.shrink_to_fit();
-        column
-    };
-    recording.accel = std::array::from_fn(|_| next());
-    recording.gyro = has_gyro.then(|| std::array::from_fn(|_| next()));
-    recording.temperature_c = has_temperature.then(&mut next);
-    recording.time_s = has_time.then(next);
+    let (readings, lines) = means.finish();
+    recording.lines = lines;
+    readings.put(&mut recording);
+    recording
+        .findings
+        .retain(|f| f.kind != FindingKind::FrozenAxis);
+    let frozen = recording.frozen_axes(format);
+    recording.findings.extend(frozen);
     let timing = &mut recording.timing;
     let mut times_s = recording.time_s.iter().flatten().copied().rev();
     let last_s = times_s.find(|t| t.is_finite());
@@ -101,65 +100,71 @@ fn average(
     Ok(recording)
 }
 
-/// Means of `count` neighbours each. Samples before a break that are too few for one are left out.
+/// Means of `count` neighbours each, of those that have a value. Samples before a break or gap that are too
+/// few for one are left out.
 struct Means {
     count: usize,
-    /// Columns in the order of [`add`](Self::add).
-    rows: Batch,
-    /// Whether there are a gyroscope, a thermometer and a clock.
-    has: [bool; 3],
-    /// Sums of the samples for the next mean, their number, and the line of the first.
-    sums: Vec<f64>,
-    held: usize,
-    line: u32,
+    longest_step_s: f64,
+    /// Time of the last sample, s.
+    last_s: f64,
+    readings: Readings,
+    /// Line of the first sample of each.
+    lines: Vec<u32>,
+    /// Sums of the values for the next mean in each column, and how many there are.
+    sums: Vec<(f64, u32)>,
+    samples: usize,
     is_after_break: bool,
 }
 
 impl Means {
-    fn new(count: usize) -> Self {
+    fn new(count: usize, longest_step_s: f64) -> Self {
         Means {
             count,
-            rows: Batch::default(),
-            has: [false; 3],
+            longest_step_s,
+            last_s: f64::NAN,
+            readings: Readings::default(),
+            lines: Vec::new(),
             sums: Vec::new(),
-            held: 0,
-            line: 0,
+            samples: 0,
             is_after_break: false,
         }
     }
 
+    fn bytes(&self) -> usize {
+        size_of_val(self.lines.as_slice()) + self.lines.len() * size_of::<f64>() * self.sums.len()
+    }
+
     fn add(&mut self, samples: &Readings, lines: &[u32]) {
-        let mut columns = samples.channels();
-        columns.extend(samples.temperature_c.as_deref());
-        columns.extend(samples.time_s.as_deref());
+        let columns = samples.columns();
         if self.sums.is_empty() {
-            self.has = [
-                samples.gyro.is_some(),
-                samples.temperature_c.is_some(),
-                samples.time_s.is_some(),
-            ];
-            self.sums = vec![0.0; columns.len()];
-            self.rows = Batch::new(columns.len());
-            let means = self.rows.columns.iter_mut();
-            means.for_each(|column| column.reserve_exact(USUAL_MEANS));
+            self.sums = vec![(0.0, 0); columns.len()];
+            self.readings = samples.map(|_| Vec::with_capacity(USUAL_MEANS));
         }
         let mut breaks = samples.breaks.iter().peekable();
         for (row, line) in lines.iter().enumerate() {
-            if breaks.next_if(|at| **at == row).is_some() {
-                self.held = 0;
-                self.is_after_break = self.rows.rows() > 0;
+            let time_s = samples.time_s.as_ref().map_or(f64::NAN, |t| t[row]);
+            let is_broken = breaks.next_if(|at| **at == row).is_some();
+            if is_broken || time_s - self.last_s > self.longest_step_s {
+                self.lines.truncate(self.readings.accel[0].len());
+                self.samples = 0;
+                self.is_after_break |= is_broken && !self.lines.is_empty();
             }
             if !samples.is_measured[row] {
                 continue;
             }
-            if self.held == 0 {
-                self.line = *line;
-                self.sums.fill(0.0);
+            if self.samples == 0 {
+                self.lines.push(*line);
+                self.sums.fill((0.0, 0));
             }
-            self.held += 1;
-            let sums = self.sums.iter_mut().zip(&columns);
-            sums.for_each(|(sum, column)| *sum += column[row]);
-            if self.held == self.count {
+            self.samples += 1;
+            self.last_s = time_s;
+            for ((sum, count), column) in self.sums.iter_mut().zip(&columns) {
+                if column[row].is_finite() {
+                    *sum += column[row];
+                    *count += 1;
+                }
+            }
+            if self.samples == self.count {
                 self.push();
             }
         }
@@ -167,11 +172,41 @@ impl Means {
 
     fn push(&mut self) {
         if std::mem::take(&mut self.is_after_break) {
-            self.rows.breaks.push(self.rows.rows());
+            self.readings.breaks.push(self.lines.len() - 1);
         }
-        let means = self.rows.columns.iter_mut().zip(&self.sums);
-        means.for_each(|(column, sum)| column.push(sum / self.count as f64));
-        self.rows.lines.push(self.line);
-        self.held = 0;
+        let means = self.readings.columns_mut().into_iter().zip(&self.sums);
+        means.for_each(|(column, (sum, count))| column.push(sum / f64::from(*count)));
+        self.samples = 0;
+    }
+
+    /// The means and their lines.
+    fn finish(mut self) -> (Readings, Vec<u32>) {
+        self.lines.truncate(self.readings.accel[0].len());
+        self.readings
+            .columns_mut()
+            .into_iter()
+            .for_each(Vec::shrink_to_fit);
+        (self.readings, self.lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_are_of_the_values_that_are_there_and_not_across_gaps() {
+        let mut means = Means::new(2, 1.0);
+        let readings = Readings {
+            accel: [(); 3].map(|()| vec![1.0, f64::NAN, 5.0, 6.0, 8.0]),
+            is_measured: vec![true; 5],
+            time_s: Some(vec![0.0, 0.5, 1.0, 9.0, 9.5]),
+            ..Readings::default()
+        };
+        means.add(&readings, &[2, 3, 4, 5, 6]);
+        let (readings, lines) = means.finish();
+        assert_eq!(lines, [2, 5]);
+        assert_eq!(readings.accel[0], [1.0, 7.0]);
+        assert_eq!(readings.time_s.unwrap(), [0.25, 9.25]);
     }
 }

@@ -98,19 +98,19 @@ fn read_input(
     let judged = collect(&format, batches, averages);
     let recording = judged.map_err(|e| in_file(e, Path::new(name)))?;
     let mut recording = recording.with_name(name);
-    let rows = recording.rows();
-    let cut_off = note_input(&mut recording, &input, rows);
+    let cut_off = note_input(&mut recording, &input);
     recording.findings.extend(cut_off.map(|f| f.in_file(name)));
     Ok(recording)
 }
 
 /// Adds what is known of the file once it is read; a finding if it is packed and cut off.
-pub(crate) fn note_input(recording: &mut Recording, input: &Input, rows: usize) -> Option<Finding> {
+pub(crate) fn note_input(recording: &mut Recording, input: &Input) -> Option<Finding> {
     if input.is_gzip {
         recording.description.insert_str(0, "gzip, ");
     }
     recording.sha256 = input.sha256();
     input.is_cut_off().then(|| {
+        let rows = recording.ledger.rows();
         let text = format!(
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked"
         );

@@ -1,5 +1,7 @@
 //! Channels of rows, as a recording was judged.
 
+use crate::recording::Recording;
+
 /// Channels of the rows of a batch, as the recording was judged.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Readings {
@@ -26,6 +28,55 @@ impl Readings {
         axes.map(Vec::as_slice).collect()
     }
 
+    /// Channels, temperature and time.
+    pub(crate) fn columns(&self) -> Vec<&[f64]> {
+        let mut columns = self.channels();
+        columns.extend(self.temperature_c.as_deref());
+        columns.extend(self.time_s.as_deref());
+        columns
+    }
+
+    /// As [`columns`](Self::columns).
+    pub(crate) fn columns_mut(&mut self) -> Vec<&mut Vec<f64>> {
+        let axes = self.accel.iter_mut().chain(self.gyro.iter_mut().flatten());
+        axes.chain(&mut self.temperature_c)
+            .chain(&mut self.time_s)
+            .collect()
+    }
+
+    /// The same columns with other values; without rows and breaks.
+    pub(crate) fn map(&self, values: impl Fn(&Vec<f64>) -> Vec<f64>) -> Readings {
+        Readings {
+            accel: self.accel.each_ref().map(&values),
+            gyro: self.gyro.as_ref().map(|g| g.each_ref().map(&values)),
+            temperature_c: self.temperature_c.as_ref().map(&values),
+            time_s: self.time_s.as_ref().map(&values),
+            is_measured: Vec::new(),
+            breaks: Vec::new(),
+        }
+    }
+
+    /// Takes the channels of a recording; all its rows are measurements.
+    pub fn take(recording: &mut Recording) -> Self {
+        Readings {
+            is_measured: vec![true; recording.rows()],
+            accel: std::mem::take(&mut recording.accel),
+            gyro: recording.gyro.take(),
+            temperature_c: recording.temperature_c.take(),
+            time_s: recording.time_s.take(),
+            breaks: std::mem::take(&mut recording.breaks),
+        }
+    }
+
+    /// Puts channels in the place of those of a recording.
+    pub(crate) fn put(self, recording: &mut Recording) {
+        recording.accel = self.accel;
+        recording.gyro = self.gyro;
+        recording.temperature_c = self.temperature_c;
+        recording.time_s = self.time_s;
+        recording.breaks = self.breaks;
+    }
+
     /// Those in these lines of rows; `own_lines`: those of these readings, all measurements.
     pub(crate) fn in_lines(&self, own_lines: &[u32], lines: &[u32]) -> Readings {
         let first = lines.first().copied().unwrap_or_default();
@@ -46,12 +97,9 @@ impl Readings {
                 .collect()
         };
         Readings {
-            accel: self.accel.each_ref().map(channel),
-            gyro: self.gyro.as_ref().map(|g| g.each_ref().map(channel)),
-            temperature_c: self.temperature_c.as_ref().map(channel),
             is_measured: rows.iter().map(Option::is_some).collect(),
-            time_s: self.time_s.as_ref().map(channel),
             breaks,
+            ..self.map(channel)
         }
     }
 }

@@ -168,7 +168,7 @@ impl Recording {
         start..before(last.saturating_add(1)).max(start)
     }
 
-    /// True for a long file of a worn device: its rows are means of neighbouring samples.
+    /// True for a recording that is too long to hold: its rows are means of neighbouring samples.
     pub fn is_averaged(&self) -> bool {
         self.ledger.rows() > self.rows()
     }

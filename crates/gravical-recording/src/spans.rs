@@ -75,7 +75,7 @@ pub fn format_spans(spans: &[[u64; 2]], count: u64, most: usize) -> String {
             format!("{from}-{to}")
         });
     }
-    if shown < count {
+    if shown < count || spans.len() > most {
         parts.push("…".to_owned());
     }
     parts.join(", ")

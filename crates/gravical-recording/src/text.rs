@@ -13,6 +13,7 @@ mod roles;
 mod sniff;
 mod words;
 
+pub(crate) use batch::check_bytes;
 pub use batch::{AsideLines, Batch, CopiedText, Ledger, Reason};
 pub(crate) use batches::BATCH_ROWS;
 pub use batches::{Batches, split_hint};

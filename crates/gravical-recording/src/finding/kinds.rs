@@ -56,7 +56,7 @@ kinds! {
     TruncatedFile "truncated-file" Warning "a truncated gzip file";
     CorruptBlock "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end";
     LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
-    SamplesAveraged "samples-averaged" Note "more samples than are held";
+    SamplesAveraged "samples-averaged" Note "more than 1 GiB of columns, or more than 2²⁰ samples of a `.cwa` file";
     ColumnsGuessed "columns-guessed" Warning "no header, or a header that does not fit the columns";
     NotAnAccelerometer "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope";
     SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `sensor_id`)";

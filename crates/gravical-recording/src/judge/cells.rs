@@ -34,14 +34,15 @@ pub(crate) type HeldRows = [Option<[f64; 3]>; 2];
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
 ///
 /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
-/// value of a channel holds until the next one. `lines`: that of each row; `text_rows`: rows whose
-/// cells are empty because they hold text; `known`: what holds by rows before these. Returns what was found, and for how many rows the values of accelerometer and
-/// gyroscope hold.
+/// value of a channel holds until the next one, but not in cells of text: these are failed readings.
+/// `lines`: that of each row; `texts`: of each channel, not zero where a cell holds text, empty without
+/// any; `known`: what holds by rows before these. Returns what was found, and for how many rows the values
+/// of accelerometer and gyroscope hold.
 pub(crate) fn fill_cells(
     readings: &mut Readings,
     lines: &[u32],
     names: [&str; 7],
-    text_rows: usize,
+    texts: &[&[u8]],
     known: Option<HeldRows>,
 ) -> (Option<Finding>, HeldRows) {
     let rows = lines.len();
@@ -55,6 +56,7 @@ pub(crate) fn fill_cells(
         let Some(axes) = sensor else {
             continue;
         };
+        let texts = &texts[3 * k..3 * k + 3];
         for (axis, channel) in axes.iter().enumerate() {
             for (marked, v) in marked.iter_mut().zip(channel) {
                 *marked |= v.is_nan();
@@ -63,10 +65,10 @@ pub(crate) fn fill_cells(
         }
         holds[k] = match known {
             Some(known) => known[k],
-            None => held_rows(axes, text_rows, max_distances),
+            None => held_rows(axes, texts, max_distances),
         };
-        for (max_rows, channel) in holds[k].iter().flatten().zip(axes) {
-            hold(channel, *max_rows);
+        for ((max_rows, channel), text) in holds[k].iter().flatten().zip(axes).zip(texts) {
+            hold(channel, *max_rows, text);
         }
     }
     let mut impossible = 0;
@@ -103,10 +105,13 @@ pub(crate) fn fill_cells(
 
 /// Rows for which the last value of each channel holds where cells are empty, as many usual distances
 /// between values; `None` for a sensor whose cells are rarely empty.
-fn held_rows(axes: &[Vec<f64>; 3], text_rows: usize, distances: f64) -> Option<[f64; 3]> {
+fn held_rows(axes: &[Vec<f64>; 3], texts: &[&[u8]], distances: f64) -> Option<[f64; 3]> {
     let rows = axes[0].len();
-    let lacking = (0..rows).filter(|row| axes.iter().any(|axis| axis[*row].is_nan()));
-    let lacking = lacking.count().saturating_sub(text_rows);
+    let is_empty = |row: usize| {
+        let mut cells = axes.iter().zip(texts);
+        cells.any(|(axis, text)| axis[row].is_nan() && !is_text(text, row))
+    };
+    let lacking = (0..rows).filter(|row| is_empty(*row)).count();
     let is_sparse = rows >= SPARSE_ROWS && 5 * lacking > rows;
     is_sparse.then(|| {
         axes.each_ref().map(|axis| {
@@ -116,13 +121,17 @@ fn held_rows(axes: &[Vec<f64>; 3], text_rows: usize, distances: f64) -> Option<[
     })
 }
 
+fn is_text(text: &[u8], row: usize) -> bool {
+    text.get(row).is_some_and(|code| *code > 0)
+}
+
 /// Fills empty cells with the value before, for so many rows at most.
-fn hold(channel: &mut [f64], max_rows: f64) {
+fn hold(channel: &mut [f64], max_rows: f64, text: &[u8]) {
     let (mut last, mut rows) = (f64::NAN, 0.0);
-    for v in channel {
+    for (row, v) in channel.iter_mut().enumerate() {
         if !v.is_nan() {
             (last, rows) = (*v, 0.0);
-        } else if rows < max_rows {
+        } else if rows < max_rows && !is_text(text, row) {
             *v = last;
             rows += 1.0;
         }

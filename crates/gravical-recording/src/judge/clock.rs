@@ -5,7 +5,7 @@ use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
 
 /// Rates of recordings, Hz.
-const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
+pub const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
 const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
 /// Unit of the stamps of some motion trackers, s: taken where the stated rate asks for it.
@@ -31,6 +31,9 @@ const REGULAR_ROWS: usize = 20;
 const MANY_POSES: usize = 64;
 /// Stamps of rows out of order run backwards at least once in so many rows.
 const ROWS_OUT_OF_ORDER: usize = 5;
+/// Fewest rows from one wrap of a clock to the next, and the number of wraps from which on that counts.
+const ROWS_OF_WRAP: usize = 20;
+const MANY_WRAPS: usize = 20;
 /// Fraction of regular steps above which missing rows can be distinguished from jitter.
 const REGULAR: f64 = 0.9;
 
@@ -41,6 +44,8 @@ pub struct ClockOptions<'a> {
     pub unit_s: Option<f64>,
     /// Seconds of their likeliest unit
     pub likely_unit_s: Option<f64>,
+    /// Whether the rows before these were parted evenly, so that these are, too, or are not
+    pub is_bunched: Option<bool>,
     /// Nominal rate
     pub rate_hz: Option<f64>,
     /// Highest less lowest temperature in the recording, °C
@@ -72,8 +77,7 @@ pub struct Clock {
     pub start_s: f64,
     /// Seconds of one unit of the stamps
     pub unit_s: f64,
-    /// The unit is neither stated nor a date: the likeliest was taken; or the one that is stated gives a
-    /// rate that no recording has
+    /// The unit is neither stated nor a date: the likeliest was taken
     pub is_unit_assumed: bool,
     /// Rate at which rows follow each other
     pub rate_hz: f64,
@@ -119,23 +123,20 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     let start = start.ok_or(ClockFault::Frozen)?;
     let coarse = coarse_rate(&stamps, PAUSE * usual);
     let period = coarse.map_or(usual, f64::recip);
-    let rate_hz = |unit_s: f64| 1.0 / (period * unit_s);
-    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&rate_hz(unit.0));
+    let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
     let unit = match options.unit_s {
-        // A few rows may be means of whole recordings.
-        Some(unit_s) => {
-            let is_odd = stamps.len() >= MANY_POSES && !RATES_HZ.contains(&rate_hz(unit_s));
-            Some((unit_s, is_odd)).filter(is_possible)
-        }
+        Some(unit_s) => Some((unit_s, false)).filter(is_possible),
         None => guess_unit_s(start, stamps.len(), period, &options),
     };
     (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
     clock.start_s = start * clock.unit_s;
     let (mended, rows) = (clock.bad.len(), stamps.len());
-    clock.continue_over(stamps, usual, options.gaps);
+    let wraps = clock.continue_over(stamps, usual, options.gaps);
+    let begun_again = wraps + clock.restarts.len();
     let backwards = clock.bad.len() - mended;
-    if backwards * ROWS_OUT_OF_ORDER > rows {
-        return Err(ClockFault::Unordered(backwards));
+    let is_shuffled = backwards * ROWS_OUT_OF_ORDER > rows;
+    if rows >= MANY_POSES && is_shuffled || begun_again > MANY_WRAPS + rows / ROWS_OF_WRAP {
+        return Err(ClockFault::Unordered(backwards + begun_again));
     }
     clock.judge_steps(coarse, usual, &options);
     clock.scale();
@@ -235,9 +236,9 @@ fn guess_unit_s(
 
 impl Clock {
     /// Times from the first stamp on, in its unit, over counters that wrap, clocks without a date,
-    /// and restarts.
-    fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) {
-        let (mut offset, mut before) = (f64::NAN, f64::NAN);
+    /// and restarts. The number of wraps.
+    fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) -> usize {
+        let (mut offset, mut before, mut wraps) = (f64::NAN, f64::NAN, 0);
         self.time_s.reserve_exact(stamps.len());
         for (row, stamp) in stamps.into_iter().enumerate() {
             if offset.is_nan() {
@@ -250,6 +251,7 @@ impl Clock {
                     && stamp < 100.0 * usual.max(1.0 / self.unit_s);
                 if let Some(period) = wrap_period(before, stamp, usual, self.unit_s) {
                     offset += period;
+                    wraps += 1;
                 } else if is_near_zero || is_one(gaps, row) {
                     offset += before + usual - stamp;
                     self.restarts.push(row);
@@ -263,6 +265,7 @@ impl Clock {
             self.time_s.push(stamp + offset);
         }
         self.bad.sort_unstable();
+        wraps
     }
 
     /// Rates, gaps and missing rows by the steps of the times, all in the unit of the stamps: in it
@@ -297,11 +300,10 @@ impl Clock {
         let mean = self.mean_rate_hz.unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..0.2 / mean).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
-        if self.mean_rate_hz.is_some()
-            && bunched * 2 > steps.len()
-            && stamped > RAREST_BURST
-            && !has_only_pauses(&steps, usual)
-        {
+        let is_bunched = options.is_bunched.unwrap_or_else(|| {
+            bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual)
+        });
+        if is_bunched && self.mean_rate_hz.is_some() {
             self.bunched = Some(bunched);
             self.rate_hz = mean;
             self.part_evenly(coarse.is_some(), options);
@@ -372,7 +374,7 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
         // steps in the period.
         let is_within =
             before < *period && now >= 0.0 || before < 0.5 * period && now >= -0.5 * period;
-        is_within && *period > 20.0 * usual && is_usual(now + period - before, usual)
+        is_within && *period > ROWS_OF_WRAP as f64 * usual && is_usual(now + period - before, usual)
     };
     periods.into_iter().find(fits)
 }
@@ -411,7 +413,10 @@ pub fn holds_steps(values: &[f64]) -> bool {
     let ends = [&values[..quarter], &values[values.len() - quarter..]];
     let lows = ends.map(|end| end.iter().copied().fold(f64::MAX, f64::min));
     let highs = ends.map(|end| end.iter().copied().fold(f64::MIN, f64::max));
-    let has_trend = highs[0] < lows[1] || highs[1] < lows[0];
+    let range = highs[0].max(highs[1]) - lows[0].min(lows[1]);
+    let is_wide = |usual: f64| range > 0.5 * usual || down > 0.9;
+    let has_trend = (highs[0] < lows[1] || highs[1] < lows[0])
+        && median(values.iter().copied()).is_some_and(is_wide);
     down > 0.0
         && down >= 0.4 * up
         && !has_trend

@@ -8,6 +8,7 @@ pub(crate) use time::gap_text;
 
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
@@ -90,12 +91,7 @@ impl Recording {
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self, format: &Format, is_held: bool) {
-        let mut findings = Vec::new();
-        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
-        let names = names(format);
-        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.resolution) {
-            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
-        }
+        let mut findings = self.frozen_axes(format);
         for (channel, name, mut clipping) in self.ends_of_ranges(format) {
             clipping.observe(channel, &self.lines);
             findings.extend(clipping.finding(name));
@@ -110,6 +106,16 @@ impl Recording {
             findings.extend(findings::not_an_accelerometer(&self.accel));
         }
         self.findings.append(&mut findings);
+    }
+
+    pub(crate) fn frozen_axes(&self, format: &Format) -> Vec<Finding> {
+        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
+        let names = names(format);
+        let mut findings = Vec::new();
+        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.resolution) {
+            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
+        }
+        findings
     }
 
     /// Channels, their names and what detects the ends of their ranges.

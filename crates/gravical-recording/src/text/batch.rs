@@ -238,14 +238,7 @@ impl Batch {
     pub fn check_size(&self) -> Result<(), Error> {
         let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
         let texts: usize = self.texts.iter().map(Vec::len).sum();
-        let bytes = columns + texts + size_of_val(self.lines.as_slice());
-        if bytes <= MAX_BYTES {
-            return Ok(());
-        }
-        let mib = bytes >> 20;
-        let text = format!("the columns take more than {mib} MiB of memory");
-        let error = Error::input("too-large", text);
-        Err(error.with_hint("cut the file, and read the parts separately"))
+        check_bytes(columns + texts + size_of_val(self.lines.as_slice()))
     }
 
     /// Adds the rows of the batch that follows, without their text.
@@ -366,6 +359,17 @@ impl Batch {
     pub(crate) fn is_text(&self, column: usize) -> bool {
         self.texts[column].iter().filter(|t| **t > 0).count() * 2 > self.rows()
     }
+}
+
+/// Refuses columns of more than a gigabyte.
+pub(crate) fn check_bytes(bytes: usize) -> Result<(), Error> {
+    if bytes <= MAX_BYTES {
+        return Ok(());
+    }
+    let mib = bytes >> 20;
+    let text = format!("the columns take more than {mib} MiB of memory");
+    let error = Error::input("too-large", text);
+    Err(error.with_hint("cut the file, and read the parts separately"))
 }
 
 /// Adds values to others, in a little more room: twice as much would be too large.

@@ -25,7 +25,7 @@ fn read_in_two(
     let (recording, mut later) = Later::judge(&format, head).unwrap();
     let mut rest = batch(text(&rows[first..]));
     rest.lines.iter_mut().for_each(|line| *line += head_lines);
-    let readings = later.read(&rest);
+    let readings = later.read(&mut rest);
     let measured = readings.map(|readings| {
         let axes = readings.accel.iter().chain(readings.gyro.iter().flatten());
         let kept = |axis: &Vec<f64>| {
@@ -163,6 +163,35 @@ fn rows_that_cannot_be_read_alike_end_the_reading() {
 }
 
 #[test]
+fn what_later_rows_lack_is_told_and_steps_stay_steps() {
+    let row = |i: usize| {
+        let step = if i < 2000 { 39 + i % 3 } else { 40 };
+        let y = if i == 3000 {
+            String::new()
+        } else {
+            (i % 5).to_string()
+        };
+        format!("{step},{},{y},{}", i % 7, 16_384 - (i % 3) as i32)
+    };
+    let text = |rows: std::ops::Range<usize>| {
+        let rows: Vec<String> = rows.map(row).collect();
+        format!("t_ms,ax,ay,az\n{}\n", rows.join("\n"))
+    };
+    let head = text(0..2000);
+    let format = sniff(&head, "", &ReadOptions::default()).unwrap();
+    let batch = |text: String| format.batches(Cursor::new(text)).next().unwrap().unwrap();
+    let (_, mut later) = Later::judge(&format, batch(head)).unwrap();
+    let mut rest = batch(text(2000..6000) + "1,2\n");
+    rest.lines.iter_mut().for_each(|line| *line += 2000);
+    let readings = later.read(&mut rest).unwrap();
+    assert!(is_near(readings.time_s.unwrap()[3999], 240.0, 0.1));
+    let (ledger, findings) = later.finish();
+    let kinds: Vec<&str> = findings.iter().map(|f| f.kind.name()).collect();
+    assert_eq!(kinds, ["empty-cells", "torn-line"]);
+    assert_eq!(ledger.total(), 2);
+}
+
+#[test]
 fn the_clock_goes_on_while_rows_have_no_stamps() {
     let batch = |rows: std::ops::Range<usize>, is_stamped: bool| {
         let rows = rows.map(|i| {
@@ -186,9 +215,13 @@ fn the_clock_goes_on_while_rows_have_no_stamps() {
     let (_, mut later) = Later::judge(&format, rows(0, head)).unwrap();
     for unstamped in [2000..5000, 5000..8000] {
         let first = unstamped.start as u32;
-        later.read(&rows(first, batch(unstamped, false))).unwrap();
+        later
+            .read(&mut rows(first, batch(unstamped, false)))
+            .unwrap();
     }
-    let readings = later.read(&rows(8000, batch(8000..9000, true))).unwrap();
+    let readings = later
+        .read(&mut rows(8000, batch(8000..9000, true)))
+        .unwrap();
     let time_s = readings.time_s.unwrap();
     assert!(is_near(time_s[0], 320.0, 1e-6), "{}", time_s[0]);
     assert!(is_near(time_s[999], 359.96, 1e-6), "{}", time_s[999]);

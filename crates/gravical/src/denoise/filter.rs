@@ -258,7 +258,7 @@ impl Filter {
                     let what = "needs the sampling rate, and the recording has no time stamps";
                     Error::usage("rate-unknown", format!("{spec} {what}"))
                         .with_hint("give the rate in Hz")
-                        .advise("rate", "100")
+                        .advise("rate", "")
                 })?;
                 let (sections, decay) =
                     butterworth(order, cutoff_hz, is_high_pass, is_causal, rate_hz)?;

@@ -184,7 +184,7 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
         return Err(Error::usage("rate-unknown", what)
             .at(here, None)
             .with_hint("give the rate in Hz")
-            .advise("rate", "100"));
+            .advise("rate", ""));
     };
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);

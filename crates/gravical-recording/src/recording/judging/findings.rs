@@ -3,7 +3,8 @@
 use crate::finding::{Finding, FindingKind};
 use crate::judge;
 use crate::role::Role;
-use crate::text::{Batch, Format, Reason};
+use crate::spans::LineSpans;
+use crate::text::{Batch, Format, Ledger, Reason};
 
 /// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
 /// g. Loggers use `ax_g` for what they measure.
@@ -96,8 +97,8 @@ pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Finding> {
     })
 }
 
-/// Cells of the channels that hold text: the number of their rows, and the finding.
-pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<(usize, Finding)> {
+/// Cells of the channels that hold text.
+pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {
@@ -114,18 +115,15 @@ pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<(usize, Fin
     let text = format!(
         "{cells} cells hold text where the rows have numbers; they are empty, first: \"{first}\""
     );
-    let finding = Finding::new(FindingKind::NotANumber, text);
-    Some((lines.len(), finding.at_lines(&lines.into_iter().collect())))
+    Some(Finding::new(FindingKind::NotANumber, text).at_lines(&lines.into_iter().collect()))
 }
 
 /// Lines that were set aside; none for those that every good file has.
-pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
-    let regular = judge::regular_blanks(&rows.blanks, rows.rows());
+pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (reason, aside) in &rows.ledger.reasons {
+    for (reason, aside) in &ledger.reasons {
         // Kinds have the names of the reasons.
-        let kind = FindingKind::of_name(reason.name());
-        let Some(kind) = kind.filter(|kind| *kind != FindingKind::BlankRows || regular == 0) else {
+        let Some(kind) = FindingKind::of_name(reason.name()) else {
             continue;
         };
         let example = match reason {
@@ -141,9 +139,9 @@ pub(super) fn of_lines(rows: &Batch) -> Vec<Finding> {
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
         findings.push(Finding::new(kind, text).at_lines(&aside.lines));
     }
-    if !rows.nul_lines.is_empty() {
-        let text = format!("NUL bytes in {} lines; removed", rows.nul_lines.count());
-        findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(&rows.nul_lines));
+    if !nul_lines.is_empty() {
+        let text = format!("NUL bytes in {} lines; removed", nul_lines.count());
+        findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(nul_lines));
     }
     findings
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::findings;
-use super::time::JudgedTime;
+use super::time::{JudgedTime, KnownClock};
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Encoding, HeldRows};
@@ -35,6 +35,8 @@ pub(crate) struct Known {
     /// Gravity in the unit of the file; `None` if shifted columns and other units are not looked
     /// for.
     pub gravity: Option<f64>,
+    /// Of the first rows with stamps.
+    pub clock: Option<KnownClock>,
     /// Line and time of the last row whose time is known; `None` without a clock.
     pub anchor: Option<(u32, f64)>,
 }
@@ -65,11 +67,13 @@ impl Measured {
         if known.is_none() {
             check_values(format, &rows)?;
         }
-        let (text_rows, text_cells) = findings::of_text_cells(format, &rows).unzip();
+        let text_cells = findings::of_text_cells(format, &rows);
         let (thermometer, temperature_c) =
             take_temperature(format, &mut rows, known, &mut findings).unzip();
         let mut of_time = Vec::new();
-        let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut of_time);
+        let clock = known.and_then(|known| known.clock);
+        let mut time =
+            JudgedTime::new(format, &rows, temperature_c.as_deref(), clock, &mut of_time);
         if let Some(known) = known {
             time.continue_from(known.anchor, &rows.lines);
         }
@@ -94,7 +98,10 @@ impl Measured {
             decode(format, &mut rows, encoding);
         }
         set_aside_slipped(format, &mut rows, known);
-        findings.extend(findings::of_lines(&rows));
+        let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
+        let of_lines = findings::of_lines(&rows.ledger, &rows.nul_lines).into_iter();
+        let is_told = |f: &Finding| f.kind != FindingKind::BlankRows || !is_regular;
+        findings.extend(of_lines.filter(is_told));
         findings.extend(text_cells);
         findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.meaning())));
         findings.append(&mut of_time);
@@ -123,16 +130,21 @@ impl Measured {
             values.for_each(|v| *v -= offset);
         }
         let known_holds = known.map(|known| known.holds);
-        let lines = &rows.lines;
+        let texts: Vec<&[u8]> = format
+            .channels()
+            .iter()
+            .map(|c| &rows.texts[*c][..])
+            .collect();
         let (empty, holds) = judge::fill_cells(
             &mut readings,
-            lines,
+            &rows.lines,
             names(format),
-            text_rows.unwrap_or(0),
+            &texts,
             known_holds,
         );
         findings.extend(empty);
         findings.extend(emptied);
+        let clock = clock.or(time.clock);
         Ok(Measured {
             readings,
             rows,
@@ -142,6 +154,7 @@ impl Measured {
                 encoding,
                 thermometer,
                 holds,
+                clock,
                 anchor: anchor.or(known.and_then(|known| known.anchor)),
                 ..known.copied().unwrap_or_default()
             },
@@ -167,7 +180,7 @@ pub(crate) fn names(format: &Format) -> [&'static str; 7] {
 }
 
 /// Keeps the rows of the sensor that the user asks for, else of the first word that names one of its
-/// kind, else of the lowest number or first word.
+/// kind, else of the lowest number or first word, unless another has far more rows.
 pub(crate) fn keep_sensor(
     format: &Format,
     rows: &mut Batch,
@@ -183,10 +196,23 @@ pub(crate) fn keep_sensor(
     } else {
         Role::Accel(0)
     };
-    let named = sensors
-        .iter()
-        .find(|name| sensor_of_file(name) == Some(kind));
-    let wanted = match (&format.options.sensor, named.or(sensors.first())) {
+    let named = || {
+        sensors
+            .iter()
+            .filter(|name| sensor_of_file(name) == Some(kind))
+    };
+    let named = named()
+        .find(|name| !name.contains("linear"))
+        .or(named().next());
+    let count = |name: &&String| {
+        let is_it = |label: &&u32| labels.names[**label as usize] == **name;
+        labels.of_row.iter().filter(is_it).count()
+    };
+    let first = sensors.first();
+    let most = sensors.iter().max_by_key(count);
+    let has_more = |most: &&String| first.is_some_and(|first| 4 * count(most) > 5 * count(&first));
+    let usual = named.or(most.filter(has_more)).or(first);
+    let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
         (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
         (None, Some(first)) => first,
@@ -278,8 +304,9 @@ fn take_temperature(
     let find = |is_one: fn(f64, f64) -> bool| {
         let mut columns = format.columns.iter().zip(&rows.columns);
         columns.position(|(column, values)| {
-            let shows = |t: &f64| t.is_finite() && is_one(*t, values[0]);
-            column.role == Role::Temperature && values.iter().any(shows)
+            let known = || values.iter().copied().filter(|t| t.is_finite());
+            let shows = |first| known().any(|t| is_one(t, first));
+            column.role == Role::Temperature && known().next().is_some_and(shows)
         })
     };
     let column = match known {

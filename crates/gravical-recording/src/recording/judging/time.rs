@@ -25,6 +25,17 @@ pub(crate) struct JudgedTime {
     pub restarts: Vec<usize>,
     /// Lines of the rows before which more than four are missing, and these steps, s.
     pub gaps: Vec<(u32, f64)>,
+    pub clock: Option<KnownClock>,
+}
+
+/// How stamps are read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownClock {
+    /// The column, and whether it holds steps; none of two columns.
+    column: Option<(usize, bool)>,
+    unit_s: f64,
+    /// Rows are parted evenly.
+    is_bunched: bool,
 }
 
 impl JudgedTime {
@@ -32,6 +43,7 @@ impl JudgedTime {
         format: &Format,
         rows: &Batch,
         temperature_c: Option<&[f64]>,
+        known: Option<KnownClock>,
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
@@ -44,17 +56,30 @@ impl JudgedTime {
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
-        let (stamps, unit_s) = find_stamps(format, rows).unzip();
+        let stamps = find_stamps(format, rows, known);
+        let unit_s = stamps.as_ref().and_then(|stamps| stamps.unit_s);
+        let given_s = format.options.time_unit.map(TimeUnit::seconds);
         let options = ClockOptions {
-            unit_s: unit_s.flatten(),
+            unit_s: known.map(|known| known.unit_s).or(given_s).or(unit_s),
+            is_bunched: known.map(|known| known.is_bunched),
             likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
             gaps: &rows.breaks,
             pauses: &pauses,
         };
-        match stamps.map(|stamps| judge::clock(stamps, options)) {
-            Some(Ok(clock)) => judged.tell(clock, rows, findings),
+        let column = stamps.as_ref().and_then(|stamps| stamps.column);
+        match stamps.map(|stamps| judge::clock(stamps.values, options)) {
+            Some(Ok(clock)) => {
+                judged.clock = Some(KnownClock {
+                    column,
+                    unit_s: clock.unit_s,
+                    is_bunched: clock.bunched.is_some(),
+                });
+                let is_dated = column.is_none_or(|(c, _)| format.columns[c].is_dated);
+                let is_stated = unit_s.is_some() && given_s.is_none() && !is_dated;
+                judged.tell(clock, rows, is_stated, findings);
+            }
             Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
                 let text = "the time stamps never advance; they are not used";
@@ -96,7 +121,8 @@ impl JudgedTime {
         self.time_s.iter_mut().for_each(|t| *t += shift_s);
     }
 
-    fn tell(&mut self, clock: Clock, rows: &Batch, findings: &mut Vec<Finding>) {
+    /// `is_stated`: the file states the unit of the stamps.
+    fn tell(&mut self, clock: Clock, rows: &Batch, is_stated: bool, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
         let rate_hz = clock.rate_hz;
@@ -108,6 +134,12 @@ impl JudgedTime {
         if let Some(unit) = assumed.map(TimeUnit::name) {
             let text = format!(
                 "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
+            );
+            findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
+        }
+        if is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&rate_hz) {
+            let text = format!(
+                "the unit of the time stamps that the file states gives a rate of {rate_hz:.2} Hz; give the unit if it is another"
             );
             findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
         }
@@ -170,39 +202,62 @@ pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
     format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
 }
 
-/// The column of time that rises most often and most evenly, and seconds of its unit if they are
-/// stated; steps only if there is no other.
-fn find_stamps(format: &Format, rows: &Batch) -> Option<(Vec<f64>, Option<f64>)> {
-    if let Some(stamps) = in_two_columns(format, rows) {
-        return Some((stamps, Some(1.0)));
+/// Stamps, not yet as times.
+struct Stamps {
+    values: Vec<f64>,
+    /// Seconds of their unit, if the file states it.
+    unit_s: Option<f64>,
+    /// The column, and whether it holds steps; none of two columns.
+    column: Option<(usize, bool)>,
+}
+
+/// The stamps of the rows before, else of the column of time that rises most often and most evenly; steps
+/// only if there is no other.
+fn find_stamps(format: &Format, rows: &Batch, known: Option<KnownClock>) -> Option<Stamps> {
+    if let Some(values) = in_two_columns(format, rows) {
+        return Some(Stamps {
+            values,
+            unit_s: Some(1.0),
+            column: None,
+        });
     }
+    let known = known.and_then(|known| known.column);
     let mut candidates = Vec::new();
-    for (column, values) in format.columns.iter().zip(&rows.columns) {
-        let is_step = match column.role {
-            Role::Time => !column.is_dated && judge::holds_steps(values),
-            Role::Step => true,
+    for (c, (column, values)) in format.columns.iter().zip(&rows.columns).enumerate() {
+        let is_step = match (known, column.role) {
+            (Some((known, _)), _) if known != c => continue,
+            (Some((_, is_step)), _) => is_step,
+            (None, Role::Time) => !column.is_dated && judge::holds_steps(values),
+            (None, Role::Step) => true,
             _ => continue,
         };
         if values.iter().all(|v| v.is_nan()) {
             continue;
         }
-        let (stamps, penalty) = if is_step {
+        let (values, penalty) = if is_step {
             (judge::sum_steps(values), 1.0)
         } else {
             (values.clone(), 0.0)
         };
         let unit_s = match column.unit.as_str() {
-            "fine" => fine_ticks_s(&stamps),
+            "fine" => fine_ticks_s(&values),
             _ => stated_unit_s(column),
         };
-        let score = judge::steadiness(&stamps).unwrap_or(f64::MIN) - penalty;
-        candidates.push((score, stamps, unit_s));
+        let score = judge::steadiness(&values).unwrap_or(f64::MIN) - penalty;
+        let column = Some((c, is_step));
+        candidates.push((
+            score,
+            Stamps {
+                values,
+                unit_s,
+                column,
+            },
+        ));
     }
     // The last of equals: files begin with the coarser clock.
     let candidates = candidates.into_iter();
-    let (_, stamps, unit_s) = candidates.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let given = format.options.time_unit.map(TimeUnit::seconds);
-    Some((stamps, given.or(unit_s)))
+    let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, stamps)| stamps)
 }
 
 fn stated_unit_s(column: &Column) -> Option<f64> {
