@@ -55,7 +55,11 @@ fn average(
     let (mut recording, mut later) = Later::judge(format, head)?;
     let rate_hz = recording.working_rate_hz();
     let count = (rate_hz / MIN_HZ).max(2.0) as usize;
-    let mut means = Means::new(count, LONGEST_STEP / rate_hz);
+    let mut means = Means {
+        count,
+        longest_step_s: LONGEST_STEP / rate_hz,
+        ..Means::default()
+    };
     let lines = std::mem::take(&mut recording.lines);
     means.add(&Readings::take(&mut recording), &lines);
     for batch in batches {
@@ -102,10 +106,11 @@ fn average(
 
 /// Means of `count` neighbours each, of those that have a value. Samples before a break or gap that are too
 /// few for one are left out.
+#[derive(Default)]
 struct Means {
     count: usize,
     longest_step_s: f64,
-    /// Time of the last sample, s.
+    /// Time of the last sample of the next mean, s.
     last_s: f64,
     readings: Readings,
     /// Line of the first sample of each.
@@ -117,19 +122,6 @@ struct Means {
 }
 
 impl Means {
-    fn new(count: usize, longest_step_s: f64) -> Self {
-        Means {
-            count,
-            longest_step_s,
-            last_s: f64::NAN,
-            readings: Readings::default(),
-            lines: Vec::new(),
-            sums: Vec::new(),
-            samples: 0,
-            is_after_break: false,
-        }
-    }
-
     fn bytes(&self) -> usize {
         size_of_val(self.lines.as_slice()) + self.lines.len() * size_of::<f64>() * self.sums.len()
     }
@@ -144,7 +136,7 @@ impl Means {
         for (row, line) in lines.iter().enumerate() {
             let time_s = samples.time_s.as_ref().map_or(f64::NAN, |t| t[row]);
             let is_broken = breaks.next_if(|at| **at == row).is_some();
-            if is_broken || time_s - self.last_s > self.longest_step_s {
+            if is_broken || self.samples > 0 && time_s - self.last_s > self.longest_step_s {
                 self.lines.truncate(self.readings.accel[0].len());
                 self.samples = 0;
                 self.is_after_break |= is_broken && !self.lines.is_empty();
@@ -196,7 +188,11 @@ mod tests {
 
     #[test]
     fn means_are_of_the_values_that_are_there_and_not_across_gaps() {
-        let mut means = Means::new(2, 1.0);
+        let mut means = Means {
+            count: 2,
+            longest_step_s: 1.0,
+            ..Means::default()
+        };
         let readings = Readings {
             accel: [(); 3].map(|()| vec![1.0, f64::NAN, 5.0, 6.0, 8.0]),
             is_measured: vec![true; 5],

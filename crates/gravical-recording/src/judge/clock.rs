@@ -31,9 +31,6 @@ const REGULAR_ROWS: usize = 20;
 const MANY_POSES: usize = 64;
 /// Stamps of rows out of order run backwards at least once in so many rows.
 const ROWS_OUT_OF_ORDER: usize = 5;
-/// Fewest rows from one wrap of a clock to the next, and the number of wraps from which on that counts.
-const ROWS_OF_WRAP: usize = 20;
-const MANY_WRAPS: usize = 20;
 /// Fraction of regular steps above which missing rows can be distinguished from jitter.
 const REGULAR: f64 = 0.9;
 
@@ -130,14 +127,11 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     };
     (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
     clock.start_s = start * clock.unit_s;
-    let (mended, rows) = (clock.bad.len(), stamps.len());
-    let wraps = clock.continue_over(stamps, usual, options.gaps);
-    let begun_again = wraps + clock.restarts.len();
-    let backwards = clock.bad.len() - mended;
-    let is_shuffled = backwards * ROWS_OUT_OF_ORDER > rows;
-    if rows >= MANY_POSES && is_shuffled || begun_again > MANY_WRAPS + rows / ROWS_OF_WRAP {
-        return Err(ClockFault::Unordered(backwards + begun_again));
+    let backwards = stamps.windows(2).filter(|w| w[1] < w[0]).count();
+    if stamps.len() >= MANY_POSES && backwards * ROWS_OUT_OF_ORDER > stamps.len() {
+        return Err(ClockFault::Unordered(backwards));
     }
+    clock.continue_over(stamps, usual, options.gaps);
     clock.judge_steps(coarse, usual, &options);
     clock.scale();
     Ok(clock)
@@ -236,9 +230,9 @@ fn guess_unit_s(
 
 impl Clock {
     /// Times from the first stamp on, in its unit, over counters that wrap, clocks without a date,
-    /// and restarts. The number of wraps.
-    fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) -> usize {
-        let (mut offset, mut before, mut wraps) = (f64::NAN, f64::NAN, 0);
+    /// and restarts.
+    fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) {
+        let (mut offset, mut before) = (f64::NAN, f64::NAN);
         self.time_s.reserve_exact(stamps.len());
         for (row, stamp) in stamps.into_iter().enumerate() {
             if offset.is_nan() {
@@ -251,7 +245,6 @@ impl Clock {
                     && stamp < 100.0 * usual.max(1.0 / self.unit_s);
                 if let Some(period) = wrap_period(before, stamp, usual, self.unit_s) {
                     offset += period;
-                    wraps += 1;
                 } else if is_near_zero || is_one(gaps, row) {
                     offset += before + usual - stamp;
                     self.restarts.push(row);
@@ -265,7 +258,6 @@ impl Clock {
             self.time_s.push(stamp + offset);
         }
         self.bad.sort_unstable();
-        wraps
     }
 
     /// Rates, gaps and missing rows by the steps of the times, all in the unit of the stamps: in it
@@ -374,7 +366,7 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
         // steps in the period.
         let is_within =
             before < *period && now >= 0.0 || before < 0.5 * period && now >= -0.5 * period;
-        is_within && *period > ROWS_OF_WRAP as f64 * usual && is_usual(now + period - before, usual)
+        is_within && *period > 20.0 * usual && is_usual(now + period - before, usual)
     };
     periods.into_iter().find(fits)
 }
@@ -406,21 +398,21 @@ fn deviation(values: &[f64]) -> Option<f64> {
 /// Whether a column holds the time since the row before rather than the time.
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
-    let are_alike = |usual: f64| !values.iter().any(|v| *v <= 0.0 || *v >= 20.0 * usual);
-    // A clock of rows that are out of order, or stand the last one first, has a trend all the same;
-    // one that never changes has stopped.
+    let Some(usual) = median(values.iter().copied()) else {
+        return false;
+    };
     let quarter = values.len().div_ceil(4);
     let ends = [&values[..quarter], &values[values.len() - quarter..]];
     let lows = ends.map(|end| end.iter().copied().fold(f64::MAX, f64::min));
     let highs = ends.map(|end| end.iter().copied().fold(f64::MIN, f64::max));
-    let range = highs[0].max(highs[1]) - lows[0].min(lows[1]);
-    let is_wide = |usual: f64| range > 0.5 * usual || down > 0.9;
-    let has_trend = (highs[0] < lows[1] || highs[1] < lows[0])
-        && median(values.iter().copied()).is_some_and(is_wide);
-    down > 0.0
-        && down >= 0.4 * up
-        && !has_trend
-        && median(values.iter().copied()).is_some_and(are_alike)
+    // A clock of rows that are out of order, or stand the last one first, has a trend all the same;
+    // one that never changes has stopped.
+    let is_wide = down > 0.9 || highs[0].max(highs[1]) - lows[0].min(lows[1]) > 0.5 * usual;
+    let has_trend = is_wide && (highs[0] < lows[1] || highs[1] < lows[0]);
+    let are_alike = values
+        .iter()
+        .all(|v| v.is_nan() || *v > 0.0 && *v < 20.0 * usual);
+    down > 0.0 && down >= 0.4 * up && !has_trend && are_alike
 }
 
 /// Times of rows that hold the time since the row before.

@@ -180,7 +180,7 @@ pub(crate) fn names(format: &Format) -> [&'static str; 7] {
 }
 
 /// Keeps the rows of the sensor that the user asks for, else of the first word that names one of its
-/// kind, else of the lowest number or first word, unless another has far more rows.
+/// kind, else of the lowest number or first word.
 pub(crate) fn keep_sensor(
     format: &Format,
     rows: &mut Batch,
@@ -204,14 +204,7 @@ pub(crate) fn keep_sensor(
     let named = named()
         .find(|name| !name.contains("linear"))
         .or(named().next());
-    let count = |name: &&String| {
-        let is_it = |label: &&u32| labels.names[**label as usize] == **name;
-        labels.of_row.iter().filter(is_it).count()
-    };
-    let first = sensors.first();
-    let most = sensors.iter().max_by_key(count);
-    let has_more = |most: &&String| first.is_some_and(|first| 4 * count(most) > 5 * count(&first));
-    let usual = named.or(most.filter(has_more)).or(first);
+    let usual = named.or(sensors.first());
     let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
         (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),

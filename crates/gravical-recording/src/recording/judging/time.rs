@@ -130,16 +130,12 @@ impl JudgedTime {
         let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
         let stated = self.timing.nominal_rate_hz.filter(is_off);
         self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
-        let assumed = self.timing.unit.filter(|_| clock.is_unit_assumed);
-        if let Some(unit) = assumed.map(TimeUnit::name) {
+        let is_odd = is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&rate_hz);
+        let source = if is_odd { "stated" } else { "assumed" };
+        let unsure = self.timing.unit.filter(|_| is_odd || clock.is_unit_assumed);
+        if let Some(unit) = unsure.map(TimeUnit::name) {
             let text = format!(
-                "the time stamps are assumed to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
-            );
-            findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
-        }
-        if is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&rate_hz) {
-            let text = format!(
-                "the unit of the time stamps that the file states gives a rate of {rate_hz:.2} Hz; give the unit if it is another"
+                "the time stamps are {source} to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
             );
             findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
         }
