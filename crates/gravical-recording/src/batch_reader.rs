@@ -103,7 +103,7 @@ impl BatchReader {
     pub fn next_rows(&mut self) -> Result<Option<Rows>> {
         if let Some(mut rows) = self.held.pop_front() {
             let recording = &mut self.recording;
-            let head = self.head.get_or_insert_with(|| Readings::take(recording));
+            let head = self.head.get_or_insert_with(|| recording.take_readings());
             rows.readings = head.in_lines(&recording.lines, &rows.lines);
             if self.held.is_empty() {
                 self.head = None;

@@ -171,7 +171,7 @@ impl Follow {
             return Ok(None);
         }
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
-        let readings = Readings::take(&mut recording);
+        let readings = recording.take_readings();
         let opened = self.opened.insert(opened);
         Ok(Some(opened.samples(&recording.lines, &readings)))
     }

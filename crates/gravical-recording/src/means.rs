@@ -61,7 +61,7 @@ fn average(
         ..Means::default()
     };
     let lines = std::mem::take(&mut recording.lines);
-    means.add(&Readings::take(&mut recording), &lines);
+    means.add(&recording.take_readings(), &lines);
     for batch in batches {
         let mut batch = batch?;
         let readings = later.read(&mut batch).map_err(Error::into_input)?;
@@ -74,7 +74,7 @@ fn average(
     let samples = recording.ledger.rows();
     let (readings, lines) = means.finish();
     recording.lines = lines;
-    readings.put(&mut recording);
+    recording.put_readings(readings);
     recording
         .findings
         .retain(|f| f.kind != FindingKind::FrozenAxis);

@@ -1,7 +1,5 @@
 //! Channels of rows, as a recording was judged.
 
-use crate::recording::Recording;
-
 /// Channels of the rows of a batch, as the recording was judged.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Readings {
@@ -54,27 +52,6 @@ impl Readings {
             is_measured: Vec::new(),
             breaks: Vec::new(),
         }
-    }
-
-    /// Takes the channels of a recording; all its rows are measurements.
-    pub fn take(recording: &mut Recording) -> Self {
-        Readings {
-            is_measured: vec![true; recording.rows()],
-            accel: std::mem::take(&mut recording.accel),
-            gyro: recording.gyro.take(),
-            temperature_c: recording.temperature_c.take(),
-            time_s: recording.time_s.take(),
-            breaks: std::mem::take(&mut recording.breaks),
-        }
-    }
-
-    /// Puts channels in the place of those of a recording.
-    pub(crate) fn put(self, recording: &mut Recording) {
-        recording.accel = self.accel;
-        recording.gyro = self.gyro;
-        recording.temperature_c = self.temperature_c;
-        recording.time_s = self.time_s;
-        recording.breaks = self.breaks;
     }
 
     /// Those in these lines of rows; `own_lines`: those of these readings, all measurements.

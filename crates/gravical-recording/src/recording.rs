@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
+use crate::readings::Readings;
 use crate::text::Ledger;
 use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
@@ -159,6 +160,27 @@ impl Recording {
         self.lines
             .get(row)
             .map_or(row as u64 + 1, |line| u64::from(*line))
+    }
+
+    /// Takes the channels; all rows are measurements.
+    pub fn take_readings(&mut self) -> Readings {
+        Readings {
+            is_measured: vec![true; self.rows()],
+            accel: std::mem::take(&mut self.accel),
+            gyro: self.gyro.take(),
+            temperature_c: self.temperature_c.take(),
+            time_s: self.time_s.take(),
+            breaks: std::mem::take(&mut self.breaks),
+        }
+    }
+
+    /// Puts channels in the place of those that were taken.
+    pub(crate) fn put_readings(&mut self, readings: Readings) {
+        self.accel = readings.accel;
+        self.gyro = readings.gyro;
+        self.temperature_c = readings.temperature_c;
+        self.time_s = readings.time_s;
+        self.breaks = readings.breaks;
     }
 
     /// The rows in these lines, the first and the last.

@@ -326,7 +326,7 @@ pub fn apply_recording(
     let rows = recording.rows();
     let line = |row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX);
     let lines: Vec<u32> = (0..rows).map(line).collect();
-    let mut readings = Readings::take(&mut recording);
+    let mut readings = recording.take_readings();
     applied.calibrate(&mut readings, &lines);
     let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
