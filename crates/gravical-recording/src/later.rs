@@ -113,6 +113,11 @@ impl Later {
             self.check_sensor_and_encoding(&rows, batch)?;
         } else {
             self.known.gravity = None;
+            // The first second does not show it.
+            self.known
+                .clock
+                .iter_mut()
+                .for_each(|c| c.is_bunched = None);
         }
         self.tail = last_rows(&self.format, &rows);
         let measured = Measured::new(&self.format, rows, Some(&self.known))?;

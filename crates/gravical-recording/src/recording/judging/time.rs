@@ -34,8 +34,8 @@ pub(crate) struct KnownClock {
     /// The column, and whether it holds steps; none of two columns.
     column: Option<(usize, bool)>,
     unit_s: f64,
-    /// Rows are parted evenly.
-    is_bunched: bool,
+    /// Whether rows are parted evenly, if that is known.
+    pub is_bunched: Option<bool>,
 }
 
 impl JudgedTime {
@@ -61,7 +61,7 @@ impl JudgedTime {
         let given_s = format.options.time_unit.map(TimeUnit::seconds);
         let options = ClockOptions {
             unit_s: known.map(|known| known.unit_s).or(given_s).or(unit_s),
-            is_bunched: known.map(|known| known.is_bunched),
+            is_bunched: known.and_then(|known| known.is_bunched),
             likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
@@ -74,7 +74,7 @@ impl JudgedTime {
                 judged.clock = Some(KnownClock {
                     column,
                     unit_s: clock.unit_s,
-                    is_bunched: clock.bunched.is_some(),
+                    is_bunched: Some(clock.bunched.is_some()),
                 });
                 let is_dated = column.is_none_or(|(c, _)| format.columns[c].is_dated);
                 let is_stated = unit_s.is_some() && given_s.is_none() && !is_dated;
