@@ -360,6 +360,12 @@ fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
 
 /// Length of the number, or of the time of day with its date, that a text starts with.
 fn number_length(text: &str) -> Option<usize> {
+    if let Some(rest) = text.strip_prefix('\u{2212}') {
+        let digits = fast_float2::parse_partial::<f64, _>(rest).ok()?;
+        return rest
+            .starts_with(|c: char| c.is_ascii_digit() || c == '.')
+            .then_some(text.len() - rest.len() + digits.1);
+    }
     let bytes = text.as_bytes();
     if let Some(n) = time_length(bytes) {
         return Some(n);

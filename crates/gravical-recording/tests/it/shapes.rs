@@ -197,6 +197,16 @@ fn a_comment_above_the_rows_is_no_header() {
     }
 }
 
+#[test]
+fn a_typographic_minus_between_words_is_a_sign() {
+    let rows = six_faces(4);
+    let row = |(k, r): (usize, &Row)| filled("t: $M x: $x y: $y z: $z", "g", "-", k, r);
+    let text: String = rows.iter().enumerate().map(row).collect();
+    let plain = read(&text, "log.txt");
+    let typographic = read(&text.replace('-', "\u{2212}"), "log.txt");
+    assert_eq!(typographic.accel, plain.accel);
+}
+
 /// Of a first row without measurements no cell is a name.
 #[test]
 fn a_first_row_without_measurements_leaves_the_header() {
