@@ -135,7 +135,8 @@ impl Dialect {
     /// A field as [`parse_cell`] reads it.
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
         let mut value = parse_cell(field, self.decimal_comma);
-        if value.is_none() && self.delimiter == Some(b',') && !self.decimal_comma {
+        let is_quoted = self.delimiter == Some(b',') && field.contains(',');
+        if value.is_none() && is_quoted && !self.decimal_comma {
             // A comma in quotes parts thousands: `"1,010"`.
             value = parse_cell(&format!("{field}."), false);
         }

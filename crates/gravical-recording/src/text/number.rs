@@ -66,6 +66,9 @@ fn with_point(field: &str, decimal_comma: bool) -> Option<String> {
         (',', '.')
     };
     let (whole, decimals) = field.split_once(point)?;
+    if !decimal_comma && !whole.contains(group) {
+        return None;
+    }
     let mut groups = whole.split(group).skip(1);
     let are_thousands = groups.all(|digits| digits.len() == 3);
     are_thousands.then(|| format!("{}.{decimals}", whole.replace(group, "")))
