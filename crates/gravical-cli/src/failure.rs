@@ -44,7 +44,6 @@ impl RenderedError {
             exit: match error.category() {
                 Category::Usage => 2,
                 Category::Input => 3,
-                Category::Contradiction => 4,
                 Category::System => 1,
                 Category::Device => DEVICE,
             },

@@ -30,7 +30,7 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
         (_, Category::Usage) => "UsageError",
         (_, Category::Input) => "InputError",
         (_, Category::System) => "MachineError",
-        (_, Category::Contradiction | Category::Device) => "Error",
+        (_, Category::Device) => "Error",
     };
     let place = error.location();
     let arguments = (

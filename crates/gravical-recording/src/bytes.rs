@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use encoding_rs_io::DecodeReaderBytesBuilder;
-use flate2::read::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 use sha2::{Digest, Sha256};
 
 use crate::error::Error;
@@ -15,10 +15,15 @@ use crate::hash::hex;
 /// Bytes that decide on the encoding.
 const ENCODING_BYTES: usize = 65_536;
 
+/// With these bytes each member of a gzip file begins.
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+/// Bytes of a packed file that are read at once.
+const PACKED_BYTES: usize = 1 << 16;
+
 /// Bytes of a recording, unpacked.
 pub struct Input {
     /// The bytes to read.
-    pub reader: Box<dyn Read>,
+    pub reader: Box<dyn Read + Send>,
     /// They were packed.
     pub is_gzip: bool,
     digest: Option<Arc<Mutex<Sha256>>>,
@@ -27,7 +32,7 @@ pub struct Input {
 
 impl Input {
     /// The bytes to read, once.
-    pub fn take_reader(&mut self) -> Box<dyn Read> {
+    pub fn take_reader(&mut self) -> Box<dyn Read + Send> {
         std::mem::replace(&mut self.reader, Box::new(io::empty()))
     }
 
@@ -50,7 +55,7 @@ impl Input {
 /// # Errors
 ///
 /// Errors of the reader while the first bytes are examined; `is-an-archive` within one.
-pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
+pub fn from_reader(raw: Box<dyn Read + Send>, hash: bool) -> io::Result<Input> {
     let digest = hash.then(|| Arc::new(Mutex::new(Sha256::new())));
     let raw = match digest.clone() {
         Some(digest) => tap(raw, move |bytes| {
@@ -67,12 +72,12 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
         let error = error.with_hint("unpack it and give the recording in it");
         return Err(io::Error::other(error));
     }
-    let is_gzip = magic.starts_with(&[0x1f, 0x8b]);
+    let is_gzip = magic.starts_with(&GZIP_MAGIC);
     let cut_off = Arc::new(AtomicBool::new(false));
-    let plain: Box<dyn Read> = if is_gzip {
-        // Several gzip members in one file are one recording (a log packed piece by piece).
-        Box::new(UntilCut {
-            inner: MultiGzDecoder::new(raw),
+    let plain: Box<dyn Read + Send> = if is_gzip {
+        let packed = BufReader::with_capacity(PACKED_BYTES, raw);
+        Box::new(Members {
+            member: Some(GzDecoder::new(packed)),
             cut_off: Arc::clone(&cut_off),
         })
     } else {
@@ -87,43 +92,75 @@ pub fn from_reader(raw: Box<dyn Read>, hash: bool) -> io::Result<Input> {
 }
 
 /// The first `n` bytes, and a reader that begins with them.
-pub(crate) fn peek(mut reader: Box<dyn Read>, n: usize) -> io::Result<(Vec<u8>, Box<dyn Read>)> {
+pub(crate) fn peek(
+    mut reader: Box<dyn Read + Send>,
+    n: usize,
+) -> io::Result<(Vec<u8>, Box<dyn Read + Send>)> {
     let head = read_head(&mut reader, n)?;
     let again = io::Cursor::new(head.clone()).chain(reader);
     Ok((head, Box::new(again)))
 }
 
-/// Passes bytes on and stops, without an error, where a packed file ends in the middle.
-struct UntilCut<R> {
-    inner: R,
+/// The members of a packed file, one after the other: a log that was packed piece by piece. Zeros
+/// behind them fill the last block of a medium. Where the file ends in the middle of a member, or goes
+/// on with anything else, reading ends without an error.
+struct Members<R> {
+    /// `None` after the last.
+    member: Option<GzDecoder<R>>,
     cut_off: Arc<AtomicBool>,
 }
 
-impl<R: Read> Read for UntilCut<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.cut_off.load(Ordering::Relaxed) {
-            return Ok(0);
-        }
-        match self.inner.read(buffer) {
-            Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
-                self.cut_off.store(true, Ordering::Relaxed);
-                Ok(0)
+impl<R: BufRead> Members<R> {
+    /// The member behind one that ended, if there is one.
+    fn next_member(&self, mut packed: R) -> io::Result<Option<GzDecoder<R>>> {
+        loop {
+            let bytes = packed.fill_buf()?;
+            let zeros = bytes.iter().take_while(|b| **b == 0).count();
+            let next = bytes.get(zeros).copied();
+            let is_end = bytes.is_empty();
+            packed.consume(zeros);
+            match next {
+                None if !is_end => {}
+                Some(byte) if byte == GZIP_MAGIC[0] => return Ok(Some(GzDecoder::new(packed))),
+                next => {
+                    self.cut_off.fetch_or(next.is_some(), Ordering::Relaxed);
+                    return Ok(None);
+                }
             }
-            result => result,
         }
+    }
+}
+
+impl<R: BufRead> Read for Members<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.member {
+            match member.read(buffer) {
+                Ok(0) if !buffer.is_empty() => {
+                    let ended = self.member.take().map(GzDecoder::into_inner);
+                    let next = ended.map(|packed| self.next_member(packed)).transpose()?;
+                    self.member = next.flatten();
+                }
+                Err(e) if e.kind() == io::ErrorKind::UnexpectedEof => {
+                    self.cut_off.store(true, Ordering::Relaxed);
+                    self.member = None;
+                }
+                result => return result,
+            }
+        }
+        Ok(0)
     }
 }
 
 /// Shows the bytes that are read to a function, which may end the reading.
 pub(crate) fn tap(
-    inner: Box<dyn Read>,
-    see: impl FnMut(&[u8]) -> io::Result<()> + 'static,
-) -> Box<dyn Read> {
+    inner: Box<dyn Read + Send>,
+    see: impl FnMut(&[u8]) -> io::Result<()> + Send + 'static,
+) -> Box<dyn Read + Send> {
     Box::new(Tap { inner, see })
 }
 
 struct Tap<F> {
-    inner: Box<dyn Read>,
+    inner: Box<dyn Read + Send>,
     see: F,
 }
 
@@ -144,19 +181,19 @@ impl<F: FnMut(&[u8]) -> io::Result<()>> Read for Tap<F> {
 /// # Errors
 ///
 /// What reading the head returns.
-pub fn utf8(mut reader: impl Read + 'static) -> io::Result<Box<dyn BufRead>> {
+pub fn utf8(mut reader: impl Read + Send + 'static) -> io::Result<Box<dyn Read + Send>> {
     let head = read_head(&mut reader, ENCODING_BYTES)?;
     let encoding = encoding(&head);
     if encoding == UTF_8 && Encoding::for_bom(&head).is_none() {
         let text = io::Cursor::new(head).chain(reader);
-        return Ok(Box::new(BufReader::with_capacity(ENCODING_BYTES, text)));
+        return Ok(Box::new(text));
     }
     let decoder = DecodeReaderBytesBuilder::new()
         .encoding(Some(encoding))
         .bom_override(true)
         .strip_bom(true)
         .build(io::Cursor::new(head).chain(reader));
-    Ok(Box::new(BufReader::with_capacity(ENCODING_BYTES, decoder)))
+    Ok(Box::new(decoder))
 }
 
 /// The first bytes of a stream.

@@ -1,16 +1,20 @@
-//! Files of worn devices (Axivity, `.cwa`) to batches: blocks of samples, each with one time stamp.
+//! Files of worn devices (Axivity, `.cwa`) to rows: blocks of samples, each with one time stamp.
 //!
 //! A "line" of such a file is a sample or a block that is skipped, counted from 1.
 
 mod block;
+mod means;
 
 use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
 use crate::error::Error;
+use crate::memory::Budget;
 use crate::options::ReadOptions;
-use crate::text::{BATCH_ROWS, Batch, CopiedText, Format, Reason};
+use crate::text::{CopiedText, Format, Reason, Rows};
 use crate::write::{write_fixed, write_trimmed};
+
+pub use means::read_means;
 
 use block::{BLOCK_BYTES, Block, Defect, HEADER_BYTES, Header, u16_at};
 
@@ -24,6 +28,8 @@ const MAX_FIRST_BLOCKS: usize = 512;
 /// within a few samples.
 const RATE_TOLERANCE: f64 = 0.1;
 const STAMP_TOLERANCE_S: f64 = 0.1;
+/// Samples that are given at once, or a few more: their columns fit a cache.
+const MIN_SAMPLES: usize = 1 << 14;
 /// Bytes that are read at once.
 const READ_BYTES: usize = 1 << 18;
 
@@ -64,7 +70,7 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         last: None,
         stamp_before: None,
         line: 0,
-        batch: Batch::default(),
+        rows: Rows::default(),
         copied: Vec::new(),
     };
     for _ in 0..MAX_FIRST_BLOCKS {
@@ -80,12 +86,12 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
         .split(',')
         .filter(|c| has_gyro || !c.starts_with('g'));
     let names: Vec<String> = names.map(str::to_owned).collect();
-    samples.batch = Batch {
-        ledger: std::mem::take(&mut samples.batch.ledger),
-        ..Batch::new(names.len())
+    samples.rows = Rows {
+        ledger: std::mem::take(&mut samples.rows.ledger),
+        ..Rows::new(names.len())
     };
     // The names tell the columns without rows.
-    let mut format = Format::of_table(&names, names.len(), &samples.batch, options)?;
+    let mut format = Format::of_table(&names, names.len(), &samples.rows, options)?;
     format.device = Some(header.describe(rate_hz, has_gyro));
     format.metadata = vec![
         format!("Serial number: {}", header.device()),
@@ -93,6 +99,24 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     ];
     format.rate_hz = Some(rate_hz);
     Ok((format, samples))
+}
+
+/// All samples of a file.
+///
+/// # Errors
+///
+/// Errors of reading; `too-large`.
+pub fn read_samples<R: Read>(
+    format: &Format,
+    samples: Samples<R>,
+    budget: &Budget,
+) -> Result<Rows, Error> {
+    let mut rows = Rows::new(format.columns.len());
+    for next in samples {
+        rows.append(next?);
+        budget.check_rows(format, rows.rows())?;
+    }
+    Ok(rows)
 }
 
 /// A block within its run: a piece of the recording without a gap.
@@ -129,7 +153,7 @@ impl Placed {
     }
 }
 
-/// Iterates over the samples of a file in batches of 16,384 or a few more: whole blocks.
+/// Iterates over the samples of a file, 16,384 or a few more at once: whole blocks.
 pub struct Samples<R> {
     reader: BufReader<R>,
     /// Blocks read.
@@ -140,28 +164,28 @@ pub struct Samples<R> {
     stamp_before: Option<(i64, f64)>,
     /// Lines so far.
     line: usize,
-    batch: Batch,
+    rows: Rows,
     copied: Vec<(usize, usize)>,
 }
 
 impl<R: Read> Samples<R> {
-    /// Keeps the text of columns in [`Batch::text`], in pieces from one column to another.
+    /// Keeps the text of columns in [`Rows::text`], in pieces from one column to another.
     pub fn with_text(mut self, pieces: &[(usize, usize)]) -> Self {
         self.copied = pieces.to_vec();
         self
     }
 
-    fn read_batch(&mut self) -> io::Result<Option<Batch>> {
-        while self.batch.rows() < BATCH_ROWS && self.read_block()? {}
-        if self.batch.rows() == 0 && self.batch.ledger.total() == 0 {
+    fn read_rows(&mut self) -> io::Result<Option<Rows>> {
+        while self.rows.rows() < MIN_SAMPLES && self.read_block()? {}
+        if self.rows.rows() == 0 && self.rows.ledger.total() == 0 {
             return Ok(None);
         }
         let waiting = self.last.as_ref().map_or(0, |placed| placed.block.samples);
-        let next = Batch::new(self.batch.columns.len());
-        let mut batch = std::mem::replace(&mut self.batch, next);
-        batch.ledger.lines = self.line - waiting;
-        batch.text = self.text(&batch);
-        Ok(Some(batch))
+        let next = Rows::new(self.rows.columns.len());
+        let mut rows = std::mem::replace(&mut self.rows, next);
+        rows.ledger.lines = self.line - waiting;
+        rows.text = self.text(&rows);
+        Ok(Some(rows))
     }
 
     /// Reads the next block, and adds the samples of the one before; false at the end.
@@ -190,7 +214,7 @@ impl<R: Read> Samples<R> {
                 self.line += 1;
                 let byte = HEADER_BYTES + (self.blocks - 1) * BLOCK_BYTES;
                 let text = format!("block {} at byte {byte}: {why}", self.blocks);
-                self.batch.ledger.add(reason, self.line, &text);
+                self.rows.ledger.add(reason, self.line, &text);
             }
         }
         Ok(true)
@@ -242,9 +266,9 @@ impl<R: Read> Samples<R> {
         let before_s = before.or(after).unwrap_or(nominal);
         let after_s = after.or(before).unwrap_or(nominal);
         if placed.is_after_gap {
-            self.batch.breaks.push(self.batch.rows());
+            self.rows.breaks.push(self.rows.rows());
         }
-        let [time, channels @ .., temperature] = &mut self.batch.columns[..] else {
+        let [time, channels @ .., temperature] = &mut self.rows.columns[..] else {
             return;
         };
         block.append_to(channels);
@@ -256,18 +280,17 @@ impl<R: Read> Samples<R> {
         temperature.resize(time.len(), block.temperature_c);
         let lines = placed.line + 1..=placed.line + block.samples;
         let lines = lines.map(|line| u32::try_from(line).unwrap_or(u32::MAX));
-        self.batch.lines.extend(lines);
+        self.rows.lines.extend(lines);
     }
 
-    fn text(&self, batch: &Batch) -> CopiedText {
-        let mut text = CopiedText::default();
-        text.pieces = self.copied.len();
+    fn text(&self, rows: &Rows) -> CopiedText {
+        let mut text = CopiedText::new(self.copied.len());
         let mut piece = Vec::new();
-        for row in 0..batch.rows() {
+        for row in 0..rows.rows() {
             for (first, last) in &self.copied {
                 piece.clear();
                 for column in *first..=*last {
-                    let value = batch.columns[column][row];
+                    let value = rows.columns[column][row];
                     match column {
                         0 => write_fixed(&mut piece, value, TIME_DECIMALS),
                         _ => write_trimmed(&mut piece, value, DECIMALS),
@@ -283,9 +306,9 @@ impl<R: Read> Samples<R> {
 }
 
 impl<R: Read> Iterator for Samples<R> {
-    type Item = io::Result<Batch>;
+    type Item = io::Result<Rows>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.read_batch().transpose()
+        self.read_rows().transpose()
     }
 }

@@ -20,8 +20,6 @@ pub enum Category {
     Usage,
     /// The recording or file does not contain what is needed (exit 3).
     Input,
-    /// Later rows contradict what the first rows showed (exit 4).
-    Contradiction,
     /// The machine: disk, permissions (exit 1).
     System,
     /// The board, its port or the cable to it (exit 5).
@@ -72,17 +70,6 @@ impl Error {
     /// The recording or file does not contain what is needed.
     pub fn input(code: &'static str, message: impl Into<String>) -> Self {
         Self::new(Category::Input, code, message)
-    }
-
-    /// The recording contradicts what its first rows showed.
-    pub fn contradiction(code: &'static str, message: impl Into<String>) -> Self {
-        Self::new(Category::Contradiction, code, message)
-    }
-
-    /// The same of a recording that is read whole, and has no first part that is done.
-    pub(crate) fn into_input(mut self) -> Self {
-        self.0.category = Category::Input;
-        self
     }
 
     /// An invalid option or combination of options.

@@ -1,18 +1,16 @@
 //! A recording that grows.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use memchr::{memchr2, memrchr, memrchr2};
 
 use crate::error::{Error, Result};
 use crate::judge;
-use crate::later::Later;
+use crate::memory::Budget;
 use crate::options::ReadOptions;
-use crate::readings::Readings;
 use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Batch, Batches, Format, Reason, no_table, sniff};
+use crate::text::{Format, Parser, Reason, Rows, no_table, sniff};
 
 /// The format is looked for each time that so many lines more are there.
 const LOOK_LINES: usize = 50;
@@ -21,6 +19,8 @@ const MIN_S: f64 = 1.0;
 const MIN_ROWS: usize = 100;
 /// Without a format after so many lines there is none.
 const MAX_LINES: usize = 800;
+/// Rows before the new ones with which these are judged.
+const TAIL_ROWS: usize = 1024;
 /// No row is longer.
 const MAX_ROW_BYTES: usize = 1 << 20;
 const LONG_ROW: &str = "a row of more than a megabyte";
@@ -78,6 +78,7 @@ pub struct Follow {
     name: String,
     options: ReadOptions,
     max_rows: usize,
+    budget: Budget,
     /// Bytes that wait: for the format, or for the end of a row.
     bytes: Vec<u8>,
     /// Lines among them, and how many have to be there before the format is looked for again.
@@ -87,12 +88,15 @@ pub struct Follow {
 }
 
 struct Opened {
-    batches: Batches<Cursor<Vec<u8>>>,
+    parser: Parser,
     format: Format,
-    later: Later,
-    rows: Batch,
+    rows: Rows,
     /// Rows that were returned.
     returned: usize,
+    /// Line of the last row that was judged, and its time, s.
+    last: (u32, f64),
+    /// The first time stamp, s.
+    start_s: f64,
     /// Blank lines stand between rows without being breaks.
     writes_blanks: bool,
     /// The one column of time, unless it holds steps.
@@ -109,6 +113,7 @@ impl Follow {
     pub fn new(name: &str, options: ReadOptions, max_rows: usize) -> Self {
         Follow {
             name: name.to_owned(),
+            budget: Budget::new(&options),
             options,
             max_rows,
             bytes: Vec::new(),
@@ -154,7 +159,8 @@ impl Follow {
         if let Some(opened) = &mut self.opened {
             let whole = whole_rows(&opened.format, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
-            samples.append(&mut opened.read(text, self.max_rows)?);
+            samples.append(&mut opened.read(&text, self.max_rows)?);
+            self.budget.check_rows(&opened.format, opened.rows.rows())?;
         }
         // What never ends a line is no text.
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
@@ -166,14 +172,13 @@ impl Follow {
 
     /// Detects the format from the lines so far; `None` if these are too few, unless they are the last.
     fn open(&mut self, is_last: bool) -> Result<Option<Vec<Sample>>> {
-        let (opened, mut recording) = self.try_open()?;
+        let (opened, recording) = self.try_open()?;
         if !is_last && !is_enough(&recording) {
             return Ok(None);
         }
         self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
-        let readings = recording.take_readings();
         let opened = self.opened.insert(opened);
-        Ok(Some(opened.samples(&recording.lines, &readings)))
+        Ok(Some(opened.samples(&recording)))
     }
 
     /// Detects the format from the lines so far: because the recording ends, or its sensor is slow.
@@ -218,23 +223,20 @@ impl Follow {
         let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
-        let text = self.bytes[..whole_rows(&format, &self.bytes)].to_vec();
-        let mut batches = format.batches(Cursor::new(text));
-        let mut rows = Batch::new(format.columns.len());
-        while let Some(batch) = batches.read_batch().map_err(Error::from)? {
-            rows.append(batch);
-        }
-        let (recording, mut later) = Later::judge(&format, rows.clone())?;
-        later.contradicts = false;
+        let mut parser = Parser::new(&format, &[]);
+        parser.read(&self.bytes[..whole_rows(&format, &self.bytes)])?;
+        let rows = parser.take();
+        let recording = Recording::judge(&format, rows.clone())?;
         let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
         let clock = format.only_clock().filter(holds_stamps);
         let mut opened = Opened {
-            batches,
+            parser,
             format,
-            later,
             writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
-            rows: Batch::default(),
+            rows: Rows::default(),
             returned: 0,
+            last: (0, 0.0),
+            start_s: recording.time_origin_s.unwrap_or(f64::NAN),
             clock,
             rate_hz: recording.timing.rate_hz(),
             lines: Vec::new(),
@@ -310,7 +312,7 @@ fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
 }
 
 impl Opened {
-    fn note_lines(&mut self, batch: &Batch) {
+    fn note_lines(&mut self, batch: &Rows) {
         let (first, from) = (self.line_count + 1, self.lines.len());
         self.line_count = self.line_count.max(batch.ledger.lines);
         let count = from + self.line_count + 1 - first;
@@ -333,43 +335,54 @@ impl Opened {
         }
     }
 
-    fn read(&mut self, text: Vec<u8>, max_rows: usize) -> Result<Vec<Sample>> {
-        self.batches.feed(Cursor::new(text));
-        let mut samples = Vec::new();
-        while let Some(mut batch) = self.batches.read_batch().map_err(Error::from)? {
-            self.note_lines(&batch);
-            self.rows.append(batch.clone());
-            if self.writes_blanks {
-                batch.blanks.clear();
-            }
-            let readings = self.later.read(&mut batch)?;
-            samples.append(&mut self.samples(&batch.lines, &readings));
+    fn read(&mut self, text: &[u8], max_rows: usize) -> Result<Vec<Sample>> {
+        let read = self.parser.read(text);
+        let new = self.parser.take();
+        self.note_lines(&new);
+        let has_new = new.rows() > 0;
+        self.rows.append(new);
+        let known = self.rows.lines.partition_point(|line| *line <= self.last.0);
+        let mut tail = self
+            .rows
+            .slice(known.saturating_sub(TAIL_ROWS)..self.rows.rows());
+        if self.writes_blanks {
+            tail.blanks.clear();
         }
+        let judged = has_new.then(|| Recording::judge(&self.format, tail).ok());
+        // Rows of which none is a measurement are none of the samples; why, the whole recording says.
+        let samples = judged.flatten().map(|tail| self.samples(&tail));
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
         }
-        self.rows.check_size()?;
-        Ok(samples)
+        read.map(|()| samples.unwrap_or_default())
     }
 
-    fn samples(&mut self, lines: &[u32], readings: &Readings) -> Vec<Sample> {
-        let mut breaks = readings.breaks.iter().peekable();
-        let rows = (0..lines.len()).filter(|row| readings.is_measured[*row]);
-        let numbered = (self.returned..).zip(rows);
-        let sample = |(number, row): (usize, usize)| Sample {
-            row: number,
-            line: lines[row],
-            time_s: value(&readings.time_s, row),
-            is_break: breaks.next_if_eq(&&row).is_some(),
-            accel: readings.accel.each_ref().map(|c| c[row]),
-            gyro: match &readings.gyro {
+    /// The rows of a recording behind the last one.
+    fn samples(&mut self, recording: &Recording) -> Vec<Sample> {
+        let (last_line, last_s) = self.last;
+        let first = recording.lines.partition_point(|line| *line <= last_line);
+        let known_s = first
+            .checked_sub(1)
+            .map(|row| value(&recording.time_s, row));
+        let since_start_s = recording.time_origin_s.unwrap_or(f64::NAN) - self.start_s;
+        let shift_s = known_s.map_or(since_start_s, |known_s| last_s - known_s);
+        let sample = |row: usize| Sample {
+            row: self.returned + row - first,
+            line: recording.lines[row],
+            time_s: value(&recording.time_s, row) + shift_s,
+            is_break: recording.breaks.binary_search(&row).is_ok(),
+            accel: recording.accel_at(row),
+            gyro: match &recording.gyro {
                 Some(axes) => axes.each_ref().map(|c| c[row]),
                 None => [f64::NAN; 3],
             },
-            temperature_c: value(&readings.temperature_c, row),
+            temperature_c: value(&recording.temperature_c, row),
         };
-        let samples: Vec<Sample> = numbered.map(sample).collect();
+        let samples: Vec<Sample> = (first..recording.rows()).map(sample).collect();
         self.returned += samples.len();
+        if let Some(last) = samples.last() {
+            self.last = (last.line, last.time_s);
+        }
         samples
     }
 }

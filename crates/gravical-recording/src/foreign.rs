@@ -5,7 +5,6 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::escape::path_word;
-use crate::text::axes;
 
 /// Files of other tools by their first bytes, what they are, and how their samples become a table.
 const CONTAINERS: [(&[u8], &str, &str); 5] = [
@@ -71,18 +70,6 @@ pub(crate) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
     let text = "this is a calibration file, not a recording";
     let error = Error::input("is-a-calibration", text).at(file, None);
     Err(error.with_hint(hint))
-}
-
-/// An error of reading with the file; of one axis, the two others may lie beside it.
-pub(crate) fn in_file(error: impl Into<Error>, file: &Path) -> Error {
-    let error = error.into().in_file(file);
-    match axes::group_of(file).filter(|_| error.code() == "no-rows") {
-        Some(group) => error.with_hint(format!(
-            "it holds one axis; {} reads the three files as one recording",
-            path_word(&group)
-        )),
-        None => error,
-    }
 }
 
 #[cfg(test)]

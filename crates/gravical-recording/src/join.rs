@@ -11,12 +11,12 @@
 
 use std::path::Path;
 
-use crate::bytes::Input;
+use crate::bytes::{self, Input};
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
 use crate::read::read_gyroscope;
-use crate::recording::{JoinedFile, Recording};
+use crate::recording::{HEAD_BYTES, JoinedFile, Recording, without_cut_line};
 use crate::source::{open, open_bytes, stem};
 use crate::spans::LineSpans;
 
@@ -86,7 +86,12 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
         ..options.clone()
     };
     let name = path.display().to_string();
-    let read = open(path, &options).and_then(|input| read_gyroscope(input, &name, &options));
+    let head = || {
+        let mut reader = open(path, &options)?.reader;
+        let head = bytes::read_head(&mut reader, HEAD_BYTES)?;
+        open_bytes(without_cut_line(&head), &name, &options)
+    };
+    let read = head().and_then(|input| read_gyroscope(input, &name, &options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.column_names;
@@ -154,13 +159,12 @@ fn stamps_s(recording: &Recording) -> Option<Vec<f64>> {
 }
 
 fn refuse_restart(recording: &Recording) -> Result<()> {
-    let is_restart = |f: &&Finding| f.kind == FindingKind::RestartedTime;
-    let Some(restart) = recording.findings.iter().find(is_restart) else {
+    let Some((line, _)) = recording.restarts.first() else {
         return Ok(());
     };
-    let line = restart.lines.first().map(|lines| lines[0]);
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
-    let error = Error::input("gyro-restart", text).at(recording.name.as_ref(), line);
+    let error =
+        Error::input("gyro-restart", text).at(recording.name.as_ref(), Some((*line).into()));
     Err(error
         .with_hint("split both files where the board was reset, and read the parts separately"))
 }

@@ -5,11 +5,12 @@
 //! 1. [`source`]: a path, standard input or bytes; [`bytes`]: unpacked, in any encoding, as UTF-8;
 //!    [`read`](read()) does all of the following.
 //! 2. [`sniff`]: the head of a file to its [`Format`]: dialect, roles of the columns, claims.
-//! 3. [`Format::batches`]: lines to [`Batch`]es: rows as columns in the unit of the file.
-//!    `cwa` does both for a file of Axivity.
+//! 3. [`Format::parse`]: lines to [`Rows`]: columns in the unit of the file. `cwa` does both for a
+//!    file of Axivity.
 //! 4. [`judge`]: functions over slices: clock, unit, encodings, defects, breaks.
-//! 5. [`Recording`]: one batch that holds everything, and what was judged of it.
-//! 6. [`write`](mod@write): batches to a table, other columns copied from the text of the rows.
+//! 5. [`Recording`]: the rows, and what was judged of them.
+//! 6. [`Stream`]: a recording judged by its head, with the text of its other columns, for
+//!    [`write`](mod@write): rows to a table.
 //!
 //! Rows and lines set aside ([`Ledger`]) are all lines, always.
 //!
@@ -28,7 +29,6 @@
 #![deny(missing_docs)]
 
 mod advice;
-mod batch_reader;
 mod board;
 pub mod bytes;
 mod cwa;
@@ -43,19 +43,18 @@ pub mod full_scale;
 pub mod hash;
 mod join;
 pub mod judge;
-mod later;
-mod means;
+mod memory;
 mod metadata;
 mod meter;
 #[doc(hidden)]
 pub mod option_text;
 mod options;
 mod read;
-mod readings;
 mod recording;
 mod role;
 pub mod source;
 mod spans;
+mod stream;
 mod table;
 mod text;
 pub mod units;
@@ -63,7 +62,6 @@ pub mod utc;
 pub mod write;
 
 pub use advice::Advice;
-pub use batch_reader::{BatchReader, Rows};
 pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, FindingKind, Severity};
@@ -72,18 +70,19 @@ pub use full_scale::range_end;
 pub use join::{
     holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes, read_joined,
 };
-pub use later::Later;
+#[doc(hidden)]
+pub use memory::max_bytes;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions};
 pub use read::{read, read_bytes, read_head, read_samples};
-pub use readings::Readings;
-pub use recording::{CALIBRATED, HEAD_BYTES, JoinedFile, Labels, Recording, Timing, whole_lines};
+pub use recording::{
+    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, ReadAs, Recording, Timing, whole_lines,
+};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
+pub use stream::{Piece, Stream};
 pub use table::TableColumn;
-pub use text::axes;
 pub use text::{
-    AsideLines, Batch, Batches, Column, CopiedText, Format, Ledger, Reason, is_prose, sniff,
-    sniff_table, split_hint,
+    AsideLines, Column, CopiedText, Format, Ledger, Reason, Rows, is_prose, sniff, sniff_table,
 };
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit};

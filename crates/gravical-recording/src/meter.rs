@@ -87,8 +87,8 @@ impl Meter {
         &self,
         name: &str,
         total: Option<u64>,
-        reader: Box<dyn Read>,
-    ) -> Box<dyn Read> {
+        reader: Box<dyn Read + Send>,
+    ) -> Box<dyn Read + Send> {
         if let Ok(mut last) = self.0.name.lock() {
             name.clone_into(&mut last);
         }

@@ -73,6 +73,11 @@ pub struct ReadOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub meter: Option<Meter>,
+    /// Memory that the recording may take, bytes; default: half of that of the machine.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    #[doc(hidden)]
+    pub max_bytes: Option<u64>,
     /// Unit of the time stamps if neither header, dates nor the rate tell it.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]

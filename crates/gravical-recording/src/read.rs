@@ -1,28 +1,28 @@
 //! From a file to a recording.
 
-use std::io::{self, Cursor, Read};
+use std::io::{Cursor, Read};
 use std::path::Path;
 
 use crate::bytes::{self, Input, peek};
-use crate::cwa;
+use crate::cwa::{self, Samples};
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
-use crate::foreign::{self, in_file};
-use crate::means::collect;
+use crate::foreign;
+use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
 use crate::source::{open, open_bytes};
-use crate::text::{Batch, Format, sniff};
+use crate::text::{Format, Rows, sniff};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
-/// More than 2²⁰ samples of a `.cwa` file, and columns of more than a gigabyte, are read as means of
-/// neighbouring samples, at 2.5 Hz or faster: see [`Recording::is_averaged`].
+/// More than 2²⁰ samples of a `.cwa` file are read as means of neighbouring samples, at 2.5 Hz or
+/// faster: see [`Recording::is_averaged`].
 ///
 /// # Errors
 ///
 /// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
-/// `columns-unknown`, `all-zero` …, each with the file and a hint. Lesser faults are
+/// `columns-unknown`, `all-zero`, `too-large` …, each with the file and a hint. Lesser faults are
 /// [`Finding`]s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let name = path.display().to_string();
@@ -33,7 +33,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// # Errors
 ///
-/// As [`read`]; `too-large` if they take more than a gigabyte.
+/// As [`read`].
 pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
     let name = path.display().to_string();
     read_input(open(path, options)?, &name, options, false)
@@ -87,64 +87,91 @@ pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) ->
     Ok(read)
 }
 
-/// Reads a file of any kind; with `averages` a long one as means.
+/// Reads a file of any kind; with `averages` a long one of a worn device as means.
 fn read_input(
     mut input: Input,
     name: &str,
     options: &ReadOptions,
     averages: bool,
 ) -> Result<Recording> {
-    let (format, batches) = open_batches(&mut input, name, options, |_| Vec::new())?;
-    let judged = collect(&format, batches, averages);
-    let recording = judged.map_err(|e| in_file(e, Path::new(name)))?;
-    let mut recording = recording.with_name(name);
-    let cut_off = note_input(&mut recording, &input);
-    recording.findings.extend(cut_off.map(|f| f.in_file(name)));
+    let here = Path::new(name);
+    let budget = Budget::new(options);
+    let judged = match open_source(&mut input, name, options)? {
+        (format, Source::Text(text)) => {
+            let rows = parse_whole(&format, text, &budget, &[]);
+            rows.and_then(|rows| Recording::judge(&format, rows))
+        }
+        (format, Source::Worn(samples)) if averages => cwa::read_means(&format, samples, &budget),
+        (format, Source::Worn(samples)) => {
+            let rows = cwa::read_samples(&format, samples, &budget);
+            rows.and_then(|rows| Recording::judge(&format, rows))
+        }
+    };
+    let mut recording = judged.map_err(|e| e.in_file(here))?.with_name(name);
+    note_input(&mut recording, &input);
     Ok(recording)
 }
 
 /// Adds what is known of the file once it is read; a finding if it is packed and cut off.
-pub(crate) fn note_input(recording: &mut Recording, input: &Input) -> Option<Finding> {
+pub(crate) fn note_input(recording: &mut Recording, input: &Input) {
     if input.is_gzip {
         recording.description.insert_str(0, "gzip, ");
     }
     recording.sha256 = input.sha256();
-    input.is_cut_off().then(|| {
+    if input.is_cut_off() {
         let rows = recording.ledger.rows();
         let text = format!(
             "the packed file is damaged or ends in the middle; {rows} rows could be unpacked"
         );
-        Finding::new(FindingKind::TruncatedFile, text)
-    })
+        let cut_off = Finding::new(FindingKind::TruncatedFile, text);
+        let cut_off = cut_off.in_file(&recording.name);
+        recording.findings.push(cut_off);
+    }
 }
 
-/// Rows of a recording.
-pub(crate) type Batches = Box<dyn Iterator<Item = io::Result<Batch>>>;
+/// Where the rows of a recording come from.
+pub(crate) enum Source {
+    /// A text in UTF-8, from its first line on
+    Text(Box<dyn Read + Send>),
+    /// Blocks of samples of a worn device
+    Worn(Samples<Box<dyn Read + Send>>),
+}
 
-/// The format of a recording of any kind, and its rows; `copied` says which columns keep their text.
+/// The format of a recording of any kind, and its rows.
+///
+/// # Errors
+///
 /// What is known to be no recording is refused.
-pub(crate) fn open_batches(
+pub(crate) fn open_source(
     input: &mut Input,
     name: &str,
     options: &ReadOptions,
-    copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
-) -> Result<(Format, Batches)> {
+) -> Result<(Format, Source)> {
     options.validate()?;
     let here = Path::new(name);
     let io = |e| Error::io(here, e);
     let (magic, reader) = peek(input.take_reader(), cwa::MAGIC_BYTES).map_err(io)?;
     foreign::refuse_container(&magic, here)?;
     if cwa::is_one(&magic) {
-        let (format, samples) = cwa::open(reader, options).map_err(|e| in_file(e, here))?;
-        let batches = samples.with_text(&copied(&format));
-        return Ok((format, Box::new(batches)));
+        let opened = cwa::open(reader, options).map_err(|e| e.in_file(here))?;
+        return Ok((opened.0, Source::Worn(opened.1)));
     }
     let mut text = bytes::utf8(reader).map_err(io)?;
     let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;
     foreign::refuse_calibration(&head, here)?;
     let file = here.file_name().unwrap_or_default().to_string_lossy();
-    let format = sniff(&whole_lines(&head), &file, options).map_err(|e| in_file(e, here))?;
-    let text = Cursor::new(head).chain(text);
-    let batches = format.batches(text).with_text(&copied(&format));
-    Ok((format, Box::new(batches)))
+    let format = sniff(&whole_lines(&head), &file, options).map_err(|e| e.in_file(here))?;
+    let text = Box::new(Cursor::new(head).chain(text));
+    Ok((format, Source::Text(text)))
+}
+
+/// The rows of a whole text; `copied`: the columns whose text is kept.
+pub(crate) fn parse_whole(
+    format: &Format,
+    text: Box<dyn Read + Send>,
+    budget: &Budget,
+    copied: &[(usize, usize)],
+) -> Result<Rows> {
+    let text = budget.read_text(format, text)?;
+    format.parse_with_text(&text, copied)
 }

@@ -1,4 +1,4 @@
-//! A recording: one batch that holds everything, and what was judged of it.
+//! A recording: its rows, and what was judged of them.
 
 pub(crate) mod judging;
 
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::readings::Readings;
 use crate::text::Ledger;
 use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
 
+pub use judging::clean::ReadAs;
 pub use judging::findings::CALIBRATED;
 
 /// Bytes of the text that decide on the format.
@@ -126,6 +126,10 @@ pub struct Recording {
     pub findings: Vec<Finding>,
     /// Line of each row, from 1.
     pub lines: Vec<u32>,
+    /// Lines at which the clock begins again, and what would then be the first stamp, s.
+    pub restarts: Vec<(u32, f64)>,
+    /// How its cells are read.
+    pub read_as: ReadAs,
 }
 
 impl Recording {
@@ -162,27 +166,6 @@ impl Recording {
             .map_or(row as u64 + 1, |line| u64::from(*line))
     }
 
-    /// Takes the channels; all rows are measurements.
-    pub fn take_readings(&mut self) -> Readings {
-        Readings {
-            is_measured: vec![true; self.rows()],
-            accel: std::mem::take(&mut self.accel),
-            gyro: self.gyro.take(),
-            temperature_c: self.temperature_c.take(),
-            time_s: self.time_s.take(),
-            breaks: std::mem::take(&mut self.breaks),
-        }
-    }
-
-    /// Puts channels in the place of those that were taken.
-    pub(crate) fn put_readings(&mut self, readings: Readings) {
-        self.accel = readings.accel;
-        self.gyro = readings.gyro;
-        self.temperature_c = readings.temperature_c;
-        self.time_s = readings.time_s;
-        self.breaks = readings.breaks;
-    }
-
     /// The rows in these lines, the first and the last.
     pub fn rows_at(&self, [first, last]: [u32; 2]) -> Range<usize> {
         let before = |line: u32| self.lines.partition_point(|l| *l < line);
@@ -190,7 +173,8 @@ impl Recording {
         start..before(last.saturating_add(1)).max(start)
     }
 
-    /// True for a recording that is too long to hold: its rows are means of neighbouring samples.
+    /// True for a recording of a worn device that is too long to hold: its rows are means of
+    /// neighbouring samples.
     pub fn is_averaged(&self) -> bool {
         self.ledger.rows() > self.rows()
     }

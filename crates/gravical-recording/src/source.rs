@@ -1,5 +1,4 @@
-//! Where a recording is read from: a path, standard input, three files of one axis each, bytes in
-//! memory.
+//! Where a recording is read from: a path, standard input, bytes in memory.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -8,7 +7,6 @@ use std::path::Path;
 use crate::bytes::{Input, from_reader};
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
-use crate::text::axes;
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
 pub fn stem(name: &str) -> String {
@@ -39,7 +37,7 @@ pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Res
 }
 
 /// The bytes at `path`, and their number if it is known.
-fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
+fn bytes_at(path: &Path) -> Result<(Box<dyn Read + Send>, Option<u64>)> {
     if path == Path::new("-") {
         // Without a lock: who opens it a second time finds its end, and does not wait for ever.
         return Ok((Box::new(io::stdin()), None));
@@ -49,11 +47,6 @@ fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
         let hint = "give its files, or the folder to `gravical calibrate`";
         return Err(error.at(path, None).with_hint(hint));
     }
-    if let Some(text) = axes::open(path) {
-        let bytes = text.map_err(|e| e.in_file(path))?.into_bytes();
-        let total = bytes.len() as u64;
-        return Ok((Box::new(io::Cursor::new(bytes)), Some(total)));
-    }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let total = file.metadata().ok().filter(std::fs::Metadata::is_file);
     Ok((Box::new(file), total.map(|m| m.len())))
@@ -61,7 +54,7 @@ fn bytes_at(path: &Path) -> Result<(Box<dyn Read>, Option<u64>)> {
 
 fn input(
     path: &Path,
-    reader: Box<dyn Read>,
+    reader: Box<dyn Read + Send>,
     total: Option<u64>,
     options: &ReadOptions,
 ) -> Result<Input> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
 use crate::recording::Recording;
-use crate::text::{Batch, Format};
+use crate::text::{Format, Rows};
 
 /// Rows by which columns without names are recognised.
 const SAMPLE_ROWS: usize = 400;
@@ -87,7 +87,7 @@ fn table(
     names: &[String],
     columns: &[TableColumn<'_>],
     options: &ReadOptions,
-) -> Result<Batch> {
+) -> Result<Rows> {
     options.validate()?;
     let rows = columns.first().map_or(0, |c| c.rows());
     let named = names.is_empty() || names.len() == columns.len();
@@ -102,23 +102,23 @@ fn table(
         let error = Error::usage("samples-length", text).at(name.as_ref(), None);
         return Err(error.with_hint(hint));
     }
-    let mut batch = Batch::new(columns.len());
+    let mut table = Rows::new(columns.len());
     for (at, column) in columns.iter().enumerate() {
         match column {
             // An infinite number is no reading, as in a file.
             TableColumn::Numbers(values) => {
                 let finite = |v: &f64| if v.is_finite() { *v } else { f64::NAN };
-                batch.columns[at] = values.iter().map(finite).collect();
+                table.columns[at] = values.iter().map(finite).collect();
             }
             TableColumn::Texts(texts) => {
-                batch.columns[at] = vec![f64::NAN; rows];
+                table.columns[at] = vec![f64::NAN; rows];
                 for text in *texts {
-                    batch.push_word(at, text);
+                    table.push_word(at, text);
                 }
             }
         }
     }
-    batch.lines = (1..=rows as u32).collect();
-    batch.ledger.lines = rows;
-    Ok(batch)
+    table.lines = (1..=rows as u32).collect();
+    table.ledger.lines = rows;
+    Ok(table)
 }

@@ -1,25 +1,24 @@
-//! The only place that knows text: a head to a [`Format`], lines to [`Batch`]es.
+//! The only place that knows text: a head to a [`Format`], lines to [`Rows`].
 
-pub mod axes;
-mod batch;
-mod batches;
 mod dialect;
 mod format;
 mod header;
 mod lines;
 mod names;
 mod number;
+mod parse;
 mod roles;
+mod rows;
 mod sniff;
 mod words;
 
-pub(crate) use batch::check_bytes;
-pub use batch::{AsideLines, Batch, CopiedText, Ledger, Reason};
-pub(crate) use batches::BATCH_ROWS;
-pub use batches::{Batches, split_hint};
 pub use format::Format;
+pub(crate) use lines::LineBlocks;
 pub use names::Column;
 pub(crate) use names::sensor_of_file;
+pub(crate) use parse::Parser;
+pub(crate) use parse::cut_hint;
 pub(crate) use roles::sensor_unknown;
+pub use rows::{AsideLines, CopiedText, Ledger, Reason, Rows};
 pub use sniff::{is_prose, sniff, sniff_table};
 pub(crate) use sniff::{no_rows, no_table};

@@ -1,7 +1,7 @@
-//! Tables: batches to text.
+//! Tables: rows to text.
 //!
 //! A [`Table`] says where each column of the output comes from: copied byte for byte from the
-//! text of the rows, or written from values. A [`Writer`] writes batch after batch in memory that
+//! text of the rows, or written from values. A [`Writer`] writes piece after piece in memory that
 //! does not grow.
 
 mod fixed;
@@ -94,7 +94,7 @@ impl Table {
         }
     }
 
-    /// The columns whose text is copied, for [`Batches::with_text`](crate::Batches::with_text).
+    /// The columns whose text is copied, for [`Format::parse_with_text`].
     pub fn copied(&self) -> &[(usize, usize)] {
         &self.copied
     }
@@ -147,7 +147,7 @@ pub fn input_name(format: &Format, column: usize) -> String {
     }
 }
 
-/// Writes a table batch by batch.
+/// Writes a table piece by piece.
 pub struct Writer<W> {
     out: W,
     table: Table,
@@ -166,7 +166,7 @@ impl<W: Write> Writer<W> {
         Writer { out, table, bytes }
     }
 
-    /// Writes rows of a batch: its text, and columns of values of the same length. A blank line
+    /// Writes rows: their text, and columns of values of the same length. A blank line
     /// stands before the rows of `breaks`, which rise.
     ///
     /// # Errors

@@ -2,9 +2,8 @@
 //!
 //! # Overview
 //!
-//! [`apply`] reads a recording in batches. The first ones are judged as a recording, and whether
-//! the calibration fits them; then each batch is calibrated and written. The
-//! calibrated channels replace the raw ones under SI names; every other column is copied byte for
+//! [`apply`] judges the first rows of a recording, and whether the calibration fits them; the others
+//! are read alike, calibrated and written, and not judged. The calibrated channels replace the raw ones under SI names; every other column is copied byte for
 //! byte. A calibration that does not fit is refused before anything is written. The
 //! [`ApplySummary`] accounts for every line.
 //!
@@ -55,7 +54,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_recording::bytes::Input;
 use gravical_recording::judge::quiet_norm;
 use gravical_recording::write::Table;
-use gravical_recording::{BatchReader, CALIBRATED, Format, Readings, split_hint};
+use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{CalibrationFile, judge_unit};
@@ -205,9 +204,9 @@ pub enum GyroscopeOutcome {
 /// `name` is used in messages.
 ///
 /// The first 262,144 rows are held and judged as [`read`](crate::recording::read) judges a
-/// recording; nothing is written before that. The others are read alike, 16,384 at a time, so that
-/// memory stays flat. A row that is no measurement (of another sensor, of zeros, of a sensor that
-/// hung) stays a row without calibrated values.
+/// recording; nothing is written before that. The others are read alike and not judged, so that memory
+/// stays flat and a pipe flows. A row of another sensor or of zeros, and in the first rows one of a
+/// sensor that hung, stays a row without calibrated values.
 ///
 /// Values have six decimals, in the unit of the options. The delimiter is that of the input; white
 /// space becomes a tab. Decimal commas are kept.
@@ -218,10 +217,8 @@ pub enum GyroscopeOutcome {
 /// # Errors
 ///
 /// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
-/// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses. What later
-/// rows contradict (exit code 4), with the line: `unit-changed` unless `accel_unit` is given,
-/// `encoding-changed`, `shifted-columns`, `sensor-ended`, and `header-differs` (input); rows before
-/// it may have been written. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
+/// gravity is off by more than a fifth; what [`read`](crate::recording::read) refuses;
+/// `header-differs` (input) for another header in the middle, with its line. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
 /// if the calibration has no gyroscope. Errors of reading and writing.
 pub fn apply(
     calibration: &CalibrationFile,
@@ -239,24 +236,24 @@ pub fn apply(
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
-    let (read, judged) = match gyro {
-        Some(_) => (options.read.beside_gyroscope_file(), BatchReader::WHOLE),
-        None => (options.read.clone(), BatchReader::HEAD),
+    let (read, head_rows) = match gyro {
+        Some(_) => (options.read.beside_gyroscope_file(), Stream::WHOLE),
+        None => (options.read.clone(), Stream::HEAD_ROWS),
     };
-    let mut reader = BatchReader::open(input, name, &read, judged, copied)?;
+    let mut stream = Stream::open(input, name, &read, head_rows, copied)?;
     if let Some(gyro) = gyro {
-        join_gyroscope(&mut reader.recording, gyro, &options.read)?;
+        join_gyroscope(&mut stream.recording, gyro, &options.read)?;
     }
-    let table = table(&reader.format);
-    let mut applied = Application::begin(calibration, &mut reader.recording, options)?;
+    let table = table(&stream.format);
+    let mut applied = Application::begin(calibration, &mut stream.recording, options)?;
     applied.summary.columns.clone_from(&table.names);
-    let (recording, written, found) = write_rows(reader, out, table, false, |rows| {
-        applied.calibrate(&mut rows.readings, &rows.lines);
-        let gyro = rows.readings.gyro.take();
-        let accel = std::mem::take(&mut rows.readings.accel).into_iter();
+    let (mut recording, written) = write_rows(stream, out, table, |piece| {
+        applied.calibrate(piece);
+        let gyro = piece.gyro.take();
+        let accel = std::mem::take(&mut piece.accel).into_iter();
         accel.chain(gyro.into_iter().flatten()).collect()
     })?;
-    applied.summary.findings.extend(found);
+    applied.summary.findings.append(&mut recording.findings);
     Ok(applied.finish(&recording, written))
 }
 
@@ -294,8 +291,7 @@ pub struct Applied {
 /// # Errors
 ///
 /// `unit-mismatch` (input) if the calibration is for another unit or range, or if calibrated
-/// gravity is off by more than a fifth; `unit-changed`, `shifted-columns` as [`apply`]; `averaged`
-/// (usage) if its rows are means of samples.
+/// gravity is off by more than a fifth; `averaged` (usage) if its rows are means of samples.
 ///
 /// # Example
 ///
@@ -324,17 +320,22 @@ pub fn apply_recording(
     let mut recording = recording.clone();
     let mut applied = Application::begin(calibration, &mut recording, options)?;
     let rows = recording.rows();
-    let line = |row| u32::try_from(recording.line(row)).unwrap_or(u32::MAX);
-    let lines: Vec<u32> = (0..rows).map(line).collect();
-    let mut readings = recording.take_readings();
-    applied.calibrate(&mut readings, &lines);
-    let rates = RATES.into_iter().filter(|_| readings.gyro.is_some());
+    let mut piece = Piece {
+        is_measured: vec![true; rows],
+        accel: std::mem::take(&mut recording.accel),
+        gyro: recording.gyro.take(),
+        temperature_c: recording.temperature_c.take(),
+        lines: recording.lines.clone(),
+        ..Piece::default()
+    };
+    applied.calibrate(&mut piece);
+    let rates = RATES.into_iter().filter(|_| piece.gyro.is_some());
     let columns = options.output_unit.columns().into_iter().chain(rates);
     applied.summary.columns = columns.map(str::to_owned).collect();
     Ok(Applied {
         summary: applied.finish(&recording, rows),
-        accel: readings.accel,
-        gyro: readings.gyro,
+        accel: piece.accel,
+        gyro: piece.gyro,
     })
 }
 
@@ -360,7 +361,6 @@ impl Application {
         options: &ApplyOptions,
     ) -> Result<Self> {
         let mut findings = std::mem::take(&mut recording.findings);
-        refuse_contradictions(recording, &findings, options)?;
         if calibration.drift_model().is_none() {
             // Temperatures matter to the drift alone.
             findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
@@ -405,16 +405,16 @@ impl Application {
     /// Calibrates rows in place: specific force in the unit of the output, angular rate in rad/s.
     /// All axes of a sensor are NaN if one is missing. Without a calibration of the gyroscope its
     /// channels are dropped.
-    fn calibrate(&mut self, readings: &mut Readings, lines: &[u32]) {
+    fn calibrate(&mut self, piece: &mut Piece) {
         if let Some(drift) = &mut self.drift {
-            drift.subtract(readings, lines);
+            drift.subtract(piece);
         }
         let gyro = self.gyro.as_ref();
         let is_sensitive =
             gyro.is_some_and(|g| g.g_sensitivity.iter().flatten().any(|v| *v != 0.0));
-        readings.gyro = readings.gyro.take().filter(|_| gyro.is_some());
-        let [ax, ay, az] = &mut readings.accel;
-        let mut rates = readings.gyro.as_mut();
+        piece.gyro = piece.gyro.take().filter(|_| gyro.is_some());
+        let [ax, ay, az] = &mut piece.accel;
+        let mut rates = piece.gyro.as_mut();
         let (rate_axes, per_mps2) = (self.axes.of_rates(), self.summary.output_unit.per_mps2());
         for row in 0..ax.len() {
             let raw = [ax[row], ay[row], az[row]].map(|v| v + self.zero_offset);
@@ -504,32 +504,6 @@ fn judge_gyroscope(
         .at(Path::new(&recording.name), None)
         .with_hint("give its unit, if this is the right one")
         .advise("gyro_unit", section.input_unit.name()))
-}
-
-/// Refuses rows of two units, and rows whose channels are shifted, before anything is written.
-fn refuse_contradictions(
-    recording: &Recording,
-    findings: &[Finding],
-    options: &ApplyOptions,
-) -> Result<()> {
-    let is_unit_given = options.read.accel_unit.is_some();
-    let contradicts = |f: &&Finding| match f.kind {
-        FindingKind::UnitChanged => !is_unit_given,
-        kind => kind == FindingKind::ShiftedColumns,
-    };
-    let Some(finding) = findings.iter().find(contradicts) else {
-        return Ok(());
-    };
-    let line = finding.lines.first().map_or(0, |l| l[0]);
-    let error = Error::contradiction(finding.kind.name(), finding.message.clone())
-        .at(Path::new(&recording.name), Some(line));
-    let hint = split_hint(line);
-    Err(match finding.kind {
-        FindingKind::UnitChanged => error
-            .with_hint(format!("{hint}; or give the unit of all rows"))
-            .advise("accel_unit", ""),
-        _ => error.with_hint(hint),
-    })
 }
 
 /// NaN on all axes if one is missing.

@@ -2,8 +2,7 @@
 //!
 //! # Overview
 //!
-//! [`convert_file`] judges the first 262,144 rows of a recording as [`read`](crate::recording::read)
-//! does, reads the others alike, batch by batch, and writes each batch. The table is `time_s`, the
+//! [`convert_file`] reads a recording and writes its rows as a table: `time_s`, the
 //! accelerometer, the gyroscope, the temperature and the label, as far as there are any; other
 //! columns, and rows that are no measurement, are not written. Breaks are blank lines. Counts are
 //! converted by the sensitivity of the data sheet.
@@ -33,21 +32,18 @@ use std::io::Write;
 use std::path::Path;
 
 use gravical_core::unit::{DEGREES_PER_RADIAN, STANDARD_GRAVITY_MPS2};
-use gravical_recording::write::{Cell, Table};
-use gravical_recording::{BatchReader, Format, Role, Rows, source};
+use gravical_recording::CopiedText;
+use gravical_recording::write::{Cell, Table, Writer};
 use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
 use crate::recording::{
-    AccelScale, Finding, GyroScale, ReadOptions, Recording, TimeUnit, nominal_accel,
+    AccelScale, Finding, GyroScale, ReadOptions, Recording, nominal_accel, read_samples,
 };
-use crate::rewrite::write_rows;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 
-/// A clock that was set differs from what it showed by more, s; jitter and mended stamps do not.
-const CLOCK_SET_S: f64 = 1.0;
 /// Decimals of a time, s.
 const TIME_DECIMALS: u32 = 6;
 /// Decimals of a value, zeros at the end left out: far below what any sensor resolves, and in g
@@ -108,176 +104,128 @@ pub struct ConvertSummary {
 
 /// Writes the recording at `path` (`-` is standard input) as a table with a header to `out`.
 ///
-/// Memory does not grow with the recording.
-///
 /// # Errors
 ///
-/// Those of [`crate::recording::read`]; `unit-unknown` (input) for counts of unknown range;
-/// `no-date` (input) if times since 1970 are asked for and nothing says when it starts; what later
-/// rows contradict, as [`apply`](crate::apply::apply()); errors of writing.
+/// Those of [`read_samples`]; `unit-unknown` (input) for counts of unknown range; `no-date` (input)
+/// if times since 1970 are asked for and nothing says when it starts; errors of writing.
 pub fn convert_file(
     path: &Path,
     read: &ReadOptions,
     options: &ConvertOptions,
     out: &mut dyn Write,
 ) -> Result<ConvertSummary> {
-    let name = path.display().to_string();
-    let input = source::open(path, read)?;
-    let label = |format: &Format| format.columns.iter().position(|c| c.role == Role::Label);
-    let copied = |format: &Format| label(format).map(|c| (c, c)).into_iter().collect();
-    let mut reader = BatchReader::open(input, &name, read, BatchReader::HEAD, copied)?;
-    settle(&mut reader.recording);
-    let recording = &reader.recording;
+    let mut recording = read_samples(path, read)?;
+    settle(&mut recording);
     let start_unix_s = recording.recorded_at().and(recording.start_unix_s());
-    let (mut conversion, cells) = Conversion::new(recording, options)?;
-    let label = label(&reader.format);
-    let label_cell = label.map(|_| ("label".to_owned(), Cell::Quoted(0)));
-    let table = Table::plain(cells.into_iter().chain(label_cell), label);
-    let columns = table.names.clone();
-    let (recording, written, found) =
-        write_rows(reader, out, table, true, |rows| conversion.convert(rows))?;
-    let findings = recording.findings.into_iter().chain(found);
+    let rows = recording.rows();
+    let mut columns = columns(&mut recording, options)?;
+    let labels = recording.labels.take().unwrap_or_default();
+    let label = |row: &u32| labels.names[*row as usize].as_str();
+    let text = CopiedText::of_rows(labels.of_row.iter().map(label));
+    let (names, values): (Vec<_>, Vec<_>) = columns.drain(..).unzip();
+    let cells = names.into_iter().enumerate();
+    let cells = cells.map(|(column, name)| match name.as_str() {
+        "time_s" => (name, Cell::Fixed(column, TIME_DECIMALS)),
+        _ if options.is_in_g() => (name, Cell::Trimmed(column, G_DECIMALS)),
+        _ => (name, Cell::Trimmed(column, SI_DECIMALS)),
+    });
+    let label = ("label".to_owned(), Cell::Quoted(0));
+    let label = Some(label).filter(|_| !labels.names.is_empty());
+    let table = Table::plain(cells.chain(label), []);
+    let names = table.names.clone();
+    let output = |e| Error::io(Path::new("output"), e);
+    let mut writer = Writer::new(out, table);
+    let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+    writer
+        .write_rows(0..rows, &text, &values, &recording.breaks)
+        .map_err(output)?;
+    writer.finish().map_err(output)?;
     Ok(ConvertSummary {
         start_unix_s,
         description: recording.description,
         serial: recording.serial,
         lines: recording.ledger.lines as u64,
-        rows: written as u64,
+        rows: rows as u64,
         set_aside: set_aside(&recording.ledger),
         accelerometer: recording.accel_scale,
         gyroscope: recording.gyro_scale,
         output_unit: options.output_unit,
-        columns,
-        findings: findings.map(|f| f.in_file(&name)).collect(),
-        input: name,
+        columns: names,
+        findings: recording.findings,
+        input: recording.name,
     })
 }
 
-/// From the units of a recording to those of the table.
-struct Conversion {
-    /// Time of the first row, s.
-    start_s: f64,
-    /// Seconds of one unit of the stamps, if times since 1970 are wanted and the stamps are dates.
-    dates_unit_s: Option<f64>,
-    has_stamps: bool,
-    /// Rate of rows without stamps, Hz.
-    rate_hz: Option<f64>,
-    /// Factors from the unit of the file.
-    accel: f64,
-    gyro: Option<f64>,
-    has_temperature: bool,
-    /// Rows that are measurements, so far.
-    rows: usize,
+impl ConvertOptions {
+    fn is_in_g(self) -> bool {
+        self.output_unit == OutputUnit::StandardGravity
+    }
 }
 
-impl Conversion {
-    /// The conversion, and the columns of values of the table.
-    fn new(recording: &Recording, options: &ConvertOptions) -> Result<(Self, Vec<(String, Cell)>)> {
-        let in_g = options.output_unit == OutputUnit::StandardGravity;
-        let per_mps2 = nominal_accel(recording)?;
-        let start_s = match recording.start_unix_s() {
-            Some(start_s) if options.absolute_time => start_s,
-            None if options.absolute_time => {
-                let what = "nothing in this recording says when it was made";
-                return Err(Error::input("no-date", what)
-                    .at(recording.name.as_ref(), None)
-                    .with_hint("leave absolute time out: times are seconds since the first row")
-                    .advise("absolute_time", ""));
-            }
-            _ => 0.0,
-        };
+/// Takes the channels of a recording as the columns of the table: their names and values.
+fn columns(recording: &mut Recording, options: &ConvertOptions) -> Result<Vec<(String, Vec<f64>)>> {
+    let in_g = options.is_in_g();
+    let per_mps2 = nominal_accel(recording)?;
+    let times_s = times_s(recording, options)?;
+    let axes = |sensor: &str, unit: &str| ["x", "y", "z"].map(|a| format!("{sensor}{a}{unit}"));
+    let accel_names = match (recording.is_calibrated, in_g) {
+        (true, _) => options.output_unit.columns().map(str::to_owned),
+        (false, true) => axes("a", "_g"),
+        (false, false) => axes("a", "_m_s2"),
+    };
+    let scaled = |mut channel: Vec<f64>, factor: f64| {
+        channel.iter_mut().for_each(|v| *v *= factor);
+        channel
+    };
+    let mut columns = Vec::new();
+    columns.extend(times_s.map(|times_s| ("time_s".to_owned(), times_s)));
+    // From g to g the factor is 1, without rounding.
+    let accel_unit = if in_g { STANDARD_GRAVITY_MPS2 } else { 1.0 };
+    let factor = 1.0 / (per_mps2 * accel_unit);
+    let accel = std::mem::take(&mut recording.accel).map(|c| scaled(c, factor));
+    columns.extend(accel_names.into_iter().zip(accel));
+    if let Some(gyro) = recording.gyro.take() {
         // A unit that is not known stays.
-        let gyro = recording.gyro.as_ref().map(|_| {
-            match (recording.gyro_scale.and_then(|s| s.nominal()), in_g) {
-                (None, _) => (1.0, ""),
-                (Some(nominal), false) => (1.0 / nominal, "_rad_s"),
-                (Some(nominal), true) => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
-            }
-        });
-        let has_stamps = recording.time_s.is_some();
+        let (factor, unit) = match recording.gyro_scale.and_then(|s| s.nominal()) {
+            None => (1.0, ""),
+            Some(nominal) if in_g => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
+            Some(nominal) => (1.0 / nominal, "_rad_s"),
+        };
+        let gyro = gyro.map(|channel| scaled(channel, factor));
+        columns.extend(axes("g", unit).into_iter().zip(gyro));
+    }
+    let temperature_c = recording.temperature_c.take();
+    columns.extend(temperature_c.map(|t| ("temperature_c".to_owned(), t)));
+    Ok(columns)
+}
+
+/// Times of the rows, s; `None` without a clock or rate.
+fn times_s(recording: &mut Recording, options: &ConvertOptions) -> Result<Option<Vec<f64>>> {
+    let start_s = match recording.start_unix_s() {
+        Some(start_s) if options.absolute_time => start_s,
+        None if options.absolute_time => {
+            let what = "nothing in this recording says when it was made";
+            return Err(Error::input("no-date", what)
+                .at(recording.name.as_ref(), None)
+                .with_hint("leave absolute time out: times are seconds since the first row")
+                .advise("absolute_time", ""));
+        }
+        _ => 0.0,
+    };
+    let Some(mut times_s) = recording.time_s.take() else {
         let rate_hz = recording.timing.rate_hz();
-        let has_temperature = recording.temperature_c.is_some();
-        let has_time = has_stamps || rate_hz.is_some();
-        let time = has_time.then(|| ("time_s".to_owned(), Cell::Fixed(0, TIME_DECIMALS)));
-        let decimals = if in_g { G_DECIMALS } else { SI_DECIMALS };
-        let axes = |sensor: &str, unit: &str| ["x", "y", "z"].map(|a| format!("{sensor}{a}{unit}"));
-        let accel = match (recording.is_calibrated, in_g) {
-            (true, _) => options.output_unit.columns().map(str::to_owned),
-            (false, true) => axes("a", "_g"),
-            (false, false) => axes("a", "_m_s2"),
-        };
-        let gyro_names = gyro.map(|(_, unit)| axes("g", unit));
-        let channels = accel.into_iter().chain(gyro_names.into_iter().flatten());
-        let temperature = has_temperature.then(|| ("temperature_c".to_owned(), SI_DECIMALS));
-        let values = channels.map(|name| (name, decimals)).chain(temperature);
-        let values = (usize::from(has_time)..).zip(values);
-        let values = values.map(|(i, (name, decimals))| (name, Cell::Trimmed(i, decimals)));
-        let unit_s = recording.timing.unit.map(TimeUnit::seconds);
-        let accel_unit = if in_g { STANDARD_GRAVITY_MPS2 } else { 1.0 };
-        let conversion = Conversion {
-            start_s,
-            dates_unit_s: unit_s.filter(|_| options.absolute_time),
-            has_stamps,
-            rate_hz,
-            // From g to g it is 1, without rounding.
-            accel: 1.0 / (per_mps2 * accel_unit),
-            gyro: gyro.map(|g| g.0),
-            has_temperature,
-            rows: 0,
-        };
-        Ok((conversion, time.into_iter().chain(values).collect()))
-    }
-
-    /// Where the clock of the recorder was set among the rows, dates are those of its stamps from
-    /// there on: two rows that agree on another start.
-    fn follow_dates(&mut self, stamps: Option<&[f64]>, time_s: &[f64], row: usize) {
-        let (Some(unit_s), Some(stamps)) = (self.dates_unit_s, stamps) else {
-            return;
-        };
-        let start_of = |row: usize| Some(stamps.get(row)? * unit_s - time_s.get(row)?);
-        if let (Some(start_s), Some(next_s)) = (start_of(row), start_of(row + 1))
-            && (start_s - self.start_s).abs() > CLOCK_SET_S
-            && (next_s - start_s).abs() < CLOCK_SET_S
-            && UtcTime::of_stamp(stamps[row] * unit_s).is_some()
-        {
-            self.start_s = start_s;
+        let rows = 0..recording.rows();
+        return Ok(rate_hz.map(|hz| rows.map(|row| start_s + row as f64 / hz).collect()));
+    };
+    let mut restarts = recording.restarts.iter().peekable();
+    let mut shift_s = start_s;
+    for (time_s, line) in times_s.iter_mut().zip(&recording.lines) {
+        // Where the clock of the recorder was set back, dates are those of its stamps from there on.
+        while let Some((_, start_s)) = restarts.next_if(|restart| restart.0 <= *line) {
+            let is_date = options.absolute_time && UtcTime::of_stamp(*start_s).is_some();
+            shift_s = if is_date { *start_s } else { shift_s };
         }
+        *time_s += shift_s;
     }
-
-    /// Columns of values of the table.
-    fn convert(&mut self, rows: &mut Rows) -> Vec<Vec<f64>> {
-        let mut values = Vec::new();
-        let is_measured = &rows.readings.is_measured;
-        if self.has_stamps {
-            let none = || vec![f64::NAN; is_measured.len()];
-            let mut time_s = rows.readings.time_s.take().unwrap_or_else(none);
-            for row in 0..time_s.len() {
-                self.follow_dates(rows.stamps.as_deref(), &time_s, row);
-                time_s[row] += self.start_s;
-            }
-            values.push(time_s);
-        } else if let Some(rate_hz) = self.rate_hz {
-            let mut row = self.rows as f64;
-            let times_s = is_measured.iter().map(|is_measured| {
-                let time_s = self.start_s + row / rate_hz;
-                row += f64::from(u8::from(*is_measured));
-                time_s
-            });
-            values.push(times_s.collect());
-        }
-        self.rows += is_measured.iter().filter(|m| **m).count();
-        let readings = &mut rows.readings;
-        let scaled = |mut channel: Vec<f64>, factor: f64| {
-            channel.iter_mut().for_each(|v| *v *= factor);
-            channel
-        };
-        let accel = std::mem::take(&mut readings.accel);
-        values.extend(accel.map(|channel| scaled(channel, self.accel)));
-        if let (Some(gyro), Some(factor)) = (readings.gyro.take(), self.gyro) {
-            values.extend(gyro.map(|channel| scaled(channel, factor)));
-        }
-        let temperature_c = readings.temperature_c.take();
-        values.extend(temperature_c.filter(|_| self.has_temperature));
-        values
-    }
+    Ok(Some(times_s))
 }

@@ -1,41 +1,66 @@
-//! A recording as another table: `apply`, `convert` and `denoise` read it alike and write it alike.
+//! A recording as another table: `apply` and `denoise` read it alike and write it alike.
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::mpsc::sync_channel;
+use std::thread;
 
 use gravical_recording::write::{Table, Writer};
-use gravical_recording::{BatchReader, Rows};
+use gravical_recording::{Piece, Stream};
 
-use crate::recording::{Finding, Recording};
+use crate::recording::Recording;
 use crate::{Error, Result};
 
-/// Writes the rows of `reader` as `table`, whose columns of values `columns` makes of each batch.
-/// Returns the recording, the number of rows that were written, and findings about later rows.
+/// Pieces that are read ahead of those that are written.
+const READ_AHEAD: usize = 2;
+
+/// Writes the rows of `stream` as `table`, whose columns of values `columns` makes of each piece; the
+/// next pieces are read meanwhile. Returns the recording and the number of rows.
 ///
 /// # Errors
 ///
 /// Those of reading and of writing.
 pub(crate) fn write_rows(
-    mut reader: BatchReader,
+    mut stream: Stream,
     out: &mut dyn Write,
     table: Table,
-    only_measured: bool,
-    mut columns: impl FnMut(&mut Rows) -> Vec<Vec<f64>>,
-) -> Result<(Recording, usize, Vec<Finding>)> {
+    mut columns: impl FnMut(&mut Piece) -> Vec<Vec<f64>>,
+) -> Result<(Recording, usize)> {
     let output = |e| Error::io(Path::new("output"), e);
     let mut writer = Writer::new(out, table);
-    let mut written = 0;
-    while let Some(mut rows) = reader.next_rows()? {
-        let values = columns(&mut rows);
-        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let is_measured = &rows.readings.is_measured;
-        let kept = (0..is_measured.len()).filter(|row| !only_measured || is_measured[*row]);
-        written += kept.clone().count();
-        writer
-            .write_rows(kept, &rows.text, &values, &rows.readings.breaks)
-            .map_err(output)?;
-    }
-    writer.finish().map_err(output)?;
-    let (recording, findings) = reader.finish(only_measured);
-    Ok((recording, written, findings))
+    let (send, pieces) = sync_channel(READ_AHEAD);
+    let (stream, written) = thread::scope(|scope| {
+        let reading = scope.spawn(move || {
+            // Nobody receives any longer once writing has failed.
+            while let Some(piece) = stream.next_piece().transpose() {
+                let is_last = piece.is_err();
+                if send.send(piece).is_err() || is_last {
+                    break;
+                }
+            }
+            stream
+        });
+        let mut written = 0;
+        let write = || {
+            for piece in pieces {
+                let mut piece = piece?;
+                let values = columns(&mut piece);
+                let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+                let rows = 0..piece.lines.len();
+                written += rows.len();
+                writer
+                    .write_rows(rows, &piece.text, &values, &piece.breaks)
+                    .map_err(output)?;
+            }
+            writer.finish().map_err(output)?;
+            Ok(written)
+        };
+        let written: Result<usize> = write();
+        let stream = reading.join();
+        (
+            stream.unwrap_or_else(|e| std::panic::resume_unwind(e)),
+            written,
+        )
+    });
+    Ok((stream.finish(), written?))
 }

@@ -3,7 +3,6 @@
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-pub use gravical_recording::axes;
 use serde::Deserialize;
 
 use crate::calibrate::{CalibrateOptions, Calibrated, calibrate};
@@ -95,8 +94,7 @@ pub fn calibrate_files(
 /// Endings of files in a folder that may be recordings.
 pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 
-/// Files of a folder that may be recordings, in the order of their names; `accel_[xyz].txt` stands
-/// for a file per axis.
+/// Files of a folder that may be recordings, in the order of their names.
 ///
 /// # Errors
 ///
@@ -112,7 +110,7 @@ pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
 fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths = entries(folder)?;
     paths.retain(|p| p.is_file() && may_be_recording(p));
-    Ok(axes::group(&paths))
+    Ok(paths)
 }
 
 /// What is in a folder, in the order of the names.
@@ -303,7 +301,7 @@ pub fn read_session(
     };
     let (mut paths, mut left_out) = match folder {
         Some(folder) => (files_in(folder)?, folders_in(folder)?),
-        None => (axes::group(inputs), Vec::new()),
+        None => (inputs.to_vec(), Vec::new()),
     };
     let is_only = paths.len() == 1;
     paths.retain(|path| is_only || !gyro.is_some_and(|gyro| is_same(gyro, path)));

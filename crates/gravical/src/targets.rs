@@ -3,8 +3,6 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use gravical_recording::axes;
-
 use crate::live::folder::JOURNAL;
 use crate::output::{check_target, folder_of, is_special, no_folder};
 use crate::session::{files_in, is_result_file};
@@ -61,17 +59,6 @@ fn file_id(path: &Path) -> Option<FileId> {
     path.canonicalize().ok()
 }
 
-/// The file, or those of one axis each that the name of a recording stands for.
-fn file_ids(path: &Path) -> Vec<FileId> {
-    match file_id(path) {
-        Some(id) => vec![id],
-        None => {
-            let files = axes::files(path).into_iter().flatten();
-            files.filter_map(|file| file_id(&file)).collect()
-        }
-    }
-}
-
 /// The files that are read from `inputs`, and those of folders that may be recordings.
 fn read_files(inputs: &[PathBuf]) -> (HashSet<FileId>, HashSet<FileId>) {
     let (mut files, mut listed) = (HashSet::new(), HashSet::new());
@@ -79,11 +66,11 @@ fn read_files(inputs: &[PathBuf]) -> (HashSet<FileId>, HashSet<FileId>) {
         if input.is_dir() {
             files.extend(file_id(&input.join(JOURNAL)));
             let recordings = files_in(input).unwrap_or_default();
-            listed.extend(recordings.iter().flat_map(|p| file_ids(p)));
+            listed.extend(recordings.iter().filter_map(|p| file_id(p)));
         } else if input == Path::new("-") {
             files.extend(file_id(Path::new("/dev/stdin")));
         } else {
-            files.extend(file_ids(input));
+            files.extend(file_id(input));
         }
     }
     (files, listed)

@@ -7,7 +7,6 @@ use anyhow::Context as _;
 use gravical::apply::{ApplyOptions, ApplySummary, GyroscopeOutcome, apply};
 use gravical::output::write_atomic;
 use gravical::recording::{ReadOptions, source};
-use gravical::session::axes;
 use gravical::{Error, numfmt};
 use gravical_report::document::{Document, Section};
 use gravical_report::report::origin;
@@ -59,13 +58,12 @@ pub struct Args {
 ///
 /// A calibration in another unit, a file that cannot be read, an existing output file, I/O errors.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let inputs = axes::group(&args.inputs);
-    let path = match &inputs[..] {
+    let path = match &args.inputs[..] {
         [one] if !args.each.each => {
             args.each.refuse_alone()?;
             one
         }
-        _ => return apply_each(args, &inputs),
+        _ => return apply_each(args, &args.inputs),
     };
     let calibrations = files_of(&args.calibration);
     let inputs = calibrations.iter().chain([path]).chain(&args.options.gyro);

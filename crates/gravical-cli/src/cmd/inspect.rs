@@ -8,7 +8,7 @@ use gravical::calibration_file::InputFile;
 use gravical::inspect::inspect;
 use gravical::poses::SegmentOptions;
 use gravical::recording::{ReadOptions, read, read_joined};
-use gravical::session::{axes, files_in, is_something_else, read_listed, several_with_gyro};
+use gravical::session::{files_in, is_something_else, read_listed, several_with_gyro};
 use gravical_report::document::flag;
 use gravical_report::report;
 
@@ -47,11 +47,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
         .check(None, args.files.iter().chain(&args.gyro))?;
     // Each with whether it is a file of a folder, which need not be a recording.
     let mut files: Vec<(PathBuf, bool)> = Vec::new();
-    for path in axes::group(&args.files) {
+    for path in &args.files {
         if path.is_dir() {
-            files.extend(files_in(&path)?.into_iter().map(|file| (file, true)));
+            files.extend(files_in(path)?.into_iter().map(|file| (file, true)));
         } else {
-            files.push((path, false));
+            files.push((path.clone(), false));
         }
     }
     if args.gyro.is_some() && files.len() != 1 {

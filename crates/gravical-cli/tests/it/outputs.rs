@@ -70,10 +70,6 @@ const READ: &str = "\
 calibrate line.csv -o: line.csv
 calibrate s -o: s/x_up.csv s/notes.txt s/converted.csv
 calibrate live -o: live/recording.csv live/session.ndjson
-calibrate axes -o: axes/acc_x.txt axes/acc_z.txt
-calibrate --each axes --summary: axes/acc_y.txt
-convert axes/acc_[xyz].txt -o: axes/acc_x.txt axes/acc_y.txt
-apply cal.json axes/acc_x.txt axes/acc_y.txt axes/acc_z.txt -o: axes/acc_x.txt
 calibrate line.csv --gyro o.csv -o: o.csv
 calibrate line.csv --sections o.csv -o: o.csv
 calibrate line.csv --thermal o.csv -o: o.csv
@@ -116,11 +112,8 @@ fn what_is_read_is_never_replaced() {
     let folder = folder();
     let at = folder.path();
     fs::remove_dir_all(at.join("d")).unwrap();
-    for name in ["s", "axes", "cals", "live", "out", "links"] {
+    for name in ["s", "cals", "live", "out", "links"] {
         fs::create_dir(at.join(name)).unwrap();
-    }
-    for name in ["axes/acc_x.txt", "axes/acc_y.txt", "axes/acc_z.txt"] {
-        write(at, name, "0,0.1\n10,0.2\n20,0.1\n");
     }
     for name in ["s/x_up.csv", "live/recording.csv", "o.csv", "o.md"] {
         fs::copy(at.join("line.csv"), at.join(name)).unwrap();

@@ -51,12 +51,11 @@ kinds! {
     NotANumber "not-a-number" Warning "a value that is not a number";
     ZeroRows "zero-rows" Warning "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
     SensorHung "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows";
-    ShiftedColumns "shifted-columns" Warning "from a line on the magnitude at rest is gravity only in other columns: the bus lost a byte";
     NulBytes "nul-bytes" Warning "NUL bytes in lines";
     TruncatedFile "truncated-file" Warning "a truncated gzip file";
     CorruptBlock "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end";
     LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
-    SamplesAveraged "samples-averaged" Note "more than 1 GiB of columns, or more than 2²⁰ samples of a `.cwa` file";
+    SamplesAveraged "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file";
     ColumnsGuessed "columns-guessed" Warning "no header, or a header that does not fit the columns";
     NotAnAccelerometer "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope";
     SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `sensor_id`)";
@@ -83,7 +82,6 @@ kinds! {
     RateUnknown "rate-unknown" Note "neither time stamps nor `--rate`";
     UnitMismatch "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns";
     UnitAssumed "unit-assumed" Note "the magnitude at rest fits mg and cm/s²";
-    UnitChanged "unit-changed" Gate "at rest the magnitude changes from one unit or range to another without a header";
     UnitUnknown "unit-unknown" Warning "the magnitude at rest fits no unit, or several; if it is gravity times a power of two, the sensor was set to another range than the program assumed";
     RangeMismatch "range-mismatch" Warning "the range of `--accel-range` or of the board's header contradicts gravity at rest";
     UnsignedCounts "unsigned-counts" Note "16-bit values written as unsigned: around 32768, or 65535 for −1";

@@ -41,8 +41,6 @@ pub struct ClockOptions<'a> {
     pub unit_s: Option<f64>,
     /// Seconds of their likeliest unit
     pub likely_unit_s: Option<f64>,
-    /// Whether the rows before these were parted evenly, so that these are, too, or are not
-    pub is_bunched: Option<bool>,
     /// Nominal rate
     pub rate_hz: Option<f64>,
     /// Highest less lowest temperature in the recording, °C
@@ -92,8 +90,8 @@ pub struct Clock {
     pub bad: Vec<usize>,
     /// Rows without a stamp
     pub absent: Vec<usize>,
-    /// Rows at which the clock begins again
-    pub restarts: Vec<usize>,
+    /// Rows at which the clock begins again, and what would then be the first stamp, s
+    pub restarts: Vec<(usize, f64)>,
     /// Rows with the stamp of the row before
     pub duplicates: Vec<usize>,
     /// Rows before which more than four are missing, and the steps to them, s
@@ -247,7 +245,7 @@ impl Clock {
                     offset += period;
                 } else if is_near_zero || is_one(gaps, row) {
                     offset += before + usual - stamp;
-                    self.restarts.push(row);
+                    self.restarts.push((row, -offset));
                 } else {
                     self.bad.push(row);
                 }
@@ -292,9 +290,8 @@ impl Clock {
         let mean = self.mean_rate_hz.unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..0.2 / mean).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
-        let is_bunched = options.is_bunched.unwrap_or_else(|| {
-            bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual)
-        });
+        let is_bunched =
+            bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual);
         if is_bunched && self.mean_rate_hz.is_some() {
             self.bunched = Some(bunched);
             self.rate_hz = mean;
@@ -327,7 +324,7 @@ impl Clock {
             let is_gap = || self.gaps.binary_search_by_key(&row, |gap| gap.0).is_ok();
             let is_apart = is_one(options.gaps, row)
                 || is_one(options.pauses, row)
-                || is_one(&self.restarts, row)
+                || self.restarts.iter().any(|restart| restart.0 == row)
                 || is_coarse && is_gap();
             if is_apart && row > 0 {
                 let next = self.time_s[row - 1] + period;
@@ -345,6 +342,7 @@ impl Clock {
         let unit_s = self.unit_s;
         self.time_s.iter_mut().for_each(|t| *t *= unit_s);
         self.duration_s *= unit_s;
+        self.restarts.iter_mut().for_each(|r| r.1 *= unit_s);
         self.gaps.iter_mut().for_each(|gap| gap.1 *= unit_s);
         self.jitter_s = self.jitter_s.map(|jitter| jitter * unit_s);
         self.rate_hz /= unit_s;

@@ -1,6 +1,5 @@
 //! Rows that are no measurement, axes that keep one value, and rows that repeat.
 
-use std::cmp::Reverse;
 use std::ops::Range;
 
 use gravical_signal::resolution;
@@ -17,8 +16,6 @@ const ZEROS_IN_A_ROW: usize = 5;
 const RESOLUTION_ROWS: usize = 20_000;
 /// Coarser than this, a MEMS accelerometer at rest may stay at one value: its noise is 1 to 5 mg.
 const MAX_RESOLUTION_G: f64 = 0.002;
-/// Rows of a block whose magnitude tells whether channels are shifted.
-const SLIP_ROWS: usize = 10;
 /// Rows in which an axis must keep exactly one value, while the others change, to count as frozen.
 const FROZEN_ROWS: usize = 100;
 /// The same for a channel that never changes in the whole recording.
@@ -61,31 +58,22 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 ///
 /// Repeats prove nothing, and no row is marked, where they are common between the runs, where
 /// they are most rows (a logger faster than its sensor), and where the accelerometer resolves no
-/// noise. `is_proof`: what other rows showed of that.
-pub fn mark_hung(channels: &[&[f64]], is_proof: Option<bool>) -> Vec<bool> {
-    let mut runs = repeats(channels);
-    runs.retain(|run| run.len() > MAX_REPEATS);
-    let mut keep = vec![true; channels[0].len()];
-    if !runs.is_empty() && is_proof.unwrap_or_else(|| repeats_are_proof(channels)) {
-        for run in runs {
+/// noise.
+pub fn detect_stuck(channels: &[&[f64]]) -> Vec<bool> {
+    let rows = channels[0].len();
+    let (long, short): (Vec<_>, Vec<_>) = repeats(channels)
+        .into_iter()
+        .partition(|run| run.len() > MAX_REPEATS);
+    let short: usize = short.iter().map(|run| run.len() - 1).sum();
+    let stuck: usize = long.iter().map(Range::len).sum();
+    let are_common = short * 20 > rows - stuck || stuck * 2 > rows;
+    let mut keep = vec![true; rows];
+    if !long.is_empty() && !are_common && resolves_noise(&channels[..3]) {
+        for run in long {
             keep[run.start + 1..run.end].fill(false);
         }
     }
     keep
-}
-
-/// Whether long repeats, in these rows or those that follow, are proof of a sensor that hung.
-pub(crate) fn repeats_are_proof(channels: &[&[f64]]) -> bool {
-    let rows = channels[0].len();
-    let (mut hung, mut short) = (0, 0);
-    for run in repeats(channels) {
-        match run.len() {
-            ..=MAX_REPEATS => short += run.len() - 1,
-            long => hung += long,
-        }
-    }
-    let are_common = short * 20 > rows - hung || hung * 2 > rows;
-    !are_common && resolves_noise(&channels[..3])
 }
 
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
@@ -99,47 +87,6 @@ fn resolves_noise(accel: &[&[f64]]) -> bool {
         .iter()
         .map(|axis| resolution(axis.iter().copied().filter(|v| v.is_finite())));
     steps.fold(0.0, f64::max) < MAX_RESOLUTION_G * gravity
-}
-
-/// The row from which on the six channels are shifted (a lost byte on the bus): before it only
-/// the named axes hold gravity, after it only those the same number of places further on. `gravity`:
-/// in the unit of the values; by default that of the first quarter.
-pub fn slip(channels: [&[f64]; 6], accel_at: usize, gravity: Option<f64>) -> Option<usize> {
-    let rows = channels[0].len();
-    let named = [0, 1, 2].map(|i| &channels[accel_at + i][..rows / 4]);
-    let gravity = gravity.or_else(|| quiet_norm(named))?;
-    let blocks: Vec<[f64; 6]> = (0..rows / SLIP_ROWS)
-        .map(|b| channels.map(|c| mean_square(&c[SLIP_ROWS * b..][..SLIP_ROWS])))
-        .collect();
-    // Relative error of the magnitude of gravity in three channels of a block.
-    let error = |block: usize, shift: usize| -> f64 {
-        let squares = [0, 1, 2].map(|i| blocks[block][(accel_at + shift + i) % 6]);
-        (squares.iter().sum::<f64>().sqrt() / gravity - 1.0).abs()
-    };
-    let jump = |row: usize| -> f64 {
-        let steps = channels.iter().map(|c| (c[row] - c[row - 1]).abs());
-        steps.sum()
-    };
-    // Number of shifted blocks, and the row from which on the channels are shifted.
-    let slip_by = |shift: usize| -> Option<(usize, usize)> {
-        let is_named = |b: &usize| error(*b, 0) < 0.1 && error(*b, shift) > 0.2;
-        let is_shifted = |b: &usize| error(*b, 0) > 0.2 && error(*b, shift) < 0.1;
-        let count = (0..blocks.len()).filter(is_shifted).count();
-        let first = (0..blocks.len()).find(is_shifted)?;
-        let last = (0..first).rev().find(is_named)?;
-        let stays = (first..blocks.len()).filter(is_named).count() * 20 <= count;
-        let rows = SLIP_ROWS * last + 1..SLIP_ROWS * (first + 1);
-        let row = rows.max_by(|a, b| jump(*a).total_cmp(&jump(*b)))?;
-        (stays && count >= 5).then_some((count, row))
-    };
-    // Of several shifts that fit as often, the one that began first.
-    let slips = (1..6).filter_map(slip_by);
-    let slip = slips.max_by_key(|(blocks, row)| (*blocks, Reverse(*row)));
-    slip.map(|s| s.1)
-}
-
-fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
 }
 
 /// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each

@@ -1,7 +1,9 @@
 //! Integers of 16 bits that were printed as unsigned.
 
+use serde::{Deserialize, Serialize};
+
 /// How numbers of the converter were written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Encoding {
     /// 65535 is −1
     TwosComplement,

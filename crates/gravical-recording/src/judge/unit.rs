@@ -1,11 +1,15 @@
 //! Unit of the accelerometer: by the user, by what gravity shows, by what the head claims, in this
-//! order; and where it changes among the rows.
+//! order; and rows in which it changes.
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
+use std::ops::Range;
+
 use super::cells::median;
+use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
+use crate::text::cut_hint;
 use crate::units::{AccelScale, AccelUnit, Origin};
 
 /// Rows of a block whose spread tells rest from motion.
@@ -305,13 +309,14 @@ fn spread_and_norm(block: [&[f64]; 3]) -> Option<(f64, f64)> {
     (count > 0.0).then(|| ((squares - of_means) / count, norms / count))
 }
 
-/// Largest standard deviation of a block at rest, as a share of its magnitude.
+/// Largest standard deviation of a block at rest, as a share of gravity.
 const MAX_RESTLESS: f64 = 0.05;
 
-/// Mean magnitude of a block of complete rows, if the sensor may lie still in it.
-fn rest_norm(block: [&[f64]; 3]) -> Option<f64> {
+/// Mean magnitude of a block of complete rows, if the sensor may lie still in it. `gravity`: the magnitude
+/// of other blocks at rest, 0 if it is unknown.
+fn rest_norm(block: [&[f64]; 3], gravity: f64) -> Option<f64> {
     let (variance, norm) = spread_and_norm(block)?;
-    (variance.sqrt() <= MAX_RESTLESS * norm && norm > 0.0).then_some(norm)
+    (variance.sqrt() <= MAX_RESTLESS * norm.max(gravity) && norm > 0.0).then_some(norm)
 }
 
 /// Blocks at rest in a row that establish a magnitude.
@@ -330,20 +335,31 @@ const RANGE_RATIOS: [f64; 3] = [2.0, 4.0, 8.0];
 /// Counts at or near the end of the range of a 16-bit converter.
 const FULL: f64 = 32_700.0;
 
-/// The first row under another unit or range: the magnitude at rest jumps from gravity in one unit
-/// to gravity in another and stays there. No motion can cause this, since a sensor at rest measures
-/// 1 g. `before`: the magnitude at rest before these rows, if it is known.
-pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32], before: Option<f64>) -> Option<Finding> {
+/// Refuses rows in which the magnitude at rest jumps from gravity to another value and stays there:
+/// under another unit or range, or in other columns, because the bus lost a byte. No motion can cause
+/// this, since a sensor at rest measures 1 g.
+///
+/// # Errors
+///
+/// `unit-changed`, `shifted-columns`, with the line.
+pub fn refuse_jump(
+    accel: &[Vec<f64>; 3],
+    gyro: Option<&[Vec<f64>; 3]>,
+    lines: &[u32],
+    head_lines: usize,
+) -> Result<(), Error> {
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() <= ONE_UNIT;
     let is_full = |block: &[&[f64]; 3]| block.iter().any(|c| c.iter().any(|v| v.abs() >= FULL));
-    let mut established = before;
+    let mut established: Option<f64> = None;
     // Blocks that agree with each other and not with that: their number, magnitude, first row.
     let (mut count, mut other, mut from) = (0, 0.0, 0);
     for start in (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS) {
-        let block = accel.each_ref().map(|c| &c[start..start + BLOCK_ROWS]);
+        let rows = start..start + BLOCK_ROWS;
+        let block = accel.each_ref().map(|c| &c[rows.clone()]);
         let is_known = |magnitude: f64| established.is_some_and(|n| is_near(magnitude, n));
-        let magnitude = rest_norm(block).filter(|m| !is_full(&block) && !is_known(*m));
+        let magnitude = rest_norm(block, established.unwrap_or(0.0))
+            .filter(|m| !is_full(&block) && !is_known(*m));
         let Some(magnitude) = magnitude else {
             count = 0;
             continue;
@@ -360,21 +376,46 @@ pub fn unit_change(accel: &[Vec<f64>; 3], lines: &[u32], before: Option<f64>) ->
             established = Some(other);
             continue;
         };
-        if !is_other_unit(before, other, block) {
+        let is_shifted = || gyro.is_some_and(|gyro| shift(accel, gyro, rows, before).is_some());
+        let (code, why) = if is_other_unit(before, other, block) {
+            (
+                "unit-changed",
+                "the unit or range changed without a new header",
+            )
+        } else if is_shifted() {
+            (
+                "shifted-columns",
+                "the values stand in the columns of others: the bus lost a byte",
+            )
+        } else {
             continue;
-        }
+        };
         let between = (before * other).sqrt();
         let is_new = |row: &usize| (norm(*row) > between) == (other > between);
-        let rows = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
-        let row = rows.rev().take_while(is_new).last().unwrap_or(from);
-        let line = lines[row];
+        let near = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
+        let line = lines[near.rev().take_while(is_new).last().unwrap_or(from)] as usize;
         let text = format!(
-            "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: the unit or range changed without a new header"
+            "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: {why}"
         );
-        let lines = [u64::from(line)].into_iter().collect();
-        return Some(Finding::new(FindingKind::UnitChanged, text).at_lines(&lines));
+        let error = Error::input(code, text).at_line(line);
+        return Err(error.with_hint(cut_hint(head_lines, line)));
     }
-    None
+    Ok(())
+}
+
+/// By how many places the six channels are shifted in rows at rest: three others, one after the
+/// other, have the magnitude `gravity` in them.
+fn shift(
+    accel: &[Vec<f64>; 3],
+    gyro: &[Vec<f64>; 3],
+    rows: Range<usize>,
+    gravity: f64,
+) -> Option<usize> {
+    let channels: Vec<&[f64]> = accel.iter().chain(gyro).map(|c| &c[rows.clone()]).collect();
+    (1..6).find(|places| {
+        let block = [0, 1, 2].map(|i| channels[(places + i) % 6]);
+        rest_norm(block, gravity).is_some_and(|norm| (norm / gravity - 1.0).abs() <= RATIO)
+    })
 }
 
 /// True if both magnitudes can be 1 g, in two units or at two ranges. A change of range is only

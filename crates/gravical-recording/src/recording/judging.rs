@@ -1,10 +1,8 @@
 //! From the rows of a file to a recording.
 
+pub(crate) mod clean;
 pub(crate) mod findings;
-pub(crate) mod measured;
 mod time;
-
-pub(crate) use time::gap_text;
 
 use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
@@ -13,10 +11,10 @@ use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
 use crate::role::Role;
-use crate::text::{Batch, Format};
+use crate::text::{Format, Rows};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
-use measured::{Measured, column_labels, names};
+use clean::{CleanRows, column_labels, names};
 
 impl Recording {
     /// Judges the rows of a whole file.
@@ -24,26 +22,23 @@ impl Recording {
     /// # Errors
     ///
     /// There are no rows, or the sensor did not answer.
-    pub fn judge(format: &Format, rows: Batch) -> Result<Self, Error> {
-        let measured = Measured::new(format, rows, None)?;
-        Recording::judge_measured(format, measured)
-    }
-
-    /// The same of measurements.
-    pub(crate) fn judge_measured(format: &Format, measured: Measured) -> Result<Self, Error> {
+    pub fn judge(format: &Format, rows: Rows) -> Result<Self, Error> {
         let options = &format.options;
-        let (rows, time) = (measured.rows, measured.time);
-        let (accel, gyro) = (measured.readings.accel, measured.readings.gyro);
-        let mut findings = measured.findings;
+        let clean = CleanRows::new(format, rows)?;
+        let (rows, time, accel, gyro) = (clean.rows, clean.time, clean.accel, clean.gyro);
+        let read_as = clean.read_as;
+        let mut findings = clean.findings;
         let resolution = resolution(&accel, gyro.as_ref());
-        let is_unsigned = measured.known.encoding == Some(Encoding::OffsetBinary);
+        let is_unsigned = read_as.encoding == Some(Encoding::OffsetBinary);
         let middle = if is_unsigned { 32_768.0 } else { 0.0 };
         let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
         let mut of_unit = Vec::new();
         let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
         if !options.is_gyroscope {
             findings.append(&mut of_unit);
-            findings.extend(judge::unit_change(&accel, &rows.lines, None));
+            if options.accel_unit.is_none() {
+                judge::refuse_jump(&accel, gyro.as_ref(), &rows.lines, format.head_lines)?;
+            }
         }
         let read_gyro = if options.is_gyroscope {
             Some((format.accel, &accel))
@@ -66,12 +61,12 @@ impl Recording {
             is_calibrated: is_calibrated_by_board || CALIBRATED.iter().any(reads),
             is_calibrated_by_board,
             gyro_file: None,
-            temperature_c: measured.readings.temperature_c,
-            time_s: measured.readings.time_s,
+            temperature_c: clean.temperature_c,
+            time_s: Some(time.time_s).filter(|time_s| !time_s.is_empty()),
             time_origin_s: time.start_s,
             stated_start_s: metadata::start_s(&format.metadata),
             labels: find_labels(format, &rows)?,
-            breaks: measured.readings.breaks,
+            breaks: clean.breaks,
             zero_offset: options.zero_offset.unwrap_or(middle),
             accel_scale,
             contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
@@ -83,20 +78,21 @@ impl Recording {
             ledger: rows.ledger,
             findings,
             lines: rows.lines,
+            restarts: clean.restarts,
+            read_as,
         };
-        let is_held = measured.known.holds[0].is_some();
-        recording.judge_samples(format, is_held);
+        recording.judge_samples(format);
         Ok(recording)
     }
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
-    fn judge_samples(&mut self, format: &Format, is_held: bool) {
+    fn judge_samples(&mut self, format: &Format) {
         let mut findings = self.frozen_axes(format);
         for (channel, name, mut clipping) in self.ends_of_ranges(format) {
             clipping.observe(channel, &self.lines);
             findings.extend(clipping.finding(name));
         }
-        if !is_held {
+        if !self.read_as.is_sparse {
             let channels = self.accel.iter().chain(self.gyro.iter().flatten());
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
             let steps = self.resolution.as_flattened();
@@ -186,7 +182,7 @@ pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) ->
     [judge::resolution(accel), of_gyro]
 }
 
-fn find_labels(format: &Format, rows: &Batch) -> Result<Option<Labels>, Error> {
+fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {
     let Some(column) = format.columns.iter().position(|c| c.role == Role::Label) else {
         return Ok(None);
     };

@@ -1,76 +1,66 @@
 //! Lines of a stream.
 
-use std::io::{self, BufRead, ErrorKind};
+use std::io::{self, ErrorKind, Read};
 
 use memchr::{memchr, memrchr};
 
-/// Bytes of a line that are kept: what is longer is no text.
+/// Bytes that are read at once.
+const BLOCK_BYTES: usize = 1 << 18;
+/// Bytes of a line that are kept: what is longer is not text.
 const MAX_LINE_BYTES: usize = 1 << 20;
 
-pub(crate) struct Lines<R> {
-    pub(super) reader: R,
+/// A stream as blocks of whole lines.
+pub(crate) struct LineBlocks<R> {
+    reader: R,
     line_end: u8,
-    /// Whole lines, and where the next begins; bytes that are no UTF-8 are replaced.
-    text: String,
-    at: usize,
-    /// The beginning of the line behind them.
-    rest: Vec<u8>,
+    bytes: Vec<u8>,
+    /// The rest of the line that is being read is not kept.
+    skips: bool,
 }
 
-impl<R: BufRead> Lines<R> {
+impl<R: Read> LineBlocks<R> {
     pub(crate) fn new(reader: R, line_end: u8) -> Self {
-        Lines {
+        LineBlocks {
             reader,
             line_end,
-            text: String::new(),
-            at: 0,
-            rest: Vec::new(),
+            bytes: Vec::new(),
+            skips: false,
         }
     }
 
-    /// The next line, without its end.
-    pub(crate) fn next(&mut self) -> io::Result<Option<&str>> {
-        if self.at >= self.text.len() {
-            self.fill()?;
-            if self.text.is_empty() {
-                return Ok(None);
-            }
-        }
-        let rest = &self.text[self.at..];
-        let line = memchr(self.line_end, rest.as_bytes()).map_or(rest, |end| &rest[..end]);
-        self.at += line.len() + 1;
-        Ok(Some(line))
-    }
-
-    /// Reads on to the end of a line, or of the stream.
-    fn fill(&mut self) -> io::Result<()> {
-        let mut bytes = std::mem::take(&mut self.text).into_bytes();
-        bytes.clear();
-        self.at = 0;
-        bytes.append(&mut self.rest);
+    /// The lines that the next reads complete; `None` at the end.
+    pub(crate) fn next(&mut self) -> io::Result<Option<Vec<u8>>> {
+        let mut searched = 0;
         loop {
-            let piece = match self.reader.fill_buf() {
-                Err(e) if e.kind() == ErrorKind::Interrupted => continue,
-                piece => piece?,
-            };
-            let (read, end) = (piece.len(), memrchr(self.line_end, piece));
-            bytes.extend_from_slice(piece);
-            self.reader.consume(read);
-            if let Some(end) = end {
-                let whole = bytes.len() - read + end + 1;
-                self.rest.extend_from_slice(&bytes[whole..]);
-                bytes.truncate(whole);
-            } else if bytes.len() >= MAX_LINE_BYTES {
-                bytes.truncate(MAX_LINE_BYTES);
-                self.reader.skip_until(self.line_end)?;
-            } else if read > 0 {
-                continue;
+            if self.skips {
+                let end = memchr(self.line_end, &self.bytes);
+                self.skips = end.is_none();
+                self.bytes
+                    .drain(..end.map_or(self.bytes.len(), |end| end + 1));
+                searched = 0;
             }
-            break;
+            if let Some(end) = memrchr(self.line_end, &self.bytes[searched..]) {
+                let rest = self.bytes.split_off(searched + end + 1);
+                return Ok(Some(std::mem::replace(&mut self.bytes, rest)));
+            }
+            searched = self.bytes.len();
+            if searched >= MAX_LINE_BYTES {
+                self.skips = true;
+                return Ok(Some(std::mem::take(&mut self.bytes)));
+            }
+            self.bytes.resize(searched + BLOCK_BYTES, 0);
+            let read = match self.reader.read(&mut self.bytes[searched..]) {
+                Err(e) if e.kind() == ErrorKind::Interrupted => 0,
+                Err(e) => return Err(e),
+                Ok(0) => {
+                    self.bytes.truncate(searched);
+                    let last = std::mem::take(&mut self.bytes);
+                    return Ok(Some(last).filter(|last| !last.is_empty()));
+                }
+                Ok(read) => read,
+            };
+            self.bytes.truncate(searched + read);
         }
-        self.text = String::from_utf8(bytes)
-            .unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
-        Ok(())
     }
 }
 

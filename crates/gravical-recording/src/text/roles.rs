@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::batch::Batch;
 use super::format::Format;
 use super::names::{Column, is_linear, role_from_unit, sensor_of_file, words};
+use super::rows::Rows;
 use crate::error::Error;
 use crate::judge::{median, shows_gravity};
 use crate::options::ColumnsSpec;
@@ -21,7 +21,7 @@ const MIN_TURNS: usize = 4;
 const JUMP: f64 = 5.0;
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
-pub(crate) fn assign(format: &mut Format, sample: &Batch, file_name: &str) -> Result<(), Error> {
+pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Error> {
     let is_gyroscope = format.options.is_gyroscope;
     assign_given(format)?;
     let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
@@ -146,7 +146,7 @@ fn choose_sensors(
     format: &mut Format,
     accel: &[[usize; 3]],
     gyro: &[[usize; 3]],
-    sample: &Batch,
+    sample: &Rows,
 ) -> Result<(), Error> {
     if format.options.is_gyroscope {
         let none = || no_gyroscope(&format.names);
@@ -333,7 +333,7 @@ fn find_sensor(
 }
 
 /// Accelerometer and gyroscope behind the clocks and counters, told by gravity.
-fn by_numbers(format: &mut Format, sample: &Batch) -> Option<([usize; 3], Option<[usize; 3]>)> {
+fn by_numbers(format: &mut Format, sample: &Rows) -> Option<([usize; 3], Option<[usize; 3]>)> {
     let n = format.columns.len();
     let is_open = sample.columns[n - 1].iter().all(|v| v.is_nan()) && !sample.is_text(n - 1);
     let clocks = (0..n).take_while(|c| is_clock(&sample.columns[*c])).count();
@@ -423,7 +423,7 @@ pub(crate) fn is_counter(values: &[f64]) -> bool {
 }
 
 /// Columns of dates are clocks; without any clock so is the only column that always rises.
-fn find_clocks(format: &mut Format, sample: &Batch) {
+fn find_clocks(format: &mut Format, sample: &Rows) {
     if format.has_no_clock {
         return;
     }
@@ -466,7 +466,7 @@ fn counts_mostly(values: &[f64]) -> bool {
 /// The column that tells several sensors apart whose rows take turns: few values, each as often as
 /// the others, another one in nearly every row, and rows of one instant or a name that says so; or
 /// another one in every fifth row, a name or words, and measurements that jump with it.
-fn find_sensor_column(format: &Format, sample: &Batch) -> Option<usize> {
+fn find_sensor_column(format: &Format, sample: &Rows) -> Option<usize> {
     const NAMES: &str = "i id instance sensor device channel node type kind";
     (0..format.columns.len()).find_map(|c| {
         let (column, is_text) = (&format.columns[c], sample.is_text(c));
@@ -530,13 +530,13 @@ fn jumps(axes: &[&[f64]], kinds: &[u8]) -> bool {
 }
 
 /// The values of a column as small numbers, if that is what they are.
-fn sensor_codes(batch: &Batch, column: usize) -> Option<Vec<u8>> {
-    if batch.is_text(column) {
-        let codes = &batch.texts[column];
+fn sensor_codes(rows: &Rows, column: usize) -> Option<Vec<u8>> {
+    if rows.is_text(column) {
+        let codes = &rows.texts[column];
         return codes.iter().all(|c| *c < 16).then(|| codes.clone());
     }
     let is_code = |v: &f64| v.fract() == 0.0 && (0.0..16.0).contains(v);
-    let values = batch.columns[column].iter().filter(|v| !v.is_nan());
+    let values = rows.columns[column].iter().filter(|v| !v.is_nan());
     let are_codes = values.clone().all(is_code);
     are_codes.then(|| values.map(|v| *v as u8).collect())
 }

@@ -1,14 +1,14 @@
 //! From the head of a file to its format.
 
-use super::batch::Batch;
-use super::batches::MANY_WORDS;
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::names::Column;
 use super::number::parse_cell;
+use super::parse::{MANY_WORDS, Parser};
 use super::roles;
+use super::rows::Rows;
 use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::error::Error;
@@ -154,7 +154,7 @@ impl Format {
     pub(crate) fn of_table(
         names: &[String],
         columns: usize,
-        sample: &Batch,
+        sample: &Rows,
         options: &ReadOptions,
     ) -> Result<Self, Error> {
         if columns == 0 {
@@ -241,7 +241,10 @@ impl Format {
             )
             .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
         }
-        let mut sample = self.batches(head.as_bytes()).first();
+        let mut parser = Parser::new(&self, &[]);
+        // What of it is before an error: that is reported when the rows are read.
+        let _ = parser.read(head.as_bytes());
+        let mut sample = parser.take();
         if let Some(rate_hz) = start_and_rate(&sample) {
             self.rate_hz = Some(rate_hz);
             self.head_lines = sample.lines[1] as usize;
@@ -275,7 +278,7 @@ fn counts_epochs(metadata: &[String]) -> bool {
 }
 
 /// Empatica: the start in all columns, then the rate in all columns. Returns the rate in Hz.
-fn start_and_rate(sample: &Batch) -> Option<f64> {
+fn start_and_rate(sample: &Rows) -> Option<f64> {
     let common = |row: usize| {
         let mut cells = sample.columns.iter().map(|c| c.get(row));
         let first = *cells.next()??;

@@ -89,26 +89,46 @@ fn a_hung_sensor_is_set_aside_and_values_that_repeat_otherwise_are_kept() {
     }
 }
 
+/// Rows at rest, and from line 152 on something else: each is an error with the line and the command
+/// that cuts the file there.
 #[test]
-fn channels_that_slip_by_a_word_end_the_recording() {
-    const SLIP: usize = 75;
+fn rows_in_another_unit_or_other_columns_are_refused_with_the_cut() {
     let rows = six_faces(3);
-    let lines = (5..rows.len() - 5).map(|k| {
-        // Turns take eleven rows, a slip takes one.
-        let window = &rows[k - 5..=k + 5];
-        let mean = |axis: usize| window.iter().map(|r| r.accel_g[axis]).sum::<f64>() / 11.0;
-        let [x, y, z] = [0, 1, 2].map(|axis| mean(axis) * 16_384.0);
-        let [gx, gy, gz] = rows[k].gyro_deg_s.map(|w| w * 131.0);
-        let words = if k < SLIP {
-            [x, y, z, gx, gy, gz]
-        } else {
-            [gz, x, y, z, gx, gy]
-        };
-        let [a, b, c, d, e, f] = words.map(f64::round);
-        format!("{},{a},{b},{c},{d},{e},{f}\n", 40 * k)
-    });
-    let text = format!("ms,ax,ay,az,gx,gy,gz\n{}", lines.collect::<String>());
-    assert_eq!(read(&text, "").rows(), SLIP - 5);
+    let line = |k: usize| {
+        let pose = &rows[4 * FACE_ROWS + k % FACE_ROWS];
+        let accel = pose.accel_g.map(|v| v * 16_384.0);
+        let gyro = pose.gyro_deg_s.map(|w| w * 131.0);
+        [accel, gyro].concat()
+    };
+    let text = |change: &dyn Fn(&mut Vec<f64>)| {
+        let lines = (0..400).map(|k| {
+            let mut cells = line(k);
+            if k >= 150 {
+                change(&mut cells);
+            }
+            let cells: Vec<String> = cells.iter().map(|v| v.round().to_string()).collect();
+            format!("{},{}\n", 40 * k, cells.join(","))
+        });
+        format!("ms,ax,ay,az,gx,gy,gz\n{}", lines.collect::<String>())
+    };
+    let shifted = text(&|cells| cells.rotate_right(1));
+    let other_range = text(&|cells| cells[..3].iter_mut().for_each(|v| *v /= 4.0));
+    for (text, code) in [(shifted, "shifted-columns"), (other_range, "unit-changed")] {
+        let error = try_read(text.clone().into_bytes(), "log.csv").unwrap_err();
+        assert_eq!(error.code(), code);
+        assert_eq!(error.location().unwrap().line, Some(152));
+        let hint = error.hint().unwrap();
+        assert!(hint.contains("`sed '2,151d' FILE > after.csv`"), "{hint}");
+        // What the commands write is read.
+        let lines: Vec<&str> = text.lines().collect();
+        for part in [
+            lines[..151].join("\n"),
+            [&lines[..1], &lines[151..]].concat().join("\n"),
+        ] {
+            let is_read = try_read(part.into_bytes(), "log.csv").is_ok();
+            assert!(is_read, "{code}");
+        }
+    }
 }
 
 #[test]

@@ -5,9 +5,9 @@
 mod clock;
 mod defects;
 mod follow;
-mod later;
 mod properties;
 mod real;
 mod shapes;
+mod stream;
 mod support;
 mod write;

@@ -1,29 +1,25 @@
 //! Tables: copied columns byte for byte, new ones with the decimal sign and delimiter of the input.
 
-use std::io::Cursor;
-
 use gravical_recording::write::{Table, Writer};
-use gravical_recording::{Batch, Format, ReadOptions, sniff};
+use gravical_recording::{Format, ReadOptions, Rows, sniff};
 
 fn write(
     text: &str,
     format: &Format,
     table: Table,
-    values: impl Fn(&Batch) -> Vec<Vec<f64>>,
+    values: impl Fn(&Rows) -> Vec<Vec<f64>>,
 ) -> String {
     let mut out = Vec::new();
-    let batches = format.batches(Cursor::new(text)).with_text(table.copied());
+    let parsed = format.parse_with_text(text.as_bytes(), table.copied());
+    let parsed = parsed.unwrap();
     let mut writer = Writer::new(&mut out, table);
-    for batch in batches {
-        let batch = batch.unwrap();
-        let values = values(&batch);
-        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-        let rows = 0..batch.rows();
-        let breaks: Vec<usize> = batch.blanks.iter().map(|b| b.0).collect();
-        writer
-            .write_rows(rows, &batch.text, &values, &breaks)
-            .unwrap();
-    }
+    let values = values(&parsed);
+    let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+    let breaks: Vec<usize> = parsed.blanks.iter().map(|b| b.0).collect();
+    let rows = 0..parsed.rows();
+    writer
+        .write_rows(rows, &parsed.text, &values, &breaks)
+        .unwrap();
     writer.finish().unwrap();
     String::from_utf8(out).unwrap()
 }
@@ -36,7 +32,7 @@ fn rewritten(text: &str, keep_replaced: bool) -> (String, Table) {
         (name.to_owned(), Some(format.accel[i]))
     });
     let table = Table::with_new(&format, &new, 3, keep_replaced);
-    let axes = |b: &Batch| format.accel.map(|c| b.columns[c].clone()).to_vec();
+    let axes = |b: &Rows| format.accel.map(|c| b.columns[c].clone()).to_vec();
     (write(text, &format, table.clone(), axes), table)
 }
 

@@ -1,6 +1,6 @@
 //! Subtraction of the temperature drift.
 
-use gravical_recording::Readings;
+use gravical_recording::Piece;
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
@@ -73,13 +73,13 @@ impl Drift {
 
     /// Converts the readings of rows to the reference temperature; a row without a temperature has
     /// that of the row before.
-    pub fn subtract(&mut self, readings: &mut Readings, lines: &[u32]) {
+    pub fn subtract(&mut self, piece: &mut Piece) {
         let [low_c, high_c] = self.model.range_c;
-        let gyro = readings.gyro.iter_mut().flatten();
-        let mut channels: Vec<_> = readings.accel.iter_mut().chain(gyro).collect();
-        let rows = lines.iter().enumerate();
-        for (row, line) in rows.filter(|(row, _)| readings.is_measured[*row]) {
-            let t_c = readings.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
+        let gyro = piece.gyro.iter_mut().flatten();
+        let mut channels: Vec<_> = piece.accel.iter_mut().chain(gyro).collect();
+        let rows = piece.lines.iter().enumerate();
+        for (row, line) in rows.filter(|(row, _)| piece.is_measured[*row]) {
+            let t_c = piece.temperature_c.as_ref().map_or(f64::NAN, |t| t[row]);
             if t_c.is_finite() && t_c != self.now_c {
                 self.now_c = t_c;
                 self.at = self.model.drift_at(t_c);

@@ -45,7 +45,7 @@ use std::path::Path;
 
 use gravical_recording::source::open;
 use gravical_recording::write::{Table, input_name};
-use gravical_recording::{BatchReader, Format};
+use gravical_recording::{Format, Stream};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::InputFile;
@@ -165,22 +165,22 @@ pub fn denoise_file(
     let name = path.display().to_string();
     let copied = |format: &Format| table(format).copied().to_vec();
     let input = open(path, read)?;
-    let mut reader = BatchReader::open(input, &name, read, BatchReader::WHOLE, copied)?;
-    let table = table(&reader.format);
-    let mut summary = denoise(&mut reader.recording, options)?;
+    let mut stream = Stream::open(input, &name, read, Stream::WHOLE, copied)?;
+    let table = table(&stream.format);
+    let mut summary = denoise(&mut stream.recording, options)?;
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
-    let offset = reader.recording.zero_offset * f64::from(keeps_offset);
-    let (recording, .., found) = write_rows(reader, out, table, false, |rows| {
-        let readings = &mut rows.readings;
-        let accel = readings.accel.iter_mut().flatten();
+    let offset = stream.recording.zero_offset * f64::from(keeps_offset);
+    // What was found is in the summary; what is still to be found is added to it.
+    stream.recording.findings.clear();
+    let (recording, _) = write_rows(stream, out, table, |piece| {
+        let accel = piece.accel.iter_mut().flatten();
         accel.for_each(|v| *v += offset);
-        let gyro = readings.gyro.take().into_iter().flatten();
-        let accel = std::mem::take(&mut readings.accel);
+        let gyro = piece.gyro.take().into_iter().flatten();
+        let accel = std::mem::take(&mut piece.accel);
         accel.into_iter().chain(gyro).collect()
     })?;
-    let found = found.into_iter().map(|f| f.in_file(&name));
-    summary.findings.extend(found);
+    summary.findings.extend(recording.findings.iter().cloned());
     summary.description.clone_from(&recording.description);
     Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }

@@ -7,7 +7,7 @@
 #[cfg(test)]
 mod tests;
 
-use std::io::{Cursor, Read as _};
+use std::io::Read as _;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -97,21 +97,18 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         column if column.is_dated => Some(1.0),
         column => TimeUnit::parse(&column.unit).map(TimeUnit::seconds),
     });
-    let (mut stamps, mut positions, mut lines, mut torn) = (Vec::new(), Vec::new(), Vec::new(), 0);
-    for batch in format.batches(Cursor::new(head).chain(text)) {
-        let batch = batch.map_err(io)?;
-        let position = |row: usize| columns.map(|c| batch.columns[c][row] * metres);
-        positions.extend((0..batch.rows()).map(position));
-        lines.extend_from_slice(&batch.lines);
-        stamps.extend(time.into_iter().flat_map(|c| &batch.columns[c]));
-        for reason in [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber] {
-            torn += batch.ledger.count(reason);
-        }
-    }
+    let mut bytes = head;
+    text.read_to_end(&mut bytes).map_err(io)?;
+    let rows = format.parse(&bytes).map_err(|e| e.in_file(path))?;
+    let position = |row: usize| columns.map(|c| rows.columns[c][row] * metres);
+    let positions: Vec<[f64; 3]> = (0..rows.rows()).map(position).collect();
+    let stamps: Vec<f64> = time.map_or_else(Vec::new, |c| rows.columns[c].clone());
+    let not_rows = [Reason::TornLine, Reason::TooManyFields, Reason::NotANumber];
+    let torn: usize = not_rows.iter().map(|r| rows.ledger.count(*r)).sum();
     let time_s: Vec<f64> = if same_file {
         // NaN for a line that is no row of it.
         let time = |line: &u32| recording.time_at(recording.rows_at([*line; 2]).next()?);
-        let times = lines.iter().map(time);
+        let times = rows.lines.iter().map(time);
         times.map(|t| t.unwrap_or(f64::NAN)).collect()
     } else {
         let options = ClockOptions {

@@ -4,7 +4,7 @@ use crate::finding::{Finding, FindingKind};
 use crate::judge;
 use crate::role::Role;
 use crate::spans::LineSpans;
-use crate::text::{Batch, Format, Ledger, Reason};
+use crate::text::{Format, Ledger, Reason, Rows};
 
 /// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
 /// g. Loggers use `ax_g` for what they measure.
@@ -98,7 +98,7 @@ pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Finding> {
 }
 
 /// Cells of the channels that hold text.
-pub(super) fn of_text_cells(format: &Format, rows: &Batch) -> Option<Finding> {
+pub(super) fn of_text_cells(format: &Format, rows: &Rows) -> Option<Finding> {
     let mut lines = Vec::new();
     let mut first = None;
     for column in format.channels() {

@@ -4,7 +4,7 @@ use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Clock, ClockFault, ClockOptions};
 use crate::recording::Timing;
 use crate::role::Role;
-use crate::text::{Batch, Column, Format};
+use crate::text::{Column, Format, Rows};
 use crate::units::{TimeUnit, time_scale_s};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
@@ -21,29 +21,15 @@ pub(crate) struct JudgedTime {
     pub time_s: Vec<f64>,
     pub start_s: Option<f64>,
     pub timing: Timing,
-    /// Rows at which the clock begins again.
-    pub restarts: Vec<usize>,
-    /// Lines of the rows before which more than four are missing, and these steps, s.
-    pub gaps: Vec<(u32, f64)>,
-    pub clock: Option<KnownClock>,
-}
-
-/// How stamps are read.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KnownClock {
-    /// The column, and whether it holds steps; none of two columns.
-    column: Option<(usize, bool)>,
-    unit_s: f64,
-    /// Whether rows are parted evenly, if that is known.
-    pub is_bunched: Option<bool>,
+    /// Rows at which the clock begins again, and what would then be the first stamp, s.
+    pub restarts: Vec<(usize, f64)>,
 }
 
 impl JudgedTime {
     pub fn new(
         format: &Format,
-        rows: &Batch,
+        rows: &Rows,
         temperature_c: Option<&[f64]>,
-        known: Option<KnownClock>,
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
@@ -56,12 +42,11 @@ impl JudgedTime {
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
-        let stamps = find_stamps(format, rows, known);
+        let stamps = find_stamps(format, rows);
         let unit_s = stamps.as_ref().and_then(|stamps| stamps.unit_s);
         let given_s = format.options.time_unit.map(TimeUnit::seconds);
         let options = ClockOptions {
-            unit_s: known.map(|known| known.unit_s).or(given_s).or(unit_s),
-            is_bunched: known.and_then(|known| known.is_bunched),
+            unit_s: given_s.or(unit_s),
             likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
@@ -71,14 +56,9 @@ impl JudgedTime {
         let column = stamps.as_ref().and_then(|stamps| stamps.column);
         match stamps.map(|stamps| judge::clock(stamps.values, options)) {
             Some(Ok(clock)) => {
-                judged.clock = Some(KnownClock {
-                    column,
-                    unit_s: clock.unit_s,
-                    is_bunched: Some(clock.bunched.is_some()),
-                });
-                let is_dated = column.is_none_or(|(c, _)| format.columns[c].is_dated);
+                let is_dated = column.is_none_or(|c| format.columns[c].is_dated);
                 let is_stated = unit_s.is_some() && given_s.is_none() && !is_dated;
-                judged.tell(clock, rows, is_stated, findings);
+                judged.report(clock, rows, is_stated, findings);
             }
             Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
             Some(Err(ClockFault::Frozen)) => {
@@ -109,20 +89,8 @@ impl JudgedTime {
         judged
     }
 
-    /// Shifts the times so that the row of this line has this time; without one there is no clock.
-    pub fn continue_from(&mut self, anchor: Option<(u32, f64)>, lines: &[u32]) {
-        let Some((line, time_s)) = anchor else {
-            *self = JudgedTime::default();
-            return;
-        };
-        let row = lines.partition_point(|l| *l < line);
-        let shift_s = self.time_s.get(row).map_or(f64::NAN, |t| time_s - t);
-        self.time_s.resize(lines.len(), f64::NAN);
-        self.time_s.iter_mut().for_each(|t| *t += shift_s);
-    }
-
     /// `is_stated`: the file states the unit of the stamps.
-    fn tell(&mut self, clock: Clock, rows: &Batch, is_stated: bool, findings: &mut Vec<Finding>) {
+    fn report(&mut self, clock: Clock, rows: &Rows, is_stated: bool, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
         let rate_hz = clock.rate_hz;
@@ -145,8 +113,9 @@ impl JudgedTime {
                 findings.push(Finding::new(kind, text).at_lines(&lines));
             }
         };
+        let restarts: Vec<usize> = clock.restarts.iter().map(|r| r.0).collect();
         let restarted = "the time stamps restart (the board was reset); a break";
-        found(Kind::RestartedTime, &clock.restarts, restarted.to_owned());
+        found(Kind::RestartedTime, &restarts, restarted.to_owned());
         let text = format!(
             "{} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept",
             clock.bad.len()
@@ -161,7 +130,12 @@ impl JudgedTime {
         let text = format!("{} rows have no time stamp", clock.absent.len());
         found(Kind::AbsentTime, &clock.absent, text);
         let (gaps, steps_s): (Vec<usize>, Vec<f64>) = clock.gaps.iter().copied().unzip();
-        let text = gap_text(gaps.len(), steps_s.into_iter().fold(0.0, f64::max));
+        let plural = if gaps.len() == 1 { "" } else { "s" };
+        let text = format!(
+            "{} gap{plural} of more than four samples, the longest {:.3} s",
+            gaps.len(),
+            steps_s.into_iter().fold(0.0, f64::max)
+        );
         found(Kind::Gap, &gaps, text);
         let of_all = [
             (Kind::BurstTime, clock.bunched.map(|bunched| format!(
@@ -180,8 +154,6 @@ impl JudgedTime {
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
         self.restarts = clock.restarts;
-        let gaps = clock.gaps.iter();
-        self.gaps = gaps.map(|(r, s)| (rows.lines[*r], *s)).collect();
         self.timing.median_rate_hz = Some(rate_hz);
         self.timing.mean_rate_hz = clock.mean_rate_hz;
         self.timing.duration_s = Some(clock.duration_s);
@@ -192,24 +164,18 @@ impl JudgedTime {
     }
 }
 
-/// Steps of more than four samples, and the longest of them.
-pub(crate) fn gap_text(count: usize, longest_s: f64) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} gap{plural} of more than four samples, the longest {longest_s:.3} s")
-}
-
 /// Stamps, not yet as times.
 struct Stamps {
     values: Vec<f64>,
     /// Seconds of their unit, if the file states it.
     unit_s: Option<f64>,
-    /// The column, and whether it holds steps; none of two columns.
-    column: Option<(usize, bool)>,
+    /// The column; none of two.
+    column: Option<usize>,
 }
 
-/// The stamps of the rows before, else of the column of time that rises most often and most evenly; steps
-/// only if there is no other.
-fn find_stamps(format: &Format, rows: &Batch, known: Option<KnownClock>) -> Option<Stamps> {
+/// The stamps of the column of time that rises most often and most evenly; steps only if there is no
+/// other.
+fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
     if let Some(values) = in_two_columns(format, rows) {
         return Some(Stamps {
             values,
@@ -217,14 +183,11 @@ fn find_stamps(format: &Format, rows: &Batch, known: Option<KnownClock>) -> Opti
             column: None,
         });
     }
-    let known = known.and_then(|known| known.column);
     let mut candidates = Vec::new();
     for (c, (column, values)) in format.columns.iter().zip(&rows.columns).enumerate() {
-        let is_step = match (known, column.role) {
-            (Some((known, _)), _) if known != c => continue,
-            (Some((_, is_step)), _) => is_step,
-            (None, Role::Time) => !column.is_dated && judge::holds_steps(values),
-            (None, Role::Step) => true,
+        let is_step = match column.role {
+            Role::Time => !column.is_dated && judge::holds_steps(values),
+            Role::Step => true,
             _ => continue,
         };
         if values.iter().all(|v| v.is_nan()) {
@@ -240,7 +203,7 @@ fn find_stamps(format: &Format, rows: &Batch, known: Option<KnownClock>) -> Opti
             _ => stated_unit_s(column),
         };
         let score = judge::steadiness(&values).unwrap_or(f64::MIN) - penalty;
-        let column = Some((c, is_step));
+        let column = Some(c);
         candidates.push((
             score,
             Stamps {
@@ -271,7 +234,7 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
 
 /// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
 /// `nanosec`).
-fn in_two_columns(format: &Format, rows: &Batch) -> Option<Vec<f64>> {
+fn in_two_columns(format: &Format, rows: &Rows) -> Option<Vec<f64>> {
     let is_time = |c: &usize| format.columns[*c].role == Role::Time;
     let times = || (0..format.columns.len()).filter(is_time);
     let unit_s = |c: usize| stated_unit_s(&format.columns[c]);
@@ -298,7 +261,7 @@ fn add_parts(seconds: &[f64], fraction: &[f64], unit_s: f64) -> Option<Vec<f64>>
 }
 
 /// A column of time that holds text, where no other column is a clock.
-fn unread_stamps(format: &Format, rows: &Batch) -> Option<Finding> {
+fn unread_stamps(format: &Format, rows: &Rows) -> Option<Finding> {
     let mut columns = format.columns.iter().zip(&rows.words);
     let first = columns.find_map(|(c, words)| words.first().filter(|_| c.role == Role::Time))?;
     let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();

@@ -105,7 +105,7 @@ fn a_change_of_unit_is_refused_with_its_line() {
     assert_eq!(error.location().and_then(|l| l.line), Some(12_002));
     let with_unit = given(AccelUnit::MetrePerSecondSquared);
     let (_, summary) = run_with(&si(), text.as_bytes(), &with_unit).unwrap();
-    finding(&summary, "unit-changed");
+    finding(&summary, "unit-mismatch");
     // Before the change there are no findings.
     let (_, summary) = run(&si(), &still("t_ms,ax,ay,az", 12_000, two_units));
     assert!(summary.findings.is_empty(), "{:?}", summary.findings);

@@ -1,173 +1,139 @@
-//! From the rows of a file to measurements of one sensor: timed, decoded, without rows that are none.
+//! From the rows of a file to measurements of one sensor: timed, decoded, without rows that are not measurements.
 
 use std::collections::HashMap;
 
 use super::findings;
-use super::time::{JudgedTime, KnownClock};
+use serde::{Deserialize, Serialize};
+
+use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Encoding, HeldRows};
-use crate::readings::Readings;
+use crate::judge::{self, Cells, Encoding};
 use crate::recording::Labels;
 use crate::role::Role;
 use crate::spans::LineSpans;
-use crate::text::{Batch, Format, Reason, no_rows, sensor_of_file, sensor_unknown};
+use crate::text::{Format, Reason, Rows, no_rows, sensor_of_file, sensor_unknown};
 
 /// Sensors that are listed.
 const MAX_SENSORS: usize = 256;
 /// Names of the channels in messages.
 const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
 const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
-/// Rows at the end of a batch whose magnitude shows whether channels may be shifted, and by how
-/// much it then differs from gravity.
-const SLIP_END_ROWS: usize = 640;
-const SLIP_TOLERANCE: f64 = 0.2;
-
-/// What the first rows of a recording showed, by which those that follow are read.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Known {
-    pub encoding: Option<Encoding>,
-    pub thermometer: Option<usize>,
-    /// For how many rows the last values hold in empty cells.
-    pub holds: HeldRows,
-    /// Whether repeats of all channels mean that the sensor hung.
-    pub marks_hung: bool,
-    /// Gravity in the unit of the file; `None` if shifted columns and other units are not looked
-    /// for.
-    pub gravity: Option<f64>,
-    /// Of the first rows with stamps.
-    pub clock: Option<KnownClock>,
-    /// Line and time of the last row whose time is known; `None` without a clock.
-    pub anchor: Option<(u32, f64)>,
+/// How the cells of a recording are read, as its rows show.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct ReadAs {
+    /// How the counts of the accelerometer are written
+    pub(crate) encoding: Option<Encoding>,
+    /// Column of the temperature
+    pub(crate) thermometer: Option<usize>,
+    /// Label of the rows of the sensor that is read, where rows of several take turns
+    pub(crate) sensor: Option<String>,
+    /// Most cells are empty: each channel is written when it arrives, and its last value holds
+    pub(crate) is_sparse: bool,
 }
 
-/// Measurements, and what was found of them; units are not judged yet.
-pub(crate) struct Measured {
-    /// The rows without these channels.
-    pub rows: Batch,
-    pub readings: Readings,
-    /// Without the times.
+/// Rows that are measurements of one sensor, decoded and timed; units are not judged yet.
+pub(crate) struct CleanRows {
+    /// The rows without the columns below.
+    pub rows: Rows,
+    pub accel: [Vec<f64>; 3],
+    pub gyro: Option<[Vec<f64>; 3]>,
+    pub temperature_c: Option<Vec<f64>>,
     pub time: JudgedTime,
+    pub breaks: Vec<usize>,
+    /// Lines at which the clock begins again, and what would then be the first stamp, s.
+    pub restarts: Vec<(u32, f64)>,
     pub findings: Vec<Finding>,
-    pub known: Known,
+    pub read_as: ReadAs,
 }
 
-impl Measured {
-    /// `known`: what the rows before showed.
-    ///
+impl CleanRows {
     /// # Errors
     ///
-    /// There are no rows, or the sensor did not answer in the first ones.
-    pub fn new(format: &Format, mut rows: Batch, known: Option<&Known>) -> Result<Self, Error> {
+    /// There are no rows, or the sensor did not answer.
+    pub fn new(format: &Format, mut rows: Rows) -> Result<Self, Error> {
         let options = &format.options;
         let mut findings = findings::of_columns(format);
+        let mut read_as = ReadAs::default();
         if let Some(column) = format.sensor {
-            findings.extend(keep_sensor(format, &mut rows, column)?);
+            let (sensor, finding) = select_sensor(format, &mut rows, column)?;
+            read_as.sensor = sensor;
+            findings.extend(finding);
         }
-        if known.is_none() {
-            check_values(format, &rows)?;
-        }
+        check_values(format, &rows)?;
         let text_cells = findings::of_text_cells(format, &rows);
-        let (thermometer, temperature_c) =
-            take_temperature(format, &mut rows, known, &mut findings).unzip();
+        let temperature = take_temperature(format, &mut rows, &mut findings);
+        let (thermometer, temperature_c) = temperature.unzip();
+        read_as.thermometer = thermometer;
         let mut of_time = Vec::new();
-        let clock = known.and_then(|known| known.clock);
-        let mut time =
-            JudgedTime::new(format, &rows, temperature_c.as_deref(), clock, &mut of_time);
-        if let Some(known) = known {
-            time.continue_from(known.anchor, &rows.lines);
-        }
-        rows.breaks.extend(&time.restarts);
-        let times = rows.lines.iter().copied().zip(time.time_s.iter().copied());
-        let times = times.take(stamped_rows(format, &rows));
-        let anchor = times.rev().find(|(_, t)| t.is_finite());
+        let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut of_time);
+        rows.breaks.extend(time.restarts.iter().map(|r| r.0));
+        let line = |(row, start_s): &(usize, f64)| (rows.lines[*row], *start_s);
+        let restarts = time.restarts.iter().map(line).collect();
         let columns = format.columns.iter().zip(&mut rows.columns);
         let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
         stamps.for_each(|(_, column)| *column = Vec::new());
         // Rows that are set aside lose these, too.
         rows.columns.push(std::mem::take(&mut time.time_s));
         rows.columns.push(temperature_c.unwrap_or_default());
-        let marks_hung = known.map(|known| known.marks_hung);
-        let emptied = set_aside_defects(format, &mut rows, marks_hung);
-        let encoding = match known {
-            Some(known) => known.encoding,
-            None if options.zero_offset.is_some() || options.is_gyroscope => None,
-            None => Encoding::of(format.accel.map(|c| rows.columns[c].as_slice())),
-        };
-        if let Some(encoding) = encoding {
+        let emptied = set_aside_defects(format, &mut rows);
+        let accel = format.accel.map(|c| rows.columns[c].as_slice());
+        let is_given = options.zero_offset.is_some() || options.is_gyroscope;
+        read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
+        if let Some(encoding) = read_as.encoding {
             decode(format, &mut rows, encoding);
+            findings.push(Finding::new(
+                FindingKind::UnsignedCounts,
+                encoding.meaning(),
+            ));
         }
-        set_aside_slipped(format, &mut rows, known);
         let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
         let of_lines = findings::of_lines(&rows.ledger, &rows.nul_lines).into_iter();
-        let is_told = |f: &Finding| f.kind != FindingKind::BlankRows || !is_regular;
-        findings.extend(of_lines.filter(is_told));
+        let is_reported = |f: &Finding| f.kind != FindingKind::BlankRows || !is_regular;
+        findings.extend(of_lines.filter(is_reported));
         findings.extend(text_cells);
-        findings.extend(encoding.map(|e| Finding::new(FindingKind::UnsignedCounts, e.meaning())));
         findings.append(&mut of_time);
 
         let temperature_c = rows.columns.pop().unwrap_or_default();
-        let time_s = rows.columns.pop().unwrap_or_default();
-        let has_clock = known.map_or(!time_s.is_empty(), |known| known.anchor.is_some());
+        time.time_s = rows.columns.pop().unwrap_or_default();
         let mut breaks = std::mem::take(&mut rows.breaks);
         let (headers, blanks) = (&rows.headers, &rows.blanks);
         let (rate_hz, count) = (time.timing.median_rate_hz, rows.rows());
-        breaks.extend(judge::breaks(headers, blanks, &time_s, rate_hz, count));
+        breaks.extend(judge::breaks(headers, blanks, &time.time_s, rate_hz, count));
         breaks.sort_unstable();
         breaks.dedup();
         breaks.retain(|row| (1..count).contains(row));
+        let texts = format.channels().into_iter();
+        let texts: Vec<Vec<u8>> = texts.map(|c| rows.texts[c].clone()).collect();
         let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
-        let mut readings = Readings {
-            accel: format.accel.map(&mut take),
-            gyro: format.gyro.map(|g| g.map(&mut take)),
-            temperature_c: thermometer.map(|_| temperature_c),
-            is_measured: vec![true; count],
-            time_s: has_clock.then_some(time_s),
-            breaks,
-        };
+        let mut accel = format.accel.map(&mut take);
+        let mut gyro = format.gyro.map(|g| g.map(&mut take));
+        let mut temperature_c = thermometer.map(|_| temperature_c);
         if let Some(offset) = options.zero_offset {
-            let values = readings.accel.iter_mut().flatten();
-            values.for_each(|v| *v -= offset);
+            accel.iter_mut().flatten().for_each(|v| *v -= offset);
         }
-        let known_holds = known.map(|known| known.holds);
-        let texts: Vec<&[u8]> = format
-            .channels()
-            .iter()
-            .map(|c| &rows.texts[*c][..])
-            .collect();
-        let (empty, holds) = judge::fill_cells(
-            &mut readings,
-            &rows.lines,
-            names(format),
-            &texts,
-            known_holds,
-        );
+        let cells = Cells {
+            accel: &mut accel,
+            gyro: gyro.as_mut(),
+            temperature_c: temperature_c.as_mut(),
+            texts: &texts,
+        };
+        let (empty, is_sparse) = judge::fill_cells(cells, &rows.lines, names(format));
+        read_as.is_sparse = is_sparse;
         findings.extend(empty);
         findings.extend(emptied);
-        let clock = clock.or(time.clock);
-        Ok(Measured {
-            readings,
+        Ok(CleanRows {
             rows,
+            accel,
+            gyro,
+            temperature_c,
             time,
+            breaks,
+            restarts,
             findings,
-            known: Known {
-                encoding,
-                thermometer,
-                holds,
-                clock,
-                anchor: anchor.or(known.and_then(|known| known.anchor)),
-                ..known.copied().unwrap_or_default()
-            },
+            read_as,
         })
     }
-}
-
-/// Number of rows up to the last one with a stamp: the stamps after it tell how much later they are.
-pub(crate) fn stamped_rows(format: &Format, rows: &Batch) -> usize {
-    let columns = format.columns.iter().zip(&rows.columns);
-    let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
-    let last = stamps.filter_map(|(_, stamps)| stamps.iter().rposition(|s| s.is_finite()));
-    last.max().map_or(rows.rows(), |row| row + 1)
 }
 
 /// Names of the channels of a format, in messages.
@@ -181,11 +147,11 @@ pub(crate) fn names(format: &Format) -> [&'static str; 7] {
 
 /// Keeps the rows of the sensor that the user asks for, else of the first word that names one of its
 /// kind, else of the lowest number or first word.
-pub(crate) fn keep_sensor(
+fn select_sensor(
     format: &Format,
-    rows: &mut Batch,
+    rows: &mut Rows,
     column: usize,
-) -> Result<Option<Finding>, Error> {
+) -> Result<(Option<String>, Option<Finding>), Error> {
     let labels = column_labels(rows, column);
     let sensors = labels.names.iter().filter(|name| !name.is_empty());
     let mut sensors: Vec<String> = sensors.take(MAX_SENSORS).cloned().collect();
@@ -209,7 +175,7 @@ pub(crate) fn keep_sensor(
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
         (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
         (None, Some(first)) => first,
-        (None, None) => return Ok(None),
+        (None, None) => return Ok((None, None)),
     };
     let other = sensors.iter().find(|name| *name != wanted);
     let other = other.filter(|_| format.options.sensor.is_none());
@@ -225,11 +191,11 @@ pub(crate) fn keep_sensor(
     let is_kept = |label: &u32| labels.names[*label as usize] == *wanted;
     let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
     rows.keep(&keep, Reason::OtherSensor);
-    Ok(finding)
+    Ok((Some(wanted.clone()), finding))
 }
 
 /// A cell as text: its word, its number, or nothing.
-pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
+pub(crate) fn cell_label(rows: &Rows, column: usize, row: usize) -> String {
     let code = rows.texts[column].get(row).copied().unwrap_or(0);
     let word = usize::from(code)
         .checked_sub(1)
@@ -242,7 +208,7 @@ pub(crate) fn cell_label(rows: &Batch, column: usize, row: usize) -> String {
 }
 
 /// The cells of a column as labels.
-pub(super) fn column_labels(rows: &Batch, column: usize) -> Labels {
+pub(super) fn column_labels(rows: &Rows, column: usize) -> Labels {
     let mut labels = Labels::default();
     let mut known: HashMap<String, u32> = HashMap::new();
     for row in 0..rows.rows() {
@@ -258,7 +224,7 @@ pub(super) fn column_labels(rows: &Batch, column: usize) -> Labels {
 }
 
 /// Whether the sensor answered at all.
-fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
+fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     let count = rows.rows();
     if count == 0 {
         return Err(no_rows(format!(
@@ -290,8 +256,7 @@ fn check_values(format: &Format, rows: &Batch) -> Result<(), Error> {
 /// the first that is not zero.
 fn take_temperature(
     format: &Format,
-    rows: &mut Batch,
-    known: Option<&Known>,
+    rows: &mut Rows,
     findings: &mut Vec<Finding>,
 ) -> Option<(usize, Vec<f64>)> {
     let find = |is_one: fn(f64, f64) -> bool| {
@@ -302,18 +267,9 @@ fn take_temperature(
             column.role == Role::Temperature && known().next().is_some_and(shows)
         })
     };
-    let column = match known {
-        Some(known) => known.thermometer?,
-        None => find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0))?,
-    };
+    let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0))?;
     let mut values = std::mem::take(&mut rows.columns[column]);
-    let is_bare = format.columns[column].unit.is_empty();
-    if let Some(board) = format.board.filter(|b| b.is_counts() && is_bare) {
-        values.iter_mut().for_each(|v| *v = board.celsius(*v));
-    }
-    if known.is_some() {
-        return Some((column, values));
-    }
+    to_celsius(format, column, &mut values);
     let middle = judge::median(values.iter().copied())?;
     if judge::POSSIBLE_C.contains(&middle) {
         return Some((column, values));
@@ -325,13 +281,17 @@ fn take_temperature(
     None
 }
 
+/// Counts of the thermometer of our board as °C.
+pub(crate) fn to_celsius(format: &Format, column: usize, values: &mut [f64]) {
+    let is_bare = format.columns[column].unit.is_empty();
+    if let Some(board) = format.board.filter(|b| b.is_counts() && is_bare) {
+        values.iter_mut().for_each(|v| *v = board.celsius(*v));
+    }
+}
+
 /// Sets rows aside that were not read, or repeat because the sensor hung; empties the
-/// accelerometer where it alone was not read. `marks_hung` as of [`judge::mark_hung`].
-fn set_aside_defects(
-    format: &Format,
-    rows: &mut Batch,
-    marks_hung: Option<bool>,
-) -> Option<Finding> {
+/// accelerometer where it alone was not read.
+fn set_aside_defects(format: &Format, rows: &mut Rows) -> Option<Finding> {
     let channels = format.channels();
     // Zero is no rate that a sensor at rest could not have.
     let mut emptied: Vec<u64> = Vec::new();
@@ -347,7 +307,7 @@ fn set_aside_defects(
             emptied.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
         }
     }
-    let keep = judge::mark_hung(&rows.slices(&channels), marks_hung);
+    let keep = judge::detect_stuck(&rows.slices(&channels));
     rows.keep(&keep, Reason::Hung);
     let text = format!(
         "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
@@ -358,7 +318,7 @@ fn set_aside_defects(
 }
 
 /// Undoes an encoding; that of the gyroscope only if it is written so, too.
-fn decode(format: &Format, rows: &mut Batch, encoding: Encoding) {
+pub(crate) fn decode(format: &Format, rows: &mut Rows, encoding: Encoding) {
     for (channel, column) in format.channels().into_iter().enumerate() {
         let values = &mut rows.columns[column];
         let is_alike = || encoding == Encoding::TwosComplement && judge::are_unsigned(values);
@@ -366,34 +326,4 @@ fn decode(format: &Format, rows: &mut Batch, encoding: Encoding) {
             encoding.undo(values);
         }
     }
-}
-
-/// Accelerometer and gyroscope that stand side by side may be shifted against their names: the bus
-/// lost a byte.
-fn set_aside_slipped(format: &Format, rows: &mut Batch, known: Option<&Known>) {
-    let (a, Some(g)) = (format.accel, format.gyro) else {
-        return;
-    };
-    let is_adjacent = |axes: [usize; 3]| axes[1] == axes[0] + 1 && axes[2] == axes[0] + 2;
-    let are_adjacent = is_adjacent(a) && is_adjacent(g) && a[0].abs_diff(g[0]) == 3;
-    if !are_adjacent || known.is_some_and(|known| !is_off_at_the_end(format, rows, known)) {
-        return;
-    }
-    let first = a[0].min(g[0]);
-    let channels = std::array::from_fn(|i| rows.columns[first + i].as_slice());
-    let gravity = known.and_then(|known| known.gravity);
-    if let Some(row) = judge::slip(channels, a[0] - first, gravity) {
-        let keep: Vec<bool> = (0..rows.rows()).map(|r| r < row).collect();
-        rows.keep(&keep, Reason::Slipped);
-    }
-}
-
-/// Whether the magnitude at the end of the new rows is not that of gravity.
-fn is_off_at_the_end(format: &Format, rows: &Batch, known: &Known) -> bool {
-    let last = known.anchor.map_or(0, |(line, _)| line);
-    let from = rows.lines.partition_point(|line| *line <= last);
-    let from = from.max(rows.rows().saturating_sub(SLIP_END_ROWS));
-    let end = format.accel.map(|c| &rows.columns[c][from..]);
-    let norm = known.gravity.zip(judge::quiet_norm(end));
-    norm.is_some_and(|(gravity, norm)| (norm / gravity - 1.0).abs() >= SLIP_TOLERANCE)
 }

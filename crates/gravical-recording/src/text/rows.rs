@@ -5,11 +5,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
 use crate::spans::LineSpans;
-
-/// Bytes that the columns of a recording may take.
-const MAX_BYTES: usize = 1 << 30;
 
 macro_rules! reasons {
     ($($reason:ident $name:literal $meaning:literal;)*) => {
@@ -52,16 +48,15 @@ reasons! {
     Continuation "continuation-lines" "continues the row above";
     Zeros "zero-rows" "all channels zero: the sensor was not read; set aside";
     Hung "sensor-hung" "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap";
-    Slipped "shifted-columns" "the values stand in the columns of others; set aside";
     CorruptBlock "corrupt-block" "damaged; skipped";
     LateBlock "late-block" "not later than the one before (repeated or out of order); skipped";
     ErasedBlock "erased-block" "never written; skipped";
 }
 
 impl Reason {
-    /// Whether it concerns a row that is no measurement.
+    /// Whether it concerns a row that is not a measurement.
     pub(crate) fn is_of_row(self) -> bool {
-        self == Reason::OtherSensor || (Reason::Zeros..=Reason::Slipped).contains(&self)
+        matches!(self, Reason::OtherSensor | Reason::Zeros | Reason::Hung)
     }
 
     /// Whether it concerns a block of a binary file.
@@ -152,14 +147,14 @@ const MIN_ROWS_GONE: usize = 5;
 
 /// Rows as columns, in the unit of the file.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Batch {
+pub struct Rows {
     /// One for each column of the file, NaN for a cell that is empty or text; empty for a column
     /// that nobody asks for
     pub columns: Vec<Vec<f64>>,
     /// Which word of the column stands in the cell, from 1, and 0 for a number; empty for a column
     /// without text
     pub texts: Vec<Vec<u8>>,
-    /// Words of each column of text, up to this batch, in order of appearance
+    /// Words of each column of text, in order of appearance
     pub words: Vec<Vec<String>>,
     /// Number of the line in which each row begins, from 1
     pub lines: Vec<u32>,
@@ -188,13 +183,25 @@ pub struct CopiedText {
 }
 
 impl CopiedText {
-    /// Without rows, with room for as many.
-    pub(crate) fn emptied(&self) -> Self {
+    /// One piece a row.
+    pub fn of_rows<'a>(rows: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut text = CopiedText::new(1);
+        rows.into_iter().for_each(|row| text.push(row.as_bytes()));
+        text
+    }
+
+    pub(crate) fn new(pieces: usize) -> Self {
         CopiedText {
-            bytes: Vec::with_capacity(self.bytes.len()),
-            ends: Vec::with_capacity(self.ends.len()),
-            pieces: self.pieces,
+            pieces,
+            ..CopiedText::default()
         }
+    }
+
+    /// Adds the text of the rows that follow.
+    pub(crate) fn append(&mut self, later: &CopiedText) {
+        let bytes = self.bytes.len();
+        self.bytes.extend_from_slice(&later.bytes);
+        self.ends.extend(later.ends.iter().map(|end| end + bytes));
     }
 
     pub(crate) fn push(&mut self, piece: &[u8]) {
@@ -210,13 +217,13 @@ impl CopiedText {
     }
 }
 
-impl Batch {
+impl Rows {
     pub(crate) fn new(fields: usize) -> Self {
-        Batch {
+        Rows {
             columns: vec![Vec::new(); fields],
             texts: vec![Vec::new(); fields],
             words: vec![Vec::new(); fields],
-            ..Batch::default()
+            ..Rows::default()
         }
     }
 
@@ -230,27 +237,13 @@ impl Batch {
         columns.iter().map(|c| &self.columns[*c][..]).collect()
     }
 
-    /// Refuses columns of more than a gigabyte.
-    ///
-    /// # Errors
-    ///
-    /// `too-large`, with the size.
-    pub fn check_size(&self) -> Result<(), Error> {
-        let columns: usize = self.columns.iter().map(|c| size_of_val(c.as_slice())).sum();
-        let texts: usize = self.texts.iter().map(Vec::len).sum();
-        check_bytes(columns + texts + size_of_val(self.lines.as_slice()))
-    }
-
-    /// Adds the rows of the batch that follows, without their text.
-    pub fn append(&mut self, mut later: Batch) {
+    /// Adds the rows that follow, without their text.
+    pub(crate) fn append(&mut self, mut later: Rows) {
         let (rows, later_rows) = (self.rows(), later.rows());
-        (self.text, later.text) = Default::default();
-        if rows == 0 && self.ledger.lines == 0 {
-            *self = later;
-            return;
+        later.renumber_words(&mut self.words);
+        for (column, later) in self.columns.iter_mut().zip(&mut later.columns) {
+            append(column, later);
         }
-        let columns = self.columns.iter_mut().zip(&mut later.columns);
-        columns.for_each(|(column, later)| append(column, later));
         for (texts, later) in self.texts.iter_mut().zip(&mut later.texts) {
             if !texts.is_empty() || !later.is_empty() {
                 texts.resize(rows, 0);
@@ -258,7 +251,6 @@ impl Batch {
                 texts.resize(rows + later_rows, 0);
             }
         }
-        self.words = later.words;
         append(&mut self.lines, &mut later.lines);
         self.breaks.extend(later.breaks.iter().map(|b| b + rows));
         self.blanks
@@ -266,6 +258,20 @@ impl Batch {
         self.headers.extend(later.headers.iter().map(|b| b + rows));
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
+    }
+
+    /// Gives the words of text the numbers that they have among others, which get the new ones.
+    fn renumber_words(&mut self, words: &mut [Vec<String>]) {
+        let columns = self.texts.iter_mut().zip(&self.words).zip(words);
+        for ((texts, own), words) in columns.filter(|((texts, _), _)| !texts.is_empty()) {
+            let numbers: Vec<u8> = own.iter().map(|word| number_of_word(words, word)).collect();
+            for code in texts.iter_mut().filter(|code| **code > 0) {
+                *code = numbers
+                    .get(usize::from(*code) - 1)
+                    .copied()
+                    .unwrap_or(u8::MAX);
+            }
+        }
     }
 
     /// Moves the marks before rows to others, or forgets them.
@@ -299,7 +305,7 @@ impl Batch {
             return;
         }
         let least = match reason {
-            Reason::Hung | Reason::Slipped => 1,
+            Reason::Hung => 1,
             Reason::Zeros => MIN_ROWS_GONE,
             _ => usize::MAX,
         };
@@ -326,12 +332,12 @@ impl Batch {
     }
 
     /// Some rows with the marks before them.
-    pub(crate) fn slice(&self, rows: Range<usize>) -> Batch {
+    pub(crate) fn slice(&self, rows: Range<usize>) -> Rows {
         fn cut<T: Copy>(values: &[T], rows: &Range<usize>) -> Vec<T> {
             let end = rows.end.min(values.len());
             values.get(rows.start..end).unwrap_or_default().to_vec()
         }
-        let mut slice = Batch {
+        let mut slice = Rows {
             columns: self.columns.iter().map(|c| cut(c, &rows)).collect(),
             texts: self.texts.iter().map(|t| cut(t, &rows)).collect(),
             words: self.words.clone(),
@@ -339,20 +345,16 @@ impl Batch {
             breaks: self.breaks.clone(),
             headers: self.headers.clone(),
             blanks: self.blanks.clone(),
-            ..Batch::default()
+            ..Rows::default()
         };
         slice.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
         slice
     }
 
-    /// Adds a word to the cells of a column of text; words beyond the limit share the last code.
+    /// Adds a word to the cells of a column of text.
     pub(crate) fn push_word(&mut self, column: usize, word: &str) {
-        let known = &mut self.words[column];
-        let at = known.iter().position(|w| w == word).unwrap_or(known.len());
-        if at == known.len() && at < usize::from(u8::MAX) - 1 {
-            known.push(word.to_owned());
-        }
-        self.texts[column].push(u8::try_from(at + 1).unwrap_or(u8::MAX));
+        let number = number_of_word(&mut self.words[column], word);
+        self.texts[column].push(number);
     }
 
     /// Whether most cells of a column are text.
@@ -361,15 +363,14 @@ impl Batch {
     }
 }
 
-/// Refuses columns of more than a gigabyte.
-pub(crate) fn check_bytes(bytes: usize) -> Result<(), Error> {
-    if bytes <= MAX_BYTES {
-        return Ok(());
+/// The number of a word among others, from 1, to which it is added; words beyond the limit share the
+/// last number.
+fn number_of_word(words: &mut Vec<String>, word: &str) -> u8 {
+    let at = words.iter().position(|w| w == word).unwrap_or(words.len());
+    if at == words.len() && at < usize::from(u8::MAX) - 1 {
+        words.push(word.to_owned());
     }
-    let mib = bytes >> 20;
-    let text = format!("the columns take more than {mib} MiB of memory");
-    let error = Error::input("too-large", text);
-    Err(error.with_hint("cut the file, and read the parts separately"))
+    u8::try_from(at + 1).unwrap_or(u8::MAX)
 }
 
 /// Adds values to others, in a little more room: twice as much would be too large.

@@ -1,0 +1,289 @@
+//! A recording as rows with the text of their other columns, for a table that is written from them.
+
+use std::collections::VecDeque;
+use std::io::Read;
+use std::path::Path;
+
+use crate::bytes::Input;
+use crate::cwa::Samples;
+use crate::error::{Error, Result};
+use crate::finding::FindingKind;
+use crate::judge::{self, POSSIBLE_C};
+use crate::memory::Budget;
+use crate::options::ReadOptions;
+use crate::read::{Source, note_input, open_source, parse_whole};
+use crate::recording::Recording;
+use crate::recording::judging::clean::{cell_label, decode, to_celsius};
+use crate::recording::judging::findings::of_lines;
+use crate::spans::LineSpans;
+use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
+
+/// Consecutive rows of a recording.
+#[derive(Default)]
+pub struct Piece {
+    /// Text of the columns that are copied
+    pub text: CopiedText,
+    /// Line of each row, from 1
+    pub lines: Vec<u32>,
+    /// Whether each row is a measurement of the sensor that is read; the channels of others are NaN
+    pub is_measured: Vec<bool>,
+    /// Specific force in the unit of the file, less the zero offset
+    pub accel: [Vec<f64>; 3],
+    /// Angular rate in the unit of the file
+    pub gyro: Option<[Vec<f64>; 3]>,
+    /// Temperature, °C
+    pub temperature_c: Option<Vec<f64>>,
+    /// Rows before which the recording breaks
+    pub breaks: Vec<usize>,
+}
+
+/// A recording that is judged by its first 262,144 rows, or whole, and read as [`Piece`]s.
+pub struct Stream {
+    /// What was judged.
+    pub recording: Recording,
+    /// How its lines become rows.
+    pub format: Format,
+    /// Text and lines of the rows by which it was judged.
+    head: VecDeque<(CopiedText, Vec<u32>)>,
+    rest: Option<Rest>,
+    /// Blank lines between most rows.
+    regular_blanks: usize,
+    /// The account of the lines behind those by which it was judged.
+    ledger: Ledger,
+    first_line: usize,
+    input: Input,
+}
+
+/// The rows behind those by which a recording was judged.
+enum Rest {
+    Text(LineBlocks<Box<dyn Read + Send>>, Box<Parser>),
+    Worn(Samples<Box<dyn Read + Send>>),
+}
+
+impl Rest {
+    /// The next rows; `None` after the last.
+    fn next_rows(&mut self) -> Result<Option<Rows>> {
+        match self {
+            Rest::Worn(samples) => Ok(samples.next().transpose()?),
+            Rest::Text(blocks, parser) => match blocks.next()? {
+                Some(lines) => {
+                    parser.read(&lines)?;
+                    Ok(Some(parser.take_whole()))
+                }
+                None => {
+                    let last = parser.take();
+                    Ok((last.rows() > 0 || last.ledger.total() > 0).then_some(last))
+                }
+            },
+        }
+    }
+}
+
+impl Stream {
+    /// Rows by which a recording is judged that is not read whole.
+    pub const HEAD_ROWS: usize = 1 << 18;
+    /// The recording is read whole: its channels may be changed before they are taken.
+    pub const WHOLE: usize = usize::MAX;
+
+    /// Opens a recording and judges it by its first rows, [`HEAD_ROWS`](Self::HEAD_ROWS) or
+    /// [`WHOLE`](Self::WHOLE); by all of them if a value holds for rows behind its own. `copied` says
+    /// which columns keep their text; `name` is used in messages.
+    ///
+    /// # Errors
+    ///
+    /// As [`read_samples`](crate::read_samples).
+    pub fn open(
+        input: Input,
+        name: &str,
+        options: &ReadOptions,
+        head_rows: usize,
+        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+    ) -> Result<Self> {
+        let in_file = |e: Error| e.in_file(Path::new(name));
+        Self::judge(input, name, options, head_rows, copied).map_err(in_file)
+    }
+
+    fn judge(
+        mut input: Input,
+        name: &str,
+        options: &ReadOptions,
+        head_rows: usize,
+        copied: impl FnOnce(&Format) -> Vec<(usize, usize)>,
+    ) -> Result<Self> {
+        let budget = Budget::new(options);
+        let (format, source) = open_source(&mut input, name, options)?;
+        let copied = copied(&format);
+        let mut rows = Rows::new(format.columns.len());
+        let mut head = VecDeque::new();
+        let mut rest = match source {
+            Source::Text(text) if head_rows == Self::WHOLE => {
+                rows = parse_whole(&format, text, &budget, &copied)?;
+                head.push_back((std::mem::take(&mut rows.text), rows.lines.clone()));
+                None
+            }
+            Source::Text(text) => {
+                let blocks = LineBlocks::new(text, format.line_end);
+                let parser = Parser::new(&format, &copied);
+                Some(Rest::Text(blocks, Box::new(parser)))
+            }
+            Source::Worn(samples) => Some(Rest::Worn(samples.with_text(&copied))),
+        };
+        let is_enough = |rows: &Rows| {
+            let channels = rows.slices(&format.channels());
+            rows.rows() >= head_rows && !judge::is_sparse(&channels)
+        };
+        while !is_enough(&rows)
+            && let Some(source) = &mut rest
+        {
+            match source.next_rows()? {
+                Some(mut next) => {
+                    head.push_back((std::mem::take(&mut next.text), next.lines.clone()));
+                    rows.append(next);
+                    budget.check_rows(&format, rows.rows())?;
+                }
+                None => rest = None,
+            }
+        }
+        let regular_blanks = judge::regular_blanks(&rows.blanks, rows.rows());
+        let recording = Recording::judge(&format, rows)?;
+        Ok(Stream {
+            recording: recording.with_name(name),
+            format,
+            head,
+            rest,
+            regular_blanks,
+            ledger: Ledger::default(),
+            first_line: 0,
+            input,
+        })
+    }
+
+    /// The next rows; `None` after the last. Rows behind those by which the recording was judged are
+    /// read as these were, and not judged.
+    ///
+    /// # Errors
+    ///
+    /// Errors of reading; `header-differs`.
+    pub fn next_piece(&mut self) -> Result<Option<Piece>> {
+        if let Some((text, lines)) = self.head.pop_front() {
+            return Ok(Some(self.judged_piece(text, lines)));
+        }
+        let Some(rest) = &mut self.rest else {
+            return Ok(None);
+        };
+        let rows = rest.next_rows();
+        let rows = rows.map_err(|e| e.in_file(Path::new(&self.recording.name)))?;
+        Ok(rows.map(|rows| self.unjudged_piece(rows)))
+    }
+
+    /// Rows by which the recording was judged; its own are those that are measurements.
+    fn judged_piece(&self, text: CopiedText, lines: Vec<u32>) -> Piece {
+        let recording = &self.recording;
+        let first = lines.first().copied().unwrap_or_default();
+        let mut next = recording.lines.partition_point(|line| *line < first);
+        let (mut rows, mut breaks) = (Vec::with_capacity(lines.len()), Vec::new());
+        for (row, line) in lines.iter().enumerate() {
+            let is_row = recording.lines.get(next) == Some(line);
+            rows.push(is_row.then_some(next));
+            if is_row && recording.breaks.binary_search(&next).is_ok() {
+                breaks.push(row);
+            }
+            next += usize::from(is_row);
+        }
+        let channel = |values: &Vec<f64>| -> Vec<f64> {
+            let cells = rows.iter();
+            cells
+                .map(|row| row.map_or(f64::NAN, |row| values[row]))
+                .collect()
+        };
+        Piece {
+            text,
+            is_measured: rows.iter().map(Option::is_some).collect(),
+            accel: recording.accel.each_ref().map(channel),
+            gyro: recording.gyro.as_ref().map(|g| g.each_ref().map(channel)),
+            temperature_c: recording.temperature_c.as_ref().map(channel),
+            breaks,
+            lines,
+        }
+    }
+
+    /// Rows behind those by which the recording was judged, read alike.
+    fn unjudged_piece(&mut self, mut rows: Rows) -> Piece {
+        let (format, read_as) = (&self.format, &self.recording.read_as);
+        if self.first_line == 0 {
+            self.first_line = self.recording.ledger.lines + 1;
+        }
+        let sensor = format.sensor.zip(read_as.sensor.as_ref());
+        let channels = rows.slices(&format.channels());
+        let why_not = |row: usize| {
+            let is_other =
+                |(column, label): (usize, &String)| cell_label(&rows, column, row) != *label;
+            let is_zero = || channels.iter().all(|c| c[row] == 0.0);
+            let other = sensor.is_some_and(is_other).then_some(Reason::OtherSensor);
+            other.or_else(|| is_zero().then_some(Reason::Zeros))
+        };
+        let reasons: Vec<Option<Reason>> = (0..rows.rows()).map(why_not).collect();
+        for (reason, line) in reasons.iter().zip(&rows.lines) {
+            if let Some(reason) = reason {
+                rows.ledger.add(*reason, *line as usize, "");
+            }
+        }
+        let is_measured: Vec<bool> = reasons.iter().map(Option::is_none).collect();
+        if let Some(encoding) = read_as.encoding {
+            decode(format, &mut rows, encoding);
+        }
+        let offset = format.options.zero_offset.unwrap_or(0.0);
+        let mut channel = |column: usize, offset: f64| {
+            let mut values = std::mem::take(&mut rows.columns[column]);
+            for (value, is_measured) in values.iter_mut().zip(&is_measured) {
+                *value = if *is_measured {
+                    *value - offset
+                } else {
+                    f64::NAN
+                };
+            }
+            values
+        };
+        let accel = format.accel.map(|c| channel(c, offset));
+        let gyro = format.gyro.map(|g| g.map(|c| channel(c, 0.0)));
+        let temperature_c = read_as.thermometer.map(|column| {
+            let mut values = channel(column, 0.0);
+            to_celsius(format, column, &mut values);
+            let impossible = values.iter_mut().filter(|t| !POSSIBLE_C.contains(*t));
+            impossible.for_each(|t| *t = f64::NAN);
+            values
+        });
+        let blanks = rows.blanks.iter().filter(|b| b.1 > self.regular_blanks);
+        let mut breaks = std::mem::take(&mut rows.breaks);
+        breaks.extend(blanks.map(|b| b.0).chain(rows.headers.iter().copied()));
+        breaks.sort_unstable();
+        breaks.dedup();
+        self.ledger.append(std::mem::take(&mut rows.ledger));
+        Piece {
+            text: rows.text,
+            lines: rows.lines,
+            is_measured,
+            accel,
+            gyro,
+            temperature_c,
+            breaks,
+        }
+    }
+
+    /// The recording with the account of all lines; to be called after the last piece.
+    pub fn finish(mut self) -> Recording {
+        let mut findings = of_lines(&self.ledger, &LineSpans::default());
+        findings.retain(|f| f.kind != FindingKind::BlankRows);
+        for finding in &mut findings {
+            finding.message = format!("from line {} on: {}", self.first_line, finding.message);
+            finding.file = Some(self.recording.name.clone());
+        }
+        self.recording.findings.extend(findings);
+        let ledger = &mut self.recording.ledger;
+        ledger.append(self.ledger);
+        // Rows that are not measurements are rows of the table.
+        ledger.reasons.retain(|reason, _| !reason.is_of_row());
+        note_input(&mut self.recording, &self.input);
+        self.recording
+    }
+}

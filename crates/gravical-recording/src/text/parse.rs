@@ -1,0 +1,401 @@
+//! Lines to rows.
+
+use std::cmp::Ordering;
+use std::num::NonZero;
+use std::panic::resume_unwind;
+use std::thread;
+
+use memchr::{memchr, memchr_iter};
+
+use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
+use super::format::Format;
+use super::header::Header;
+use super::lines::trim_end;
+use super::number::parse_cell;
+use super::rows::{CopiedText, Reason, Rows};
+use super::words::Sentences;
+use crate::board::BoardSettings;
+use crate::error::Error;
+
+/// A column with so many words may hold numbers wrapped in words.
+pub(crate) const MANY_WORDS: u8 = 32;
+
+/// Text of which a thread of its own parses a piece, bytes: starting one costs as much as 50 kB.
+const PIECE_BYTES: usize = 1 << 21;
+
+/// Rows that wait for the last lines of the last one: where these stay away, rows go on without.
+const MAX_WAITING: usize = 1 << 14;
+
+impl Format {
+    /// The rows of a whole text, parsed in pieces by all cores.
+    ///
+    /// # Errors
+    ///
+    /// `header-differs` for a header of other columns in the middle.
+    pub fn parse(&self, text: &[u8]) -> Result<Rows, Error> {
+        self.parse_with_text(text, &[])
+    }
+
+    /// The same with the text of columns in [`Rows::text`], in pieces from one column to another.
+    ///
+    /// # Errors
+    ///
+    /// As [`parse`](Self::parse).
+    pub fn parse_with_text(&self, text: &[u8], copied: &[(usize, usize)]) -> Result<Rows, Error> {
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        // The lines of a row in sentences stay together.
+        let count = match self.sentences {
+            Some(_) => 1,
+            None => cores.min(text.len() / PIECE_BYTES).max(1),
+        };
+        let mut line = 0;
+        let mut parsers = Vec::new();
+        for piece in pieces(text, self.line_end, count) {
+            let mut parser = Parser::new(self, copied);
+            parser.line_number = line;
+            line += memchr_iter(self.line_end, piece).count();
+            parsers.push((parser, piece));
+        }
+        let parse = |(mut parser, piece): (Parser, &[u8])| {
+            parser.read(piece)?;
+            Ok(parser)
+        };
+        let mut parsers = parsers.into_iter();
+        let Some(first) = parsers.next() else {
+            return Ok(Rows::new(self.columns.len()));
+        };
+        let parsed: Vec<Result<Parser, Error>> = thread::scope(|scope| {
+            let others = parsers.map(|other| scope.spawn(|| parse(other)));
+            let others: Vec<_> = others.collect();
+            let first = parse(first);
+            let others = others.into_iter();
+            let others = others.map(|thread| thread.join().unwrap_or_else(|e| resume_unwind(e)));
+            std::iter::once(first).chain(others).collect()
+        });
+        let mut parsed = parsed.into_iter();
+        let mut whole = parsed.next().unwrap_or_else(|| Ok(Parser::default()))?;
+        for later in parsed {
+            whole.append(later?);
+        }
+        Ok(whole.take())
+    }
+}
+
+/// Pieces of whole lines, about equally long.
+fn pieces(text: &[u8], line_end: u8, count: usize) -> Vec<&[u8]> {
+    let (mut pieces, mut rest) = (Vec::new(), text);
+    for left in (1..=count).rev() {
+        let wanted = rest.len() / left;
+        let end = memchr(line_end, &rest[wanted.min(rest.len())..]);
+        let end = end
+            .filter(|_| left > 1)
+            .map_or(rest.len(), |end| wanted + end + 1);
+        let (piece, behind) = rest.split_at(end);
+        pieces.push(piece);
+        rest = behind;
+    }
+    pieces
+}
+
+/// Lines on their way into rows.
+#[derive(Default)]
+pub(crate) struct Parser {
+    format: Format,
+    /// Lines read.
+    line_number: usize,
+    rows: Rows,
+    /// Blank lines since the last row.
+    blanks: usize,
+    has_break: bool,
+    has_header: bool,
+    /// Place of the last line within its row.
+    place: Option<usize>,
+    /// Columns whose text is kept, each piece from the first to the last.
+    copied: Vec<(usize, usize)>,
+    /// Where the fields of the row begin and end.
+    spans: Vec<(usize, usize)>,
+    /// Text of the numbers of the row that is being read from sentences.
+    slots: Vec<String>,
+}
+
+/// How to read a file whose rows from a line on cannot be read with those before them; the first
+/// `head_lines` belong to both parts.
+pub(crate) fn cut_hint(head_lines: usize, line: usize) -> String {
+    let after = match head_lines {
+        0 => format!("tail -n +{line} FILE"),
+        _ => format!("sed '{},{}d' FILE", head_lines + 1, line - 1),
+    };
+    format!(
+        "cut the file and read the parts: `sed '{line},$d' FILE > before.csv`, `{after} > after.csv`"
+    )
+}
+
+/// Rows that are written under other columns.
+fn header_differs(line: usize, why: &str) -> Error {
+    Error::input("header-differs", format!("the header in line {line} {why}"))
+        .at_line(line)
+        .with_hint(cut_hint(0, line))
+}
+
+impl Parser {
+    /// From the first line of a text on; `copied`: the columns whose text is kept.
+    pub(crate) fn new(format: &Format, copied: &[(usize, usize)]) -> Self {
+        let fields = format.columns.len();
+        let mut rows = Rows::new(fields);
+        rows.text = CopiedText::new(copied.len());
+        Parser {
+            format: format.clone(),
+            rows,
+            slots: vec![String::new(); fields],
+            copied: copied.to_vec(),
+            ..Parser::default()
+        }
+    }
+
+    /// Reads whole lines.
+    ///
+    /// # Errors
+    ///
+    /// `header-differs`; the rows before are read.
+    pub(crate) fn read(&mut self, text: &[u8]) -> Result<(), Error> {
+        let text = String::from_utf8_lossy(text);
+        let mut rest = text.as_ref();
+        while !rest.is_empty() {
+            let end = memchr(self.format.line_end, rest.as_bytes());
+            let line = &rest[..end.unwrap_or(rest.len())];
+            rest = end.map_or("", |end| &rest[end + 1..]);
+            self.read_line(line)?;
+        }
+        Ok(())
+    }
+
+    /// Rows read and not taken.
+    pub(crate) fn rows(&self) -> usize {
+        self.rows.rows()
+    }
+
+    /// The rows that were read; the lines of a row that has begun belong to it.
+    pub(crate) fn take(&mut self) -> Rows {
+        self.push_slots();
+        let mut next = Rows::new(self.rows.columns.len());
+        next.text = CopiedText::new(self.copied.len());
+        let mut rows = std::mem::replace(&mut self.rows, next);
+        let count = rows.rows();
+        let texts = rows.texts.iter_mut().filter(|t| !t.is_empty());
+        texts.for_each(|t| t.resize(count, 0));
+        rows.ledger.lines = self.line_number;
+        rows
+    }
+
+    /// The same without a row of which lines are missing, unless the others are many.
+    pub(crate) fn take_whole(&mut self) -> Rows {
+        let last = self.format.sentences.as_ref().map(Sentences::last_place);
+        if self.place == last || self.rows() > MAX_WAITING {
+            return self.take();
+        }
+        Rows::new(self.format.columns.len())
+    }
+
+    /// Adds the rows of the lines that follow.
+    fn append(&mut self, mut later: Parser) {
+        let is_pending = later.rows() == 0;
+        let marks = [self.blanks > 0, self.has_break, self.has_header];
+        if !is_pending && marks.contains(&true) {
+            let rows = &mut later.rows;
+            let blanks = std::mem::take(&mut self.blanks);
+            match rows.blanks.first_mut() {
+                Some((0, count)) => *count += blanks,
+                _ if blanks > 0 => rows.blanks.insert(0, (0, blanks)),
+                _ => {}
+            }
+            for (has_mark, marks) in [
+                (&mut self.has_break, &mut rows.breaks),
+                (&mut self.has_header, &mut rows.headers),
+            ] {
+                if std::mem::take(has_mark) && marks.first() != Some(&0) {
+                    marks.insert(0, 0);
+                }
+            }
+        }
+        self.blanks += later.blanks;
+        self.has_break |= later.has_break;
+        self.has_header |= later.has_header;
+        self.line_number = later.line_number;
+        let rows = later.take();
+        self.rows.text.append(&rows.text);
+        self.rows.append(rows);
+    }
+
+    fn read_line(&mut self, line: &str) -> Result<(), Error> {
+        self.line_number += 1;
+        let cleaned = memchr(0, line.as_bytes()).map(|_| line.replace('\0', ""));
+        if cleaned.is_some() {
+            self.rows.nul_lines.push(self.line_number as u64);
+        }
+        let line = trim_end(cleaned.as_deref().unwrap_or(line));
+        if let Some(reason) = self.read_row(line)? {
+            self.rows.ledger.add(reason, self.line_number, line);
+        }
+        Ok(())
+    }
+
+    /// Reads a row, or says why the line is not one. A header of other columns ends the reading.
+    fn read_row(&mut self, line: &str) -> Result<Option<Reason>, Error> {
+        if self.line_number == self.format.header_line {
+            return Ok(Some(Reason::Header));
+        }
+        if self.line_number <= self.format.head_lines {
+            return Ok(Some(Reason::Metadata));
+        }
+        if is_blank(line) {
+            self.blanks += 1;
+            return Ok(Some(Reason::Blank));
+        }
+        if is_comment(line) {
+            return self.read_comment(line).map(Some);
+        }
+        if self.format.sentences.is_some() {
+            return Ok(self.read_sentence(line));
+        }
+        let dialect = self.format.dialect;
+        let reason = self.read_fields(line, dialect);
+        match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
+            None => Ok(reason),
+            Some(true) => {
+                self.has_header = true;
+                Ok(Some(Reason::RepeatedHeader))
+            }
+            Some(false) => {
+                let why = "has other columns, or another delimiter, than the first";
+                Err(header_differs(self.line_number, why))
+            }
+        }
+    }
+
+    /// `# gap: …` and `# rejected: …` as our logger writes them, and the settings of our board.
+    fn read_comment(&mut self, line: &str) -> Result<Reason, Error> {
+        let text = uncommented(line);
+        if text.starts_with("gap:") {
+            self.has_break = true;
+            return Ok(Reason::NamedGap);
+        }
+        if text.starts_with("rejected:") {
+            return Ok(Reason::Rejected);
+        }
+        if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
+            && !before.has_units_of(&now)
+        {
+            let why = "follows a line of the board with another range or format";
+            return Err(header_differs(self.line_number, why));
+        }
+        Ok(Reason::Comment)
+    }
+
+    fn read_fields(&mut self, line: &str, dialect: Dialect) -> Option<Reason> {
+        let row = self.rows.rows();
+        self.spans.clear();
+        let (mut count, mut has_number, mut texts) = (0, false, Vec::new());
+        let last_copied = self.copied.last().map_or(0, |piece| piece.1 + 1);
+        let (mut cells, point) = (fields(line, dialect.delimiter), dialect.point());
+        let mut columns = self.rows.columns.iter_mut().zip(&self.format.is_read);
+        loop {
+            let mut column = columns.next().filter(|(_, is_read)| **is_read);
+            if let Some((column, _)) = &mut column
+                && let Some(value) = cells.number(point)
+            {
+                has_number = true;
+                column.push(value);
+            } else if let Some(field) = cells.next() {
+                if let Some((column, _)) = column {
+                    let value = dialect.parse_field(field);
+                    has_number |= value.is_some_and(f64::is_finite);
+                    if value.is_none() {
+                        texts.push((count, field));
+                    }
+                    column.push(value.unwrap_or(f64::NAN));
+                }
+            } else {
+                break;
+            }
+            if count < last_copied {
+                self.spans.push(cells.span);
+            }
+            count += 1;
+            if count > dialect.fields {
+                break;
+            }
+        }
+        let reason = match count.cmp(&dialect.fields) {
+            Ordering::Less => Some(Reason::TornLine),
+            Ordering::Greater => Some(Reason::TooManyFields),
+            Ordering::Equal => (!has_number).then_some(Reason::NotANumber),
+        };
+        if reason.is_some() {
+            self.rows.columns.iter_mut().for_each(|c| c.truncate(row));
+            return reason;
+        }
+        self.begin_row();
+        for (first, last) in &self.copied {
+            let (from, to) = (self.spans[*first].0, self.spans[*last].1);
+            self.rows.text.push(&line.as_bytes()[from..to]);
+        }
+        for (column, word) in texts {
+            self.rows.texts[column].resize(row, 0);
+            self.rows.push_word(column, word);
+        }
+        None
+    }
+
+    fn read_sentence(&mut self, line: &str) -> Option<Reason> {
+        let sentences = self.format.sentences.as_ref();
+        let Some(sentence) = sentences.and_then(|s| s.parse(line)) else {
+            return Some(Reason::NotANumber);
+        };
+        let begins = self.place.is_none_or(|last| sentence.place <= last);
+        if begins {
+            self.push_slots();
+            self.begin_row();
+            let columns = self.rows.columns.iter_mut();
+            columns.for_each(|column| column.push(f64::NAN));
+        } else {
+            self.blanks = 0;
+        }
+        self.place = Some(sentence.place);
+        for (slot, number) in sentence.numbers {
+            let cell = self.rows.columns[slot].last_mut();
+            if let (Some(cell), Some(value)) = (cell, parse_cell(&number, false)) {
+                *cell = value;
+            }
+            self.slots[slot] = number;
+        }
+        (!begins).then_some(Reason::Continuation)
+    }
+
+    fn begin_row(&mut self) {
+        let row = self.rows.rows();
+        if std::mem::take(&mut self.has_break) {
+            self.rows.breaks.push(row);
+        }
+        if std::mem::take(&mut self.has_header) {
+            self.rows.headers.push(row);
+        }
+        let blanks = std::mem::take(&mut self.blanks);
+        if blanks > 0 {
+            self.rows.blanks.push((row, blanks));
+        }
+        let line = u32::try_from(self.line_number).unwrap_or(u32::MAX);
+        self.rows.lines.push(line);
+    }
+
+    /// Copies the numbers of a row that was wrapped in words, if one has begun.
+    fn push_slots(&mut self) {
+        if self.place.take().is_none() {
+            return;
+        }
+        for (first, last) in &self.copied {
+            let text = self.slots[*first..=*last].join(",");
+            self.rows.text.push(text.as_bytes());
+        }
+        self.slots.iter_mut().for_each(String::clear);
+    }
+}
