@@ -13,7 +13,7 @@ use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::read::{Source, note_input, open_source, parse_whole};
 use crate::recording::Recording;
-use crate::recording::judging::clean::{cell_label, decode, to_celsius};
+use crate::recording::judging::clean::{add_gravity, cell_label, decode, to_celsius};
 use crate::recording::judging::findings::of_lines;
 use crate::spans::LineSpans;
 use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
@@ -210,6 +210,7 @@ impl Stream {
     /// Rows behind those by which the recording was judged, read alike.
     fn unjudged_piece(&mut self, mut rows: Rows) -> Piece {
         let (format, read_as) = (&self.format, &self.recording.read_as);
+        add_gravity(format, &mut rows);
         if self.first_line == 0 {
             self.first_line = self.recording.ledger.lines + 1;
         }

@@ -36,8 +36,12 @@ pub struct Format {
     pub gyro: Option<[usize; 3]>,
     /// Column that tells several sensors apart whose rows take turns
     pub sensor: Option<usize>,
-    /// Names of all sensors of which the first is read, or the one that the user asks for
+    /// Columns of gravity that are added to those of the accelerometer, which lack it
+    pub(crate) added: Option<[usize; 3]>,
+    /// Names of all sensors of which one is read, unless the user asks for it
     pub(crate) sensors: Vec<String>,
+    /// Which of them is read
+    pub(crate) chosen: usize,
     /// The columns were recognised by their numbers
     pub(crate) is_guessed: bool,
     /// Why a line of names is no header, in words

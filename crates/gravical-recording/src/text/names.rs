@@ -20,10 +20,13 @@ pub struct Column {
     pub is_given: bool,
     /// The user says that it is not read as what its name says
     pub is_dropped: bool,
+    /// Its name tells a quantity that is not read: a magnetic field, an angle
+    pub is_foreign: bool,
 }
 
 const ACCEL: &str = "a ac acc accl acce xl sf alpha";
 const GYRO: &str = "g gy gyr w omega rate rot rotation angular angvel";
+const GYRO_STEMS: [&str; 4] = ["gyro", "giro", "dreh", "angularvel"];
 const TIME: &str = "t ts time stamp timestamp timestamps epoch epoc clock elapsed gpst date datetime \
     utc millis micros nanos seconds us ms ns s";
 const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine";
@@ -31,7 +34,7 @@ const STEP: &str = "dt delta deltat timestep diff";
 const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.
 const FOREIGN: &str = "mag magnetometer baro pressure quat orientation euler cov covariance pos vel \
-    gravity std sd variance velocity3d position3d true";
+    gravity grav angle angles roll pitch yaw std sd variance velocity3d position3d true";
 const UNIT_WORDS: &str = "g mg mps mps2 ms2 m s2 rad deg dps s ms us ns c counts cal 2";
 
 /// `accX_raw` → `acc`, `x`, `raw`.
@@ -61,9 +64,9 @@ pub(crate) fn axis(word: &str) -> Option<usize> {
 
 /// The sensor that a word names: `Accel(0)` or `Gyro(0)`, to be given its axis.
 pub(crate) fn sensor(word: &str) -> Option<fn(usize) -> Role> {
-    if is_listed(ACCEL, word) || word.starts_with("accel") {
+    if is_listed(ACCEL, word) || word.starts_with("accel") || word.ends_with("acceleration") {
         Some(Role::Accel)
-    } else if is_listed(GYRO, word) || word.starts_with("gyro") || word.starts_with("angularvel") {
+    } else if is_listed(GYRO, word) || GYRO_STEMS.iter().any(|stem| word.starts_with(stem)) {
         Some(Role::Gyro)
     } else {
         None
@@ -93,6 +96,7 @@ impl Column {
             ..Column::default()
         };
         if has(FOREIGN) {
+            column.is_foreign = true;
             return column;
         }
         if let Some((role, places)) = axis_in_word(&words).or_else(|| axis_apart(&words, index)) {
@@ -200,9 +204,9 @@ pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<Role>) -> Opti
     }
     let mut unit = unit.to_owned();
     while words.len() > 1
-        && let Some(word) = words.pop_if(|w| is_listed(UNIT_WORDS, w) || w == "axis")
+        && let Some(word) = words.pop_if(|w| is_listed(UNIT_WORDS, w) || is_listed("axis value", w))
     {
-        if unit.is_empty() && word != "axis" {
+        if unit.is_empty() && !is_listed("axis value", &word) {
             unit = word;
         }
     }

@@ -252,7 +252,9 @@ impl Format {
         }
         let is_wordy = sample.texts.iter().flatten().any(|t| *t >= MANY_WORDS);
         roles::assign(&mut self, &sample, file_name)?;
-        let is_asked = |c: usize| self.role(c) != Role::Other || self.sensor == Some(c);
+        let is_added = |c: usize| self.added.is_some_and(|added| added.contains(&c));
+        let is_asked =
+            |c: usize| self.role(c) != Role::Other || self.sensor == Some(c) || is_added(c);
         let is_read = |c: usize| self.sentences.is_some() || is_asked(c);
         self.is_read = (0..self.columns.len()).map(is_read).collect();
         Ok((self, is_wordy))

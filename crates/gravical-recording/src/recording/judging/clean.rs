@@ -60,6 +60,7 @@ impl CleanRows {
             read_as.sensor = sensor;
             findings.extend(finding);
         }
+        add_gravity(format, &mut rows);
         check_values(format, &rows)?;
         let text_cells = findings::of_text_cells(format, &rows);
         let temperature = take_temperature(format, &mut rows, &mut findings);
@@ -133,6 +134,19 @@ impl CleanRows {
             findings,
             read_as,
         })
+    }
+}
+
+/// Adds gravity to acceleration without it, where both stand in the rows.
+pub(crate) fn add_gravity(format: &Format, rows: &mut Rows) {
+    let pairs = format
+        .accel
+        .into_iter()
+        .zip(format.added.into_iter().flatten());
+    for (column, added) in pairs {
+        let gravity = std::mem::take(&mut rows.columns[added]);
+        let cells = rows.columns[column].iter_mut().zip(gravity);
+        cells.for_each(|(cell, gravity)| *cell += gravity);
     }
 }
 

@@ -16,15 +16,29 @@ pub const CALIBRATED: [[&str; 3]; 2] = [
 /// Which columns are read, where that is not sure.
 pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     let mut findings = Vec::new();
-    if let [_, second, ..] = &format.sensors[..] {
+    let mut sensors = format.sensors.iter().enumerate();
+    let other = sensors.find(|(i, _)| *i != format.chosen);
+    if let (Some(read), Some((_, other))) = (format.sensors.get(format.chosen), other) {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
         findings.push(raw_and_calibrated(format).unwrap_or_else(|| {
+            let why = if format.chosen > 0 {
+                ": of those before none answers and shows gravity at rest"
+            } else {
+                ""
+            };
             let text = format!(
-                "{count} accelerometers: {all}; the first is read, unless another is chosen"
+                "{count} accelerometers: {all}; {read} is read, unless another is chosen{why}"
             );
-            Finding::new(FindingKind::SeveralSensors, text).advise("sensor", second)
+            Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
         }));
+    }
+    if let Some(gravity) = format.added {
+        let [read, added] = [format.accel, gravity].map(|axes| name(format, axes[0]).to_owned());
+        let text = format!(
+            "the acceleration ({read} …) lacks gravity, which stands in other columns ({added} …): their sum is read"
+        );
+        findings.push(Finding::new(FindingKind::SeveralSensors, text));
     }
     if format.is_guessed {
         let why = format.misfit.as_deref().unwrap_or("no header");

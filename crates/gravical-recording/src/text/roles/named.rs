@@ -1,0 +1,166 @@
+//! Columns whose names, units or last letters tell them.
+
+use std::collections::HashMap;
+
+use super::{is_accel, is_gyro, sensor_unknown};
+use crate::error::Error;
+use crate::role::Role;
+use crate::text::format::Format;
+use crate::text::names::{Column, axis, is_linear, role_from_unit, words};
+
+/// Roles by unit and last letter, where no word is known.
+pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file_name: &str) {
+    // The Sensor Logger app writes acceleration without gravity to Accelerometer.csv and raw
+    // acceleration to TotalAcceleration.csv.
+    let is_sensor_logger =
+        format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
+    let is_linear_file = is_sensor_logger
+        || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
+    let has_accel = format.columns.iter().any(is_accel);
+    let has_gyro = format.columns.iter().any(is_gyro);
+    for (column, name) in format.columns.iter_mut().zip(&format.names) {
+        if column.role != Role::Other || column.is_dropped {
+            continue;
+        }
+        match role_from_unit(name, &column.unit, file) {
+            Some(role @ Role::Accel(_)) if !has_accel => column.role = role,
+            Some(role @ Role::Gyro(_)) if !has_gyro => column.role = role,
+            _ => continue,
+        }
+        column.is_linear = is_linear_file && is_accel(column)
+            || words(name).iter().any(|w| w.starts_with("linea"));
+    }
+}
+
+/// Rates of a body are p, q, r in flight mechanics.
+pub(super) fn add_body_rates(format: &mut Format) {
+    let find = |name: &str| {
+        let mut names = format.names.iter().zip(&format.columns);
+        names.position(|(n, c)| words(n) == [name] && c.role == Role::Other && !c.is_dropped)
+    };
+    let rates = ["p", "q", "r"].map(find);
+    if let [Some(p), Some(q), Some(r)] = rates
+        && !format.columns.iter().any(is_gyro)
+    {
+        for (axis, column) in [p, q, r].into_iter().enumerate() {
+            format.columns[column].role = Role::Gyro(axis);
+        }
+    }
+}
+
+/// The axes of all sensors of a kind; those without gravity are only there if no other is.
+pub(super) fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
+    let axis_of = |c: usize| Some((c, (0..3).find(|i| columns[c].role == role(*i))?));
+    let mut axes: Vec<(usize, usize)> = (0..columns.len()).filter_map(axis_of).collect();
+    // Where the user names an axis, the others need not be of a sensor of that name.
+    axes.sort_by_key(|(c, _)| !columns[*c].is_given);
+    let any_given = axes.first().is_some_and(|(c, _)| columns[*c].is_given);
+    let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
+    for (c, axis) in axes {
+        let sensor = (&columns[c].sensor, columns[c].is_linear, &columns[c].unit);
+        let own = sensors.entry((!any_given).then_some(sensor)).or_default();
+        own[axis].get_or_insert(c);
+    }
+    let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
+    let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
+    found.sort_unstable();
+    // ROS calls raw acceleration linear, too; where another accelerometer stands beside it, gravity is
+    // removed from it.
+    let has_gravity = |axes: &[usize; 3]| {
+        let column = &columns[axes[0]];
+        !column.is_linear && !column.sensor.split(' ').any(|word| word == "linear")
+    };
+    if found.iter().any(has_gravity) {
+        found.retain(has_gravity);
+    }
+    found
+}
+
+/// Acceleration without gravity, and gravity, whose sum is what an accelerometer measures: phones give
+/// them apart.
+pub(super) fn parts(format: &Format, accel: &[[usize; 3]]) -> Option<([usize; 3], [usize; 3])> {
+    let linear = *accel.first()?;
+    let gravity = axes_of_names(format).into_iter().find(|(name, axes)| {
+        name.split(' ')
+            .any(|word| word == "gravity" || word == "grav")
+            && !axes.iter().any(|c| format.columns[*c].is_dropped)
+    });
+    gravity.map(|(_, gravity)| (linear, gravity))
+}
+
+/// Columns of three axes under a common name that tells no sensor, and no quantity that is not one.
+pub(super) fn other_triples(format: &Format) -> Vec<[usize; 3]> {
+    let is_open = |c: &usize| {
+        let column = &format.columns[*c];
+        column.role == Role::Other && !column.is_foreign && !column.is_dropped
+    };
+    let triples = axes_of_names(format).into_iter().map(|(_, axes)| axes);
+    triples.filter(|axes| axes.iter().all(is_open)).collect()
+}
+
+/// Columns whose names differ in a last word x, y, z alone, and what is common.
+fn axes_of_names(format: &Format) -> Vec<(String, [usize; 3])> {
+    let mut groups: Vec<(String, [Option<usize>; 3])> = Vec::new();
+    for (c, name) in format.names.iter().enumerate() {
+        let words = words(name);
+        let Some(at) = words.iter().rposition(|w| axis(w).is_some()) else {
+            continue;
+        };
+        let rest = words.iter().enumerate().filter(|(i, _)| *i != at);
+        let rest: Vec<&str> = rest.map(|(_, word)| word.as_str()).collect();
+        let rest = rest.join(" ");
+        let group = match groups.iter().position(|group| group.0 == rest) {
+            Some(group) => group,
+            None => {
+                groups.push((rest, [None; 3]));
+                groups.len() - 1
+            }
+        };
+        if let Some(axis) = axis(&words[at]) {
+            groups[group].1[axis].get_or_insert(c);
+        }
+    }
+    let complete = |(name, [x, y, z]): (String, [Option<usize>; 3])| Some((name, [x?, y?, z?]));
+    groups.into_iter().filter_map(complete).collect()
+}
+
+/// What the name of each sensor says beyond what all say; its number if that tells nothing.
+pub(super) fn sensor_names(columns: &[Column], found: &[[usize; 3]]) -> Vec<String> {
+    let words = |t: &[usize; 3]| columns[t[0]].sensor.split(' ').filter(|w| !w.is_empty());
+    let is_common = |word: &&str| found.iter().all(|t| words(t).any(|w| w == *word));
+    let rest = |t: &[usize; 3]| {
+        let words: Vec<&str> = words(t).filter(|w| !is_common(w)).collect();
+        words.join("-")
+    };
+    let names: Vec<String> = found.iter().map(rest).collect();
+    let name = |(i, name): (usize, &String)| {
+        if name.is_empty() || names.iter().filter(|other| *other == name).count() > 1 {
+            (i + 1).to_string()
+        } else {
+            name.clone()
+        }
+    };
+    names.iter().enumerate().map(name).collect()
+}
+
+/// The sensor that the user asks for: by its name, by words of it, or by its number from 1.
+pub(super) fn find_sensor(
+    wanted: &str,
+    names: &[String],
+    format: &Format,
+    found: &[[usize; 3]],
+) -> Result<usize, Error> {
+    let asked = words(wanted);
+    let has_name = |i: &usize| names[*i] == wanted;
+    let has_words = |i: &usize| {
+        let sensor = &format.columns[found[*i][0]].sensor;
+        !asked.is_empty() && asked.iter().all(|w| sensor.split(' ').any(|o| o == w))
+    };
+    let has_number = |i: &usize| wanted == (i + 1).to_string();
+    let ways: [&dyn Fn(&usize) -> bool; 3] = [&has_name, &has_words, &has_number];
+    let fits = ways.map(|way| (0..found.len()).filter(way).collect::<Vec<_>>());
+    match fits.iter().find(|fits| !fits.is_empty()).map(Vec::as_slice) {
+        Some([only]) => Ok(*only),
+        _ => Err(sensor_unknown(wanted, names)),
+    }
+}
