@@ -100,7 +100,7 @@ def test_the_version_is_that_of_the_crate(root: Path) -> None:
 def test_a_wrong_keyword_says_what_is_accepted(line: gravical.Recording) -> None:
     for call, accepted in (
         (lambda: gravical.read("x.csv", acel_unit="g"), "accel_unit"),
-        (lambda: gravical.motion(line, causl=True), "causal"),
+        (lambda: gravical.motion(line, procedur="report"), "procedure"),
         (lambda: gravical.simulate("line", free=8), "distance"),
         (lambda: gravical.calibrate(line, methd="joint"), "method"),
     ):

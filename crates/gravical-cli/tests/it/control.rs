@@ -111,7 +111,6 @@ apply L L
 denoise L --filter mean:5 -o O --force
 denoise L --filter H
 motion L --calibration C -o O --force --report R
-motion L --causal -o O --force
 motion L -o O
 check C L
 compare C C

@@ -3,7 +3,7 @@
 use gravical_motion::{MotionOptions, estimate_motion};
 
 use crate::simulated::{Scene, Trouble};
-use crate::study::{Study, causal, kinds, options, options_with, samples};
+use crate::study::{Study, kinds, options, options_with, samples};
 
 /// 150 seeds of the tables are 1000 to 1149; these are others.
 fn study(name: &str, seeds: u64, options: &MotionOptions) -> Study {
@@ -67,18 +67,6 @@ fn bands_hold_where_the_model_is_wrong() {
         ("no gyro, 0.1 m 5 s", 40, 34, ANY, 0.85, ANY),
     ] {
         hold(row, &options());
-    }
-}
-
-#[test]
-fn causal_bands_hold() {
-    for row in [
-        ("plain", 20, 19, 3.6, 0.9, ANY),
-        ("slow 8 s", 20, 19, 40.0, 0.9, ANY),
-        ("wobble ±3°", 20, 19, 5.5, 0.9, ANY),
-        ("cart", 20, 19, 100.0, 0.9, ANY),
-    ] {
-        hold(row, &causal());
     }
 }
 
