@@ -131,7 +131,7 @@ def test_every_keyword_is_documented(line: gravical.Recording) -> None:
     verbs = ("read", "inspect", "calibrate", "apply", "denoise", "noise", "check", "motion")
     for verb in verbs:
         first = (line,) if verb in ("apply", "check") else ()
-        filters = ("mean:5",) if verb == "denoise" else ()
+        filters = ("savgol:5,2",) if verb == "denoise" else ()
         with pytest.raises((TypeError, gravical.Error)) as error:
             getattr(gravical, verb)(*first, "x.csv", *filters, x=1)
         if verb in ("apply", "check"):

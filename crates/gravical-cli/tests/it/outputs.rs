@@ -96,8 +96,8 @@ apply cal.json line.csv --gyro o.csv -o: o.csv
 apply cal.json line.csv o.csv -o out --summary: cal.json o.csv
 apply cal.json --each s -o out --summary: s/x_up.csv
 convert line.csv -o: line.csv
-denoise line.csv --filter mean:3 -o: line.csv
-denoise o.md --filter mean:3 --report: o.md
+denoise line.csv --filter savgol:5,2 -o: line.csv
+denoise o.md --filter savgol:5,2 --report: o.md
 noise line.csv -o: line.csv
 noise o.md --report: o.md
 export cal.json --to imucal -o: cal.json
@@ -213,7 +213,7 @@ fn a_pipe_and_a_device_take_what_a_file_takes() {
     for line in [
         "calibrate d/poses/poses.csv",
         "apply cal.json line.csv",
-        "denoise line.csv --filter mean:5",
+        "denoise line.csv --filter savgol:5,2",
         "motion line.csv",
         "export cal.json --to imucal",
     ] {

@@ -112,7 +112,7 @@ def denoise(recording: Any, filter: Any, **options: Any) -> Result:
     and empty cells are respected; uneven time stamps are refused (``uneven-stamps``).
 
     - ``filter``: one or a list of ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``,
-      ``"highpass:…"``, ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
+      ``"highpass:…"``, ``"hampel:WINDOW,SIGMAS"``, in this order.
     - The keywords of :func:`gravical.read`.
     """
     done = _run("denoise", recording, {**options, "filter": filter})
