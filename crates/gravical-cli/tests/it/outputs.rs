@@ -47,7 +47,7 @@ motion line.csv -o t.csv --report d.html --force: is-folder
 motion line.csv -o t.csv --report -: report-target
 calibrate d/poses/poses.csv --report page.pdf: report-target
 motion line.csv -o t.csv --report page.html.gz: report-target
-motion line.csv -o t.csv --report d/motion.html: exists
+motion line.csv -o t.csv --report there.html: exists
 motion line.csv -o t.csv --report drawn.md: exists";
 
 #[test]
@@ -57,6 +57,7 @@ fn what_cannot_be_written_is_said_before_the_work() {
     for name in ["figs", "d.html", "drawn_figures"] {
         fs::create_dir(at.join(name)).unwrap();
     }
+    write(at, "there.html", "mine");
     let figure = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"gv\" width=\"9\"/>";
     write(at, "drawn_figures/position.svg", figure);
     for row in REFUSED.lines() {
