@@ -56,8 +56,6 @@ pub const COMMANDS: &[&str] = &[
     "motion long/line.csv -c {golden}/mps2.json --json",
     "motion rawline/line.csv -c {golden}/counts.json --json",
     "motion {examples}/demo/line/line.csv --json",
-    "motion line/line.csv -c {golden}/mps2.json --json --causal -o {out}",
-    "motion long/line.csv -c {golden}/mps2.json --json --causal",
     "export {golden}/mps2.json --to c",
     "export {golden}/counts.json --to arduino",
     "export {golden}/mps2.json --to ros2",

@@ -20,7 +20,7 @@ mod simulated;
 mod study;
 
 use simulated::{Scene, Trouble};
-use study::{Study, kinds, options, options_with};
+use study::{Study, kinds, options};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -32,23 +32,20 @@ fn main() {
 }
 
 fn table_of_kinds(seeds: u64, wanted: &str) {
-    for causal in [false, true] {
-        println!("| kind, causal {causal} | found | rms, mm | 1σ | 2σ | width |");
-        println!("|---|---|---|---|---|---|");
-        let options = options_with(|o| o.causal = causal);
-        for kind in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
-            let study = Study::of_kind(kind, 1000..1000 + seeds, &options);
-            println!(
-                "| {} | {} of {} | {:.2} | {:.2} | {:.2} | {:.2} |",
-                kind.0,
-                study.found,
-                study.count,
-                study.rms_mm(),
-                study.coverage(1.0),
-                study.coverage(2.0),
-                study.width()
-            );
-        }
+    println!("| kind | found | rms, mm | 1σ | 2σ | width |");
+    println!("|---|---|---|---|---|---|");
+    for kind in kinds().into_iter().filter(|k| k.0.contains(wanted)) {
+        let study = Study::of_kind(kind, 1000..1000 + seeds, &options());
+        println!(
+            "| {} | {} of {} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            kind.0,
+            study.found,
+            study.count,
+            study.rms_mm(),
+            study.coverage(1.0),
+            study.coverage(2.0),
+            study.width()
+        );
     }
 }
 

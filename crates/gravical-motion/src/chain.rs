@@ -57,12 +57,6 @@ fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
     innovation
 }
 
-/// True if velocity and tilt contradict that a rest begins where the filter is.
-pub(crate) fn contradicts(filter: &Filter<'_>, rest: &Range<usize>) -> bool {
-    let innovation = innovation(filter, rest);
-    excess_chi2(&innovation, filter.model.samples.has_gyro()) > 0.0
-}
-
 /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
 /// at a speed.
 pub(crate) fn chain(model: &Model<'_>, spans: &[Range<usize>]) -> Vec<Range<usize>> {

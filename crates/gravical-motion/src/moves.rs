@@ -30,7 +30,7 @@ const MAX_ENLARGED: usize = 2;
 const RECTIFIED: f64 = 0.2;
 
 /// The first second of a rest.
-pub(crate) fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
+fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
     let count = model.samples.count_in(CLOSING_S).max(2);
     rest.start..rest.start.saturating_add(count).min(rest.end)
 }
@@ -41,7 +41,7 @@ pub(crate) struct Leg {
     pub end: usize,
     /// Noise that it has beyond that of the rests.
     pub excess: Density,
-    /// The part of the rest that it has to close with.
+    /// The rest that it has to close with.
     pub rest: Option<Range<usize>>,
     pub stances: Vec<usize>,
 }
@@ -49,13 +49,13 @@ pub(crate) struct Leg {
 impl Leg {
     /// Goes through the move, with more noise where it does not close; returns it but for its displacement and
     /// ends.
-    pub fn run(&mut self, filter: &mut Filter<'_>, recorder: &mut Recorder) -> Move {
+    pub fn run(&mut self, filter: &mut Filter<'_>) -> Move {
         let (span, samples) = (filter.at..self.end, filter.model.samples);
         let seconds = samples.time_s[span.end] - samples.time_s[span.start];
         let mut closed: Option<Closure> = None;
-        let (before, mark) = (filter.clone(), recorder.records.len());
+        let before = filter.clone();
         for enlarged in 0.. {
-            self.propagate(filter, recorder);
+            self.propagate(filter, &mut Recorder::default());
             let Some(rest) = &self.rest else { break };
             let innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
             let closed = closed.get_or_insert_with(|| Closure {
@@ -71,7 +71,6 @@ impl Leg {
             self.excess.force += more.force;
             self.excess.rate += more.rate;
             *filter = before.clone();
-            recorder.records.truncate(mark);
         }
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
@@ -119,8 +118,8 @@ impl Leg {
 }
 
 /// Goes through a rest: closes the move before it with what its first second says, and levels before the next move
-/// with what its last seconds say. Returns how many records there were in between.
-pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut Recorder) -> usize {
+/// with what its last seconds say.
+pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut Recorder) {
     let model = filter.model;
     let from = rest.start.max(filter.at);
     let closing = from..closing(&model, rest).end.max(from + 1);
@@ -129,8 +128,6 @@ pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut 
     let shaken = tremor(model.samples, &closing).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
     filter.rest(&closing, speed_sd_mps, recorder);
-    let closed = recorder.records.len();
-
     filter.halt(rest.end.max(filter.at + 1) - 1, recorder);
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
@@ -138,5 +135,4 @@ pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut 
     if leading.len() > MIN_LEADING {
         filter.rest(&leading, REST_SPEED_MPS, recorder);
     }
-    closed
 }

@@ -62,13 +62,13 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// That of `rests`; windows in `quiet` spans are no rougher.
-    pub fn new(samples: &Samples, rests: &[Range<usize>], quiet: &[Range<usize>]) -> Noise {
+    /// That of `rests`; windows in them are no rougher.
+    pub fn new(samples: &Samples, rests: &[Range<usize>]) -> Noise {
         let (rest, rounding) = at_rest(samples, rests);
         Noise {
             rest,
             rounding,
-            windows: windows(samples, quiet),
+            windows: windows(samples, rests),
         }
     }
 

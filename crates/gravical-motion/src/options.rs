@@ -113,9 +113,6 @@ pub struct MotionOptions {
     pub no_stances: bool,
     /// Rests that are known, as spans of samples in order; none: they are looked for.
     pub rests: Option<Vec<Range<usize>>>,
-    /// Use the past only: no smoother. The path of a closed move, and its bands, are those after its end: a second
-    /// into the rest that closes it, the noise of the whole move is known. Rests are looked for.
-    pub causal: bool,
     /// Ends the estimate where it is once this is true, from another thread: what there is then is of no use.
     pub stopped: Option<Arc<AtomicBool>>,
 }
@@ -126,11 +123,10 @@ impl MotionOptions {
         stopped.is_some_and(|stopped| stopped.load(Ordering::Relaxed))
     }
 
-    /// Nothing is negative or no number, and a causal run looks for rests.
+    /// Nothing is negative or no number.
     pub(crate) fn are_possible(&self) -> bool {
         let known = &self.calibration;
-        !(self.causal && self.rests.is_some())
-            && (0.0..f64::INFINITY).contains(&known.gravity_sd_mps2)
+        (0.0..f64::INFINITY).contains(&known.gravity_sd_mps2)
             && known.force.iter().chain(&known.rate).all(|v| v.is_finite())
     }
 }

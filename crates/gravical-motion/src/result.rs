@@ -159,7 +159,7 @@ pub struct Motion {
 impl Motion {
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
     /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
-    /// were given, nor in a causal run.
+    /// were given.
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
         let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);

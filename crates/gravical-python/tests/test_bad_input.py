@@ -109,7 +109,7 @@ OWN: dict[str, list[str]] = {
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": [],
     "noise": [],
-    "motion": [*GRAVITY, "procedure", "causal", "rests", "no_stances", "truth"],
+    "motion": [*GRAVITY, "procedure", "rests", "no_stances", "truth"],
     "check": GRAVITY,
 }  # fmt: skip
 SIMULATED = ["seed", "rate", "range", "decimals", "noise", "tilt", "jitter", "drop", "raw"]
@@ -155,7 +155,7 @@ def drawn(
         with_what = calibration if r.random() < 0.8 else source(r, folder, calibration)
         return lambda: getattr(gravical, verb)(with_what, what, **given)
     if verb == "denoise":
-        filters = ["butter:4,5Hz", "mean:5", "savgol:1e9,2", "x", ["hampel:7,3", 3], any_value]
+        filters = ["butter:4,5Hz", "savgol:5,2", "savgol:1e9,2", "x", ["hampel:7,3", 3], any_value]
         return lambda: gravical.denoise(what, r.choice(filters), **given)
     return lambda: getattr(gravical, verb)(what, **given)
 

@@ -100,7 +100,7 @@ def test_the_version_is_that_of_the_crate(root: Path) -> None:
 def test_a_wrong_keyword_says_what_is_accepted(line: gravical.Recording) -> None:
     for call, accepted in (
         (lambda: gravical.read("x.csv", acel_unit="g"), "accel_unit"),
-        (lambda: gravical.motion(line, causl=True), "causal"),
+        (lambda: gravical.motion(line, procedur="report"), "procedure"),
         (lambda: gravical.simulate("line", free=8), "distance"),
         (lambda: gravical.calibrate(line, methd="joint"), "method"),
     ):
@@ -131,7 +131,7 @@ def test_every_keyword_is_documented(line: gravical.Recording) -> None:
     verbs = ("read", "inspect", "calibrate", "apply", "denoise", "noise", "check", "motion")
     for verb in verbs:
         first = (line,) if verb in ("apply", "check") else ()
-        filters = ("mean:5",) if verb == "denoise" else ()
+        filters = ("savgol:5,2",) if verb == "denoise" else ()
         with pytest.raises((TypeError, gravical.Error)) as error:
             getattr(gravical, verb)(*first, "x.csv", *filters, x=1)
         if verb in ("apply", "check"):

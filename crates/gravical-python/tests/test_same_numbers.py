@@ -124,11 +124,10 @@ def test_inspect(path: str, program: Program) -> None:
     both(lambda: gravical.inspect(path), (theirs["recordings"] or theirs["errors"])[0])
 
 
-@pytest.mark.parametrize("options", [{}, {"causal": True}])
 @pytest.mark.parametrize("name", RECORDINGS + DATA_RECORDINGS)
-def test_motion(path: str, options: dict[str, Any], program: Program) -> None:
-    theirs = program("motion", path, "--json", "--quiet", *flags(options))
-    both(lambda: gravical.motion(path, **options), theirs)
+def test_motion(path: str, program: Program) -> None:
+    theirs = program("motion", path, "--json", "--quiet")
+    both(lambda: gravical.motion(path), theirs)
 
 
 def test_motion_with_a_calibration_and_its_table(

@@ -6,20 +6,18 @@
 //!
 //! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still; [`detect_rests_causally`]: the same by what is past;
-//!    [`detect_quiet`]: where it was quiet, but may have turned slowly.
+//! 3. [`detect_rests`]: where the sensor lay still; [`detect_quiet`]: where it was quiet, but may have turned
+//!    slowly.
 //! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
 mod allan;
-mod causal;
 mod channels;
 mod faint;
 mod noise;
 mod rests;
 
 pub use allan::{AllanVariance, allan_variances};
-pub use causal::detect_rests_causally;
 pub use channels::{
     Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
 };

@@ -8,7 +8,7 @@ use crate::faint::without_faint_moves;
 /// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
 pub const BLOCK_S: f64 = 0.2;
 /// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
-pub(crate) const MIN_BLOCKS: usize = 4;
+const MIN_BLOCKS: usize = 4;
 /// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
 const MAX_BLOCKS: usize = 300;
 /// Variance within a block, three axes, up to which a hand or a foot may be at rest whatever the
@@ -32,7 +32,7 @@ const DRIFT_S: f64 = 4.0;
 /// Two segments are one rest if what separates their means is less likely than this fraction of a
 /// penalty: it pays for the means, but not for the place.
 const SAME_REST: f64 = 0.65;
-/// Blocks next to an edge that say what the rest is: 3 s, as much as a causal run learns from.
+/// Blocks next to an edge that say what the rest is: 3 s.
 const NEAR_BLOCKS: usize = 15;
 /// A motion begins more gently than its fitted onset: a rest ends this long before it.
 const MARGIN_S: f64 = 0.03;
@@ -59,7 +59,7 @@ pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
     let mut rests = Vec::new();
     for run in quiet_runs(channels, &blocks, level) {
-        let noise = Noise::with_level(run, level, size, &channels.resolution);
+        let noise = Noise::new(run, level, size, &channels.resolution);
         let mut partition = Partition::new(channels.count());
         for block in run {
             partition.push(noise.scaled(&block.mean, &run[0].mean));
@@ -103,68 +103,31 @@ pub fn detect_quiet(channels: &Channels<'_>) -> Vec<Range<usize>> {
 }
 
 /// Noise of blocks.
-#[derive(Debug, Clone)]
-pub(crate) struct Noise {
-    /// Variance of three axes where it is quiet.
-    pub level: [f64; 2],
+struct Noise {
     /// Variances of the mean of a block.
-    pub variance: [f64; 6],
+    variance: [f64; 6],
     /// Those of what a bias drifts in [`DRIFT_S`] and of what a value flips, in units of `variance`.
-    pub slack: [[f64; 2]; 6],
+    slack: [[f64; 2]; 6],
 }
 
 impl Noise {
-    pub fn new(blocks: &[Block], size: usize, resolution: &[f64; 6]) -> Noise {
-        let level = [0, 1].map(|sensor| quiet_level(blocks, sensor));
-        Noise::with_level(blocks, level, size, resolution)
-    }
-
-    fn with_level(run: &[Block], level: [f64; 2], size: usize, resolution: &[f64; 6]) -> Noise {
+    fn new(run: &[Block], level: [f64; 2], size: usize, resolution: &[f64; 6]) -> Noise {
         let flips = flips(run, resolution);
         let mut variance = variance_of_means(run, level, size);
         (0..6).for_each(|c| variance[c] += flips[c]);
         let slack =
             std::array::from_fn(|c| [DRIFT[c / 3].powi(2), flips[c]].map(|v| v / variance[c]));
-        Noise {
-            level,
-            variance,
-            slack,
-        }
-    }
-
-    /// That of blocks that tremble, as a hand or a foot does: they wander, too. None if they do not, or are
-    /// too few.
-    pub fn trembling(&self, blocks: &[Block], size: usize, resolution: &[f64; 6]) -> Option<Noise> {
-        let trembles = |s: usize| {
-            let total = blocks.iter().map(|b| b.total_variance(s)).collect();
-            quantile(total, 0.5) > TREMBLES * self.level[s]
-        };
-        if blocks.len() <= MIN_BLOCKS || !(trembles(0) || trembles(1)) {
-            return None;
-        }
-        let mut noise = Noise::with_level(blocks, self.level, size, resolution);
-        for c in 0..6 {
-            if noise.variance[c] < self.variance[c] {
-                (noise.variance[c], noise.slack[c]) = (self.variance[c], self.slack[c]);
-            }
-        }
-        Some(noise)
-    }
-
-    /// True if a variance differs by half.
-    pub fn is_other(&self, other: &Noise) -> bool {
-        let ratio = |c: usize| self.variance[c] / other.variance[c];
-        (0..6).any(|c| !(1.0 / 1.5..1.5).contains(&ratio(c)))
+        Noise { variance, slack }
     }
 
     /// A mean in units of its standard deviation.
-    pub fn scaled(&self, mean: &[f64; 6], origin: &[f64; 6]) -> [f64; 6] {
+    fn scaled(&self, mean: &[f64; 6], origin: &[f64; 6]) -> [f64; 6] {
         std::array::from_fn(|c| (mean[c] - origin[c]) / self.variance[c].sqrt())
     }
 }
 
 /// True if a block is quiet enough for a rest.
-pub(crate) fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
+fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
     let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], MAX_VARIANCE[s]);
     (0..2).all(|s| block.total_variance(s) < limit(s))
 }
@@ -232,8 +195,7 @@ fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
 }
 
 /// Optimal partition of means in units of their standard deviation, one block at a time.
-#[derive(Debug, Clone)]
-pub(crate) struct Partition {
+struct Partition {
     channels: usize,
     sum: Vec<[f64; 6]>,
     squares: Vec<f64>,
@@ -243,7 +205,7 @@ pub(crate) struct Partition {
 }
 
 impl Partition {
-    pub fn new(channels: usize) -> Self {
+    fn new(channels: usize) -> Self {
         Partition {
             channels,
             sum: vec![[0.0; 6]],
@@ -253,16 +215,11 @@ impl Partition {
         }
     }
 
-    /// Without blocks.
-    pub fn clear(&mut self) {
-        *self = Partition::new(self.channels);
-    }
-
     fn penalty(&self) -> f64 {
         PENALTY[usize::from(self.channels > 3)]
     }
 
-    pub fn push(&mut self, mean: [f64; 6]) {
+    fn push(&mut self, mean: [f64; 6]) {
         let k = self.cost.len();
         let (mut sum, mut squares) = (self.sum[k - 1], self.squares[k - 1]);
         for c in 0..self.channels {
@@ -305,12 +262,6 @@ impl Partition {
         out
     }
 
-    /// Number of blocks, and where the last segment of the best ones begins.
-    pub fn last(&self) -> (usize, usize) {
-        let count = self.start.len() - 1;
-        (count, self.start[count])
-    }
-
     /// Touching segments that are the same rest are one.
     fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
         segments.dedup_by(|next, last| {
@@ -325,7 +276,7 @@ impl Partition {
 
     /// True if the means of neighbouring segments differ by what a bias drifts (variance in [`DRIFT_S`])
     /// and a value flips; `slack` holds both in units of the variance of a mean.
-    pub fn same(&self, last: &Range<usize>, next: &Range<usize>, slack: &[[f64; 2]; 6]) -> bool {
+    fn same(&self, last: &Range<usize>, next: &Range<usize>, slack: &[[f64; 2]; 6]) -> bool {
         let apart_s = 0.5 * BLOCK_S * (next.end - last.start) as f64;
         let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
         let chi2: f64 = (0..self.channels)
@@ -405,7 +356,7 @@ fn margin(size: usize) -> usize {
 }
 
 /// Where a rest begins, to the sample.
-pub(crate) fn start_edge(
+fn start_edge(
     channels: &Channels<'_>,
     span: &Range<usize>,
     size: usize,
@@ -425,7 +376,7 @@ pub(crate) fn start_edge(
 }
 
 /// Where a rest ends, to the sample, looked for from sample `last` back.
-pub(crate) fn end_edge(
+fn end_edge(
     channels: &Channels<'_>,
     span: &Range<usize>,
     last: usize,

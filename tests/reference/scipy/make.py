@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 import scipy
-from scipy import ndimage, signal
+from scipy import signal
 
 RATE_HZ = 100.0
 STEP_S = 1.0 / RATE_HZ
@@ -104,12 +104,6 @@ def savgol():
     return cases, offsets
 
 
-def mean():
-    x = np.asarray(X[:150])
-    windows = [1, 3, 5, 21, 101]
-    return [dict(window=window, y=list(ndimage.uniform_filter1d(x, window))) for window in windows]
-
-
 def two_pass(order, kind, edge):
     """Where one pass has to be designed so that two are down by 3 dB at `edge`."""
     factor = (math.sqrt(2) - 1) ** (1 / (2 * order))
@@ -118,31 +112,41 @@ def two_pass(order, kind, edge):
     return RATE_HZ / math.pi * math.atan(warp)
 
 
+WANTED = [("lowpass", n, f) for n in range(1, 9) for f in (1.0, 5.0, 20.0, 44.0)]
+WANTED += [("highpass", n, f) for n in range(1, 9) for f in (0.5, 12.0)]
+
+
+def samples_wanted(order, edge):
+    return order == 4 or (order in (1, 2, 7, 8) and edge != 44.0)
+
+
 def butter():
     cases = []
-    wanted = [(f"{n},{f:g}", "lowpass", n, f) for n in range(1, 9) for f in (1.0, 5.0, 20.0, 44.0)]
-    wanted += [(f"{n},{f:g}", "highpass", n, f) for n in range(1, 9) for f in (0.5, 12.0)]
-    x = np.asarray(X)
-    for text, kind, order, edge in wanted:
+    for kind, order, edge in WANTED:
         name = "highpass" if kind == "highpass" else "butter"
-        for passes, mark in ((1, "1"), (2, "")):
-            at = edge if passes == 1 else two_pass(order, kind, edge)
-            sos = signal.butter(order, at, kind, fs=RATE_HZ, output="sos")
-            if passes == 1:
-                y, _ = signal.sosfilt(sos, x, zi=signal.sosfilt_zi(sos) * x[0])
-            else:
-                y = signal.sosfiltfilt(sos, x)
-            # Two passes hold the impulse response twice: |H|^2 in place of |H|.
-            impulse = signal.sosfilt(sos, np.r_[1.0, np.zeros(2**15 - 1)])
-            power = np.abs(np.fft.fft(impulse)) ** (2 * passes)
-            cases.append(
-                dict(
-                    spec=f"{name}{mark}:{text}Hz",
-                    noise_gain=float(math.sqrt(np.mean(power))),
-                    # Of the rest the gain is enough.
-                    y=list(y) if order == 4 or (order in (1, 2, 7, 8) and edge != 44.0) else None,
-                )
+        sos = signal.butter(order, two_pass(order, kind, edge), kind, fs=RATE_HZ, output="sos")
+        y = signal.sosfiltfilt(sos, np.asarray(X))
+        # Two passes hold the impulse response twice: |H|^2 in place of |H|.
+        impulse = signal.sosfilt(sos, np.r_[1.0, np.zeros(2**15 - 1)])
+        power = np.abs(np.fft.fft(impulse)) ** 4
+        cases.append(
+            dict(
+                spec=f"{name}:{order},{edge:g}Hz",
+                noise_gain=float(math.sqrt(np.mean(power))),
+                # Of the rest the gain is enough.
+                y=list(y) if samples_wanted(order, edge) else None,
             )
+        )
+    return cases
+
+
+def sosfilt():
+    x, cases = np.asarray(X), []
+    for kind, order, edge in WANTED:
+        if samples_wanted(order, edge):
+            sos = signal.butter(order, edge, kind, fs=RATE_HZ, output="sos")
+            y, _ = signal.sosfilt(sos, x, zi=signal.sosfilt_zi(sos) * x[0])
+            cases.append(dict(order=order, kind=kind, cutoff_hz=edge, y=list(y)))
     return cases
 
 
@@ -154,8 +158,8 @@ json.dump(
         x=X,
         savgol=filtered,
         scipy_weights_off=offsets,
-        mean=mean(),
         butter=butter(),
+        sosfilt=sosfilt(),
     ),
     sys.stdout,
     separators=(",", ":"),

@@ -90,20 +90,7 @@ macro_rules! writing {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub struct Writing { $(pub $field: $kind),+ }
 
-        /// Number of levels of every choice.
-        pub const LEVELS: &[usize] = &[$($kind::ALL.len()),+];
-
         impl Writing {
-            /// The choices by their places in the lists.
-            pub fn of(levels: &[usize]) -> Self {
-                let mut levels = levels.iter();
-                Writing { $($field: $kind::ALL[*levels.next().unwrap()]),+ }
-            }
-
-            pub fn levels(&self) -> Vec<usize> {
-                vec![$($kind::ALL.iter().position(|l| *l == self.$field).unwrap()),+]
-            }
-
             /// A writing that is drawn: `draw(n)` is less than n.
             pub fn random(mut draw: impl FnMut(usize) -> usize) -> Self {
                 let drawn = Writing { $($field: $kind::ALL[draw($kind::ALL.len())]),+ };

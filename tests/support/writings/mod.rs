@@ -3,12 +3,10 @@
 //! [`Writing`] is a choice from every list of `choices`: which session, at which
 //! rate, in which unit, with which delimiter, header, names, clock …
 //! [`write`](write::write) makes the bytes of its files from the columns of a
-//! [`Session`](session::Session). [`pairs`](cover::pairs) chooses writings in which
-//! every two choices meet at least once.
+//! [`Session`](session::Session).
 #![allow(dead_code)] // each test crate uses its part
 
 pub mod choices;
-pub mod cover;
 pub mod session;
 pub mod write;
 

@@ -36,9 +36,7 @@ Filters:
   savgol:WINDOW,ORDER         Savitzky-Golay polynomial over WINDOW samples
   butter:ORDER,CUTOFFHz       Butterworth low-pass, zero phase
   highpass:ORDER,CUTOFFHz     high-pass
-  butter1:…, highpass1:…      one pass, causal, as on a microcontroller
   hampel:WINDOW,SIGMAS        outliers replaced by the median of their window
-  mean:WINDOW                 moving average
 Butterworth filters are 3 dB down at the cutoff, the two passes together.
 
 Example: gravical denoise walk.csv -f hampel:7,3 -f butter:4,5Hz -o smooth.csv";

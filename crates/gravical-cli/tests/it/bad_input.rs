@@ -5,13 +5,9 @@ use std::path::Path;
 
 use crate::support::*;
 
-/// The call has to fail with `exit` and `code`, in both forms, and to name what
-/// is wrong with every one of `named`.
+/// The call has to fail with `exit` and `code`, and to name what is wrong with every one of `named`.
 fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
-    let line = match line.strip_prefix("calibrate") {
-        Some(rest) => format!("calibrate -o refused.json{rest}"),
-        None => line.to_owned(),
-    };
+    let line = writing(line);
     let run = ends(folder, &format!("{line} --json"), exit);
     assert!(run.err.is_empty(), "{}", run.err);
     let error = run.json();
@@ -21,22 +17,38 @@ fn refused(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
         assert!(message.contains(name), "{name} in {message}");
     }
     assert!(error["hint"].is_string(), "{line}: no hint: {error}");
+    assert!(!folder.join("refused.json").exists(), "{line} wrote a file");
+}
 
-    let text = ends(folder, &line, exit);
+/// A call of `calibrate` with a file to write.
+fn writing(line: &str) -> String {
+    match line.strip_prefix("calibrate") {
+        Some(rest) => format!("calibrate -o refused.json{rest}"),
+        None => line.to_owned(),
+    }
+}
+
+/// The same in words, made alike for every error.
+fn refused_in_words(folder: &Path, line: &str, exit: i32, code: &str, named: &[&str]) {
+    let text = ends(folder, &writing(line), exit);
     assert!(text.out.is_empty(), "{line}: {}", text.out);
     assert!(text.err.starts_with("error: "), "{}", text.err);
-    for part in [message, format!("code: {code}").as_str(), "try: "] {
+    let code = format!("code: {code}");
+    for part in named.iter().chain(&[code.as_str(), "try: "]) {
         assert!(text.err.contains(part), "{}", text.err);
     }
-    assert!(!folder.join("refused.json").exists(), "{line} wrote a file");
 }
 
 /// Lines of a call, its exit code and code, and what is named, parted by ` | `.
 pub fn all_refused(folder: &Path, table: &str) {
-    for row in table.lines() {
+    for (i, row) in table.lines().enumerate() {
         let parts: Vec<&str> = row.split(" | ").collect();
         let (exit, code) = parts[1].split_once(' ').unwrap();
-        refused(folder, parts[0], exit.parse().unwrap(), code, &parts[2..]);
+        let exit = exit.parse().unwrap();
+        refused(folder, parts[0], exit, code, &parts[2..]);
+        if i == 0 {
+            refused_in_words(folder, parts[0], exit, code, &parts[2..]);
+        }
     }
 }
 

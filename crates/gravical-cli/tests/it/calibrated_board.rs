@@ -25,7 +25,6 @@ fn every_command_that_calibrates_says_that_the_board_did() {
         "check cal.json poses.csv",
         "apply cal.json line.csv -o twice.csv",
         "motion line.csv -c cal.json",
-        "motion line.csv -c cal.json --causal",
     ] {
         let run = run_in(path, words(&format!("{command} --json")));
         assert!(run.code == 0 || run.code == 4, "{command}\n{}", run.err);

@@ -108,10 +108,9 @@ calibrate L --free-pose H --columns H
 apply C L -o O --force
 apply B L
 apply L L
-denoise L --filter mean:5 -o O --force
+denoise L --filter savgol:5,2 -o O --force
 denoise L --filter H
 motion L --calibration C -o O --force --report R
-motion L --causal -o O --force
 motion L -o O
 check C L
 compare C C

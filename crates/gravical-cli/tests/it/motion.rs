@@ -92,9 +92,7 @@ fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
 /// Calls that are refused, and write nothing.
 const REFUSED: &str = "\
 motion line/line.csv -o out.csv --gravity 5 | 2 option-range | gravity
-motion line/line.csv -o out.csv --causal --rests 0-4 | 2 option-range | causal
 motion line/line.csv -o out.csv -c cal.json --procedure report --rests 0-4 | 2 option-range | mean of the first rows
-motion line/line.csv -o out.csv -c cal.json --procedure report --causal | 2 option-range | mean of the first rows
 motion line/line.csv -o out.csv --gyro line/line.csv | 2 gyro-twice
 motion line/line.csv -o out.csv --truth line/line.csv | 2 truth-columns-missing
 motion none.csv -o out.csv | 3 not-found

@@ -38,7 +38,7 @@ fn every_verb_reports() {
         "check cal.json line/line.csv",
         "compare cal.json cal.json",
         "inspect line/line.csv",
-        "denoise line/line.csv --filter mean:5 -o smooth.csv",
+        "denoise line/line.csv --filter savgol:5,2 -o smooth.csv",
         "calibrate poses/poses.csv",
         "motion line/line.csv -c cal.json -o moved.csv",
     ];

@@ -116,10 +116,17 @@ pub fn listed(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A folder with the files of `gravical demo` in `d`.
+/// A folder with the recordings of `gravical demo` in `d`, and the calibration by its poses.
 pub fn demo() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    ends(folder.path(), "demo -o d", 0);
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/demo");
+    for name in ["poses/poses.csv", "line/line.csv"] {
+        let to = folder.path().join("d").join(name);
+        std::fs::create_dir_all(to.parent().unwrap()).unwrap();
+        std::fs::copy(examples.join(name), to).unwrap();
+    }
+    let line = "calibrate d/poses/poses.csv --gravity 9.80665 -o d/calibration.json -q";
+    ends(folder.path(), line, 0);
     folder
 }
 

@@ -72,7 +72,6 @@ fn a_terminal_gets_a_table_only_when_it_is_asked_for() {
     for (verb, column) in [
         ("apply d/calibration.json d/line/line.csv", "ax_mps2"),
         ("motion d/line/line.csv", "px_m"),
-        ("motion d/line/line.csv --causal", "px_m"),
     ] {
         let text = on_screen(folder.path(), verb, |_| {});
         let said = text.contains("rows") && text.contains("No table was written: -o FILE");

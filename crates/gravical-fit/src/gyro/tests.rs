@@ -206,8 +206,8 @@ fn assert_covered(worlds: &[World], count: u64, [matrix, bias]: [f64; 2]) {
 
 #[test]
 fn intervals_of_95_percent_hold_the_truth() {
-    // 720 elements, 240 biases: two standard deviations are 0.016 and 0.028.
-    assert_covered(&WORLDS[..3], 80, [0.02, 0.03]);
+    // 216 elements, 72 biases: two standard deviations are 0.03 and 0.05.
+    assert_covered(&WORLDS[..3], 24, [0.03, 0.05]);
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn nothing_to_test_is_no_panic() {
 fn bends_are_shared() {
     for (first, second, sd) in [(12, 12, 0.002), (12, 30, 0.002), (12, 200, 0.0)] {
         let mut p = Vec::new();
-        for seed in 0..300 {
+        for seed in 0..100 {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let mut bends = Parameters::zeros();
             (BENDS..21).for_each(|i| bends[i] = 0.002 * normal(&mut rng));

@@ -45,8 +45,21 @@ fn accuracy(plan: Plan, tilt_deg: f64, count: u64) -> [f64; 3] {
     squares.map(|s| (s / count as f64).sqrt())
 }
 
-#[test]
-fn parameters_are_as_accurate_as_they_can_be() {
+sampled! {
+    parameters_are_as_accurate_as_they_can_be(16, 80);
+    intervals_and_claims_hold(24, 120);
+    a_nonlinear_response_is_claimed(10, 50);
+    good_needs_readings_that_could_have_contradicted(3, 10);
+    a_pose_that_was_lengthened_is_left_out_and_no_good_one(8, 40);
+    faces_need_not_be_told(15, 60);
+}
+
+/// At least this share of `of`.
+fn is_share(count: usize, share: f64, of: u64) -> bool {
+    count as f64 >= share * of as f64
+}
+
+fn parameters_are_as_accurate_as_they_can_be(sensors: u64) {
     // Noise 1.5 mm/s²; with 1.24 the same cells are in docs/accuracy.md.
     for (plan, tilt_deg, targets) in [
         (Plan::Proposed(0), 0.1, [0.98, 0.33, 0.10]),
@@ -56,15 +69,14 @@ fn parameters_are_as_accurate_as_they_can_be() {
         (Plan::Spread(18), 1.0, [0.10, 0.06, 0.72]),
         (Plan::Again(4), 1.0, [1.1, 0.06, 0.37]),
     ] {
-        let found = accuracy(plan, tilt_deg, 80);
+        let found = accuracy(plan, tilt_deg, sensors);
         for (value, target) in found.into_iter().zip(targets) {
             assert!(value < 1.3 * target, "{plan:?} {tilt_deg}°: {found:?}");
         }
     }
 }
 
-#[test]
-fn intervals_and_claims_hold() {
+fn intervals_and_claims_hold(sensors: u64) {
     for (plan, told) in [
         (Plan::Spread(6), false),
         (Plan::Spread(12), false),
@@ -72,7 +84,7 @@ fn intervals_and_claims_hold() {
         (Plan::Again(4), true),
     ] {
         let (mut bias, mut claims) = (0, 0);
-        for seed in 0..120 {
+        for seed in 0..sensors {
             let mut session = Session::new(seed);
             let found = fit(&poses(&mut session, plan, told), &session.options).unwrap();
             let c = found.covariance();
@@ -83,14 +95,13 @@ fn intervals_and_claims_hold() {
             let largest = errors(&found, &session.sensor).unwrap().0;
             claims += usize::from(largest <= found.weakest().error_mps2);
         }
-        // 360 intervals of 95 %: one in a hundred sets is below 0.92.
-        assert!(bias >= 331, "{plan:?}: {bias} of 360");
-        assert!(claims >= 112, "{plan:?}: {claims} of 120");
+        // 360 intervals of 95 %: one in a hundred sets is below 0.919.
+        assert!(is_share(bias, 0.919, 3 * sensors), "{plan:?}: {bias}");
+        assert!(is_share(claims, 0.93, sensors), "{plan:?}: {claims}");
     }
 }
 
-#[test]
-fn a_nonlinear_response_is_claimed() {
+fn a_nonlinear_response_is_claimed(sensors: u64) {
     for (plan, disturbance) in [
         (Plan::Free(24), Disturbance::Cubic(0.01)),
         (Plan::Edges(18), Disturbance::Cubic(0.01)),
@@ -98,21 +109,20 @@ fn a_nonlinear_response_is_claimed() {
         (Plan::Spread(12), Disturbance::Quadratic(0.01)),
     ] {
         let (mut holds, mut wrong) = (0, 0);
-        for seed in 0..50 {
+        for seed in 0..sensors {
             let (found, largest) = Session::new(seed).run(plan, disturbance).unwrap();
             let trust = found.trust();
             holds += usize::from(largest <= trust.worst.error_mps2);
             wrong += usize::from(trust.grade() == Grade::Good && largest > 5.0 * MG);
         }
-        assert!(holds >= 38, "{plan:?} {disturbance:?}: {holds} of 50");
-        assert!(wrong <= 1, "{plan:?} {disturbance:?}: {wrong} of 50");
+        let counts = format!("{plan:?} {disturbance:?}: {holds} hold, {wrong} are wrong");
+        assert!(is_share(holds, 0.76, sensors) && wrong <= 1, "{counts}");
     }
 }
 
 /// Six faces and six poses beside them leave three readings over: enough to show what would do harm.
 /// Three leave nothing, and ten free poses one.
-#[test]
-fn good_needs_readings_that_could_have_contradicted() {
+fn good_needs_readings_that_could_have_contradicted(sensors: u64) {
     for (plan, good) in [
         (Plan::Proposed(3), false),
         (Plan::Proposed(6), true),
@@ -124,18 +134,19 @@ fn good_needs_readings_that_could_have_contradicted() {
             let (found, _) = Session::new(*seed).run(plan, Disturbance::Nothing).unwrap();
             found.trust().grade() == Grade::Good
         };
-        let found = (0..10).filter(is_good).count();
-        assert!(
-            if good { found >= 9 } else { found == 0 },
-            "{plan:?}: {found}"
-        );
+        let found = (0..sensors).filter(is_good).count();
+        let holds = if good {
+            is_share(found, 0.9, sensors)
+        } else {
+            found == 0
+        };
+        assert!(holds, "{plan:?}: {found}");
     }
 }
 
-#[test]
-fn a_pose_that_was_lengthened_is_left_out_and_no_good_one() {
+fn a_pose_that_was_lengthened_is_left_out_and_no_good_one(sensors: u64) {
     let mut found_bad = 0;
-    for seed in 0..40 {
+    for seed in 0..sensors {
         let mut session = Session::new(seed);
         let mut poses = poses(&mut session, Plan::Spread(12), false);
         let clean = fit(&poses, &session.options).unwrap();
@@ -150,22 +161,21 @@ fn a_pose_that_was_lengthened_is_left_out_and_no_good_one() {
         assert!(bad.is_empty() || bad == [k], "{seed}: {bad:?}");
         found_bad += bad.len();
     }
-    assert!(found_bad >= 38, "{found_bad}");
+    assert!(is_share(found_bad, 0.95, sensors), "{found_bad}");
 }
 
-#[test]
-fn faces_need_not_be_told() {
+fn faces_need_not_be_told(sensors: u64) {
     // The same sensors, noise and tilts: differences come from roles alone.
     for tilt_deg in [0.1, 1.0, 2.0] {
         let rms = |told: bool| {
-            let squares = (0..60).map(|seed| {
+            let squares = (0..sensors).map(|seed| {
                 let mut session = Session::new(seed);
                 session.tilt = f64::to_radians(tilt_deg);
                 let poses = poses(&mut session, Plan::Spread(12), told);
                 let found = fit(&poses, &session.options).unwrap();
                 errors(&found, &session.sensor).unwrap().1.powi(2)
             });
-            (squares.sum::<f64>() / 60.0).sqrt()
+            (squares.sum::<f64>() / sensors as f64).sqrt()
         };
         let (told, open) = (rms(true), rms(false));
         assert!(open < 1.05 * told, "{tilt_deg}°: {open} {told}");

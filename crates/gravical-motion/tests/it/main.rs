@@ -2,6 +2,10 @@
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[macro_use]
+#[path = "../../../../tests/support/sampled.rs"]
+mod sampled;
+
 mod properties;
 mod real;
 mod simulated;

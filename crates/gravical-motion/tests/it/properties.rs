@@ -4,7 +4,7 @@ use gravical_motion::{Motion, MotionOptions, bridge_odd, estimate_motion, resolu
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{causal, estimate, options, unbridged, with_bridges};
+use crate::study::{estimate, options, unbridged, with_bridges};
 
 fn motion_of(recording: &Recording) -> Motion {
     let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);
@@ -42,22 +42,6 @@ fn the_epoch_does_not_matter() {
     // Stamps of that size resolve 0.2 µs.
     assert_near(a.displacement_m, b.displacement_m, 1e-4);
     assert_near(a.sd_m, b.sd_m, 1e-4);
-}
-
-#[test]
-fn the_smoother_ends_where_the_filter_does() {
-    // With the same rests and noise the whole run and the causal one know the same at the end.
-    let scene = Scene::new(12, Trouble::None).with(|s| (s.moves, s.rests_s) = (3, [3.0, 3.0]));
-    let (recording, whole) = estimate(&scene, &options());
-    let (_, causal) = estimate(&scene, &causal());
-    let (a, b) = (whole.path.last().unwrap(), causal.path.last().unwrap());
-    assert_near(a.position_m, b.position_m, a.position_sd_m[0]);
-    let total = recording.displacement * 3.0;
-    assert_near(
-        a.position_m,
-        [total.x, total.y, total.z],
-        4.0 * a.position_sd_m[0],
-    );
 }
 
 #[test]
@@ -108,7 +92,6 @@ proptest! {
         numbers in prop::collection::vec(number(), 0..400),
         still in 0_usize..400,
         gyro in any::<bool>(),
-        causal in any::<bool>(),
         given in any::<bool>(),
         step in prop_oneof![Just(0.01), Just(0.0), Just(-0.01), Just(1e-9), Just(1e9), Just(f64::NAN)],
     ) {
@@ -123,7 +106,7 @@ proptest! {
         let bridged = bridge_odd(&time_s, &mut force, &[19.6, 0.0], 5.0);
         let samples = with_bridges(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
         let rests = given.then(|| vec![0..still / 2, still / 2 + 3..still]);
-        let options = MotionOptions { causal, rests, ..options() };
+        let options = MotionOptions { rests, ..options() };
         let motion = estimate_motion(&samples, &options);
         prop_assert!(motion.rests.iter().all(|r| r.start < r.end && r.end <= samples.len()));
         prop_assert!(motion.rests.windows(2).all(|w| w[0].end <= w[1].start));

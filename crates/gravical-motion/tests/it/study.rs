@@ -32,10 +32,6 @@ pub fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
     options
 }
 
-pub fn causal() -> MotionOptions {
-    options_with(|o| o.causal = true)
-}
-
 pub fn with_bridges(
     time_s: &[f64],
     force: &[[f64; 3]],

@@ -112,7 +112,7 @@ def denoise(recording: Any, filter: Any, **options: Any) -> Result:
     and empty cells are respected; uneven time stamps are refused (``uneven-stamps``).
 
     - ``filter``: one or a list of ``"savgol:WINDOW,ORDER"``, ``"butter:ORDER,CUTOFFHz"``,
-      ``"highpass:…"``, ``"hampel:WINDOW,SIGMAS"``, ``"mean:WINDOW"`` …, in this order.
+      ``"highpass:…"``, ``"hampel:WINDOW,SIGMAS"``, in this order.
     - The keywords of :func:`gravical.read`.
     """
     done = _run("denoise", recording, {**options, "filter": filter})
@@ -156,7 +156,6 @@ def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
     - ``calibration``: a Calibration, path, or object of imucal; without it the nominal scales.
     - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
     - ``procedure``: ``"strapdown"``, ``"constant-tilt"``, or ``"report"`` for that of the student report.
-    - ``causal``: use the past only.
     - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
     - ``no_stances``: take no moment between swings for a foot in stance.
     - ``gravity``, ``latitude``, ``altitude`` (by default that of the calibration) and ``axes`` as of

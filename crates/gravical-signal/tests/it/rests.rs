@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, detect_rests, detect_rests_causally, pieces, sampling_period};
+use gravical_signal::{Channels, detect_rests, pieces, sampling_period};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -52,7 +52,7 @@ impl Recording {
         self
     }
 
-    fn rests(&self, causal: bool) -> Vec<Range<usize>> {
+    fn rests(&self) -> Vec<Range<usize>> {
         let period_s = sampling_period(&self.time_s);
         let channels = Channels {
             time_s: &self.time_s,
@@ -62,11 +62,7 @@ impl Recording {
             pieces: &pieces(&self.time_s, period_s, &[]),
             resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
         };
-        if causal {
-            detect_rests_causally(&channels)
-        } else {
-            detect_rests(&channels)
-        }
+        detect_rests(&channels)
     }
 }
 
@@ -87,28 +83,15 @@ fn poses(seed: u64, sd: f64) -> Recording {
 #[test]
 fn poses_are_found_to_the_sample() {
     for seed in 0..20 {
-        for causal in [false, true] {
-            let rests = poses(seed, 0.03).rests(causal);
-            assert_eq!(rests.len(), 10, "{seed} {causal} {rests:?}");
-            for (k, rest) in rests.iter().enumerate() {
-                let (start, end) = (400 * k, 400 * k + 300);
-                // Inside the rest: a ramp fitted to a jump of the rate begins before it.
-                let is_inside = (start..start + 15).contains(&rest.start)
-                    && (end - 15..=end + 1).contains(&rest.end);
-                assert!(is_inside, "{seed} {causal} {rest:?}");
-            }
+        let rests = poses(seed, 0.03).rests();
+        assert_eq!(rests.len(), 10, "{seed} {rests:?}");
+        for (k, rest) in rests.iter().enumerate() {
+            let (start, end) = (400 * k, 400 * k + 300);
+            // Inside the rest: a ramp fitted to a jump of the rate begins before it.
+            let is_inside = (start..start + 15).contains(&rest.start)
+                && (end - 15..=end + 1).contains(&rest.end);
+            assert!(is_inside, "{seed} {rest:?}");
         }
-    }
-}
-
-#[test]
-fn a_long_rest_goes_on_as_samples_come() {
-    for seed in 0..10 {
-        // Four times as long as a segment may be.
-        let rests =
-            Recording::new(seed, 240.0, 0.03, |_| [0.0, 0.0, 9.8], |_| [0.01; 3]).rests(true);
-        assert_eq!(rests.len(), 1, "{seed} {rests:?}");
-        assert_eq!((rests[0].start, rests[0].end), (0, 24_000));
     }
 }
 
@@ -130,17 +113,18 @@ fn rests_are_counted_whatever_the_noise_the_resolution_and_the_channels() {
         ("steps of 15 σ", poses(2, 0.01).rounded(0.15), 10),
         ("three channels", accelerometer, 10),
         ("a warming sensor", warming, 1),
+        ("four times the longest segment", at_rest(1, 240.0, up), 1),
         ("a walk", walk, 0),
         ("a hand", hand, 0),
     ] {
-        let rests = recording.rests(false);
+        let rests = recording.rests();
         assert_eq!(rests.len(), count, "{name}: {rests:?}");
     }
 }
 
 #[test]
 fn false_rests_and_splits_are_rare() {
-    let rests = |seed| at_rest(seed, 60.0, |_| [0.0, 0.0, 9.8]).rests(false);
+    let rests = |seed| at_rest(seed, 60.0, |_| [0.0, 0.0, 9.8]).rests();
     let split = (0..40).filter(|seed| rests(*seed).len() != 1);
     assert!(split.count() <= 1);
 }
@@ -148,7 +132,7 @@ fn false_rests_and_splits_are_rare() {
 #[test]
 fn a_slow_turn_is_no_rest() {
     let turn = |t: f64| [0.0, 9.8 * (0.05 * t).sin(), 9.8 * (0.05 * t).cos()];
-    let rests = Recording::new(1, 20.0, 0.03, turn, |_| [0.05, 0.0, 0.0]).rests(false);
+    let rests = Recording::new(1, 20.0, 0.03, turn, |_| [0.05, 0.0, 0.0]).rests();
     let longest = rests.iter().map(|r| r.len()).max().unwrap_or(0);
     assert!(longest < 150, "{rests:?}");
 }
@@ -157,7 +141,7 @@ fn a_slow_turn_is_no_rest() {
 fn no_rest_reaches_across_a_gap() {
     let mut recording = at_rest(1, 20.0, |_| [0.0, 0.0, 9.8]);
     recording.time_s[1000..].iter_mut().for_each(|t| *t += 1.0);
-    assert_eq!(recording.rests(false), [0..1000, 1000..2000]);
+    assert_eq!(recording.rests(), [0..1000, 1000..2000]);
 }
 
 proptest! {
@@ -168,7 +152,6 @@ proptest! {
         numbers in prop::collection::vec(prop_oneof![-20.0..20.0_f64, Just(0.0), Just(f64::NAN), Just(f64::MAX)], 0..300),
         still in 0_usize..300,
         gyro in any::<bool>(),
-        causal in any::<bool>(),
         step in prop_oneof![Just(0.01), Just(0.0), Just(-1.0), Just(0.3), Just(f64::NAN)],
     ) {
         let mut force: Vec<[f64; 3]> = numbers.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
@@ -179,7 +162,7 @@ proptest! {
             force,
             step: 0.0,
         };
-        let rests = recording.rests(causal);
+        let rests = recording.rests();
         prop_assert!(rests.iter().all(|r| r.start < r.end && r.end <= recording.force.len()));
         prop_assert!(rests.windows(2).all(|w| w[0].end <= w[1].start));
     }

@@ -4,7 +4,7 @@
 //! one. Powers of the points lose all but three digits (window 101, order 8); Chebyshev polynomials on
 //! −1 … 1 lose none.
 //!
-//! **Butterworth**, one pass or two. Two passes square the response, so that the filter is designed for
+//! **Butterworth**, forwards and backwards. Two passes square the response, so that the filter is designed for
 //! another cutoff, at which |H|⁴ = 1/2: x²ⁿ = √2 − 1. With Ω = tan(πf/f_s) and q = (√2 − 1)^(1/2n) a
 //! low-pass is designed for Ω_c/q, a high-pass for Ω_c·q. The ends are treated as in scipy's
 //! `sosfiltfilt`: 3(n + 1) samples are added at each by odd reflection about the end point, and each pass
@@ -46,7 +46,7 @@ const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 const BLOCK: usize = 1024;
 
 /// Hint of every syntax error.
-pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low-pass), highpass:4,0.5Hz, butter1: and highpass1: (causal), hampel:7,3 (window, sigmas), mean:5";
+pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low-pass), highpass:4,0.5Hz, hampel:7,3 (window, sigmas)";
 
 /// Specification of a filter; [`Filter::design`] designs it for a sampling rate.
 ///
@@ -60,25 +60,22 @@ pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterSpec {
-    /// `savgol:WINDOW,ORDER`: a polynomial fitted to the samples around each one; `mean:WINDOW`, the
-    /// moving average, is the one of order 0.
+    /// `savgol:WINDOW,ORDER`: a polynomial fitted to the samples around each one.
     SavitzkyGolay {
         /// Samples, odd, 1 to 10,001.
         window: usize,
         /// Degree of the polynomial, 0 to 12 and below the window.
         order: usize,
     },
-    /// `butter:ORDER,CUTOFFHz`, `highpass:ORDER,CUTOFFHz`, `butter1:` and `highpass1:`.
+    /// `butter:ORDER,CUTOFFHz`, `highpass:ORDER,CUTOFFHz`: forwards and backwards, without a delay.
     Butterworth {
         /// 1 to 8.
         order: usize,
-        /// The frequency at which the gain of all passes together is −3 dB, Hz, above 0 and below half
+        /// The frequency at which the gain of both passes together is −3 dB, Hz, above 0 and below half
         /// the rate.
         cutoff_hz: f64,
         /// Frequencies above the cutoff pass, not those below.
         is_high_pass: bool,
-        /// One pass forwards, as on a microcontroller, which delays; not two, without a delay.
-        is_causal: bool,
     },
     /// `hampel:WINDOW,SIGMAS`: a value too far from the median of its neighbours is replaced by
     /// that median.
@@ -116,7 +113,7 @@ impl FilterSpec {
             return Ok(());
         }
         let hint = format!(
-            "windows are odd, up to {MAX_WINDOW} (savgol, mean) or 3 to {MAX_HAMPEL} (hampel); orders are below the window and at most {MAX_POLYNOMIAL} (savgol), or 1 to {MAX_ORDER}; a cutoff is above 0 Hz, sigmas are 0 to 1e6"
+            "windows are odd, up to {MAX_WINDOW} (savgol) or 3 to {MAX_HAMPEL} (hampel); orders are below the window and at most {MAX_POLYNOMIAL} (savgol), or 1 to {MAX_ORDER}; a cutoff is above 0 Hz, sigmas are 0 to 1e6"
         );
         let what = format!("{self}: a parameter is out of range");
         Err(Error::usage("filter-range", what).with_hint(hint))
@@ -139,17 +136,14 @@ impl FilterSpec {
 impl fmt::Display for FilterSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            FilterSpec::SavitzkyGolay { window, order: 0 } => write!(f, "mean:{window}"),
             FilterSpec::SavitzkyGolay { window, order } => write!(f, "savgol:{window},{order}"),
             FilterSpec::Butterworth {
                 order,
                 cutoff_hz,
                 is_high_pass,
-                is_causal,
             } => {
                 let name = if is_high_pass { "highpass" } else { "butter" };
-                let one = if is_causal { "1" } else { "" };
-                write!(f, "{name}{one}:{order},{cutoff_hz}Hz")
+                write!(f, "{name}:{order},{cutoff_hz}Hz")
             }
             FilterSpec::Hampel { window, sigmas } => write!(f, "hampel:{window},{sigmas}"),
         }
@@ -170,32 +164,22 @@ impl FromStr for FilterSpec {
 
 fn parse(text: &str) -> Option<FilterSpec> {
     let (name, arguments) = text.split_once(':')?;
-    let (first, second) = match arguments.split_once(',') {
-        Some((first, second)) => (first, Some(second.trim())),
-        None => (arguments, None),
-    };
-    let first: usize = first.trim().parse().ok()?;
-    Some(match (name.trim(), second) {
-        ("mean", None) => FilterSpec::SavitzkyGolay {
+    let (first, second) = arguments.split_once(',')?;
+    let (first, second) = (first.trim().parse().ok()?, second.trim());
+    Some(match name.trim() {
+        "savgol" => FilterSpec::SavitzkyGolay {
             window: first,
-            order: 0,
+            order: second.parse().ok()?,
         },
-        ("savgol", Some(order)) => FilterSpec::SavitzkyGolay {
+        "hampel" => FilterSpec::Hampel {
             window: first,
-            order: order.parse().ok()?,
+            sigmas: second.parse().ok()?,
         },
-        ("hampel", Some(sigmas)) => FilterSpec::Hampel {
-            window: first,
-            sigmas: sigmas.parse().ok()?,
+        name @ ("butter" | "highpass") => FilterSpec::Butterworth {
+            order: first,
+            cutoff_hz: second.trim_end_matches("hz").trim_end().parse().ok()?,
+            is_high_pass: name == "highpass",
         },
-        (name @ ("butter" | "butter1" | "highpass" | "highpass1"), Some(cutoff)) => {
-            FilterSpec::Butterworth {
-                order: first,
-                cutoff_hz: cutoff.trim_end_matches("hz").trim_end().parse().ok()?,
-                is_high_pass: name.starts_with("highpass"),
-                is_causal: name.ends_with('1'),
-            }
-        }
         _ => return None,
     })
 }
@@ -252,7 +236,6 @@ impl Filter {
                 order,
                 cutoff_hz,
                 is_high_pass,
-                is_causal,
             } => {
                 let rate_hz = rate_hz.ok_or_else(|| {
                     let what = "needs the sampling rate, and the recording has no time stamps";
@@ -260,9 +243,8 @@ impl Filter {
                         .with_hint("give the rate in Hz")
                         .advise("rate", "")
                 })?;
-                let (sections, decay) =
-                    butterworth(order, cutoff_hz, is_high_pass, is_causal, rate_hz)?;
-                let padding = if is_causal { 0 } else { 3 * (order + 1) };
+                let (sections, decay) = butterworth(order, cutoff_hz, is_high_pass, rate_hz)?;
+                let padding = 3 * (order + 1);
                 run = Box::new(move |x: &[f64]| run_sections(&sections, padding, x));
                 let period = (rate_hz / cutoff_hz).ceil() as usize;
                 (padding + 1, period, Some(decay + padding + 1))
@@ -316,7 +298,6 @@ fn butterworth(
     order: usize,
     cutoff_hz: f64,
     is_high_pass: bool,
-    is_causal: bool,
     rate_hz: f64,
 ) -> Result<(Vec<Biquad<f64>>, usize)> {
     let share = cutoff_hz / rate_hz;
@@ -330,12 +311,9 @@ fn butterworth(
             .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
     }
     let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
-    let mut omega = (PI * share).tan();
-    let mut designed_hz = cutoff_hz;
-    if !is_causal {
-        omega = if is_high_pass { omega * q } else { omega / q };
-        designed_hz = rate_hz / PI * omega.atan();
-    }
+    let omega = (PI * share).tan();
+    let omega = if is_high_pass { omega * q } else { omega / q };
+    let designed_hz = rate_hz / PI * omega.atan();
     let mut sections = vec![Biquad::default(); sections_of(order)];
     let pass = if is_high_pass { Pass::High } else { Pass::Low };
     design(pass, order, designed_hz, rate_hz, &mut sections)
@@ -346,15 +324,14 @@ fn butterworth(
     Ok((sections, (-50.0 / squared_radius.ln()).ceil() as usize))
 }
 
-/// One pass, or two with `padding` samples added at each end.
+/// Forwards and backwards, with `padding` samples added at each end.
 fn run_sections(sections: &[Biquad<f64>], padding: usize, x: &[f64]) -> Vec<f64> {
     // Odd reflection about the end points: value and slope are continuous.
     let n = x.len();
     let before = (1..=padding).rev().map(|i| 2.0 * x[0] - x[i]);
     let after = (1..=padding).map(|i| 2.0 * x[n - 1] - x[n - 1 - i]);
     let mut y: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
-    let passes = if padding == 0 { 1 } else { 2 };
-    for _ in 0..passes {
+    for _ in 0..2 {
         // From the steady state of the first sample. One section after the other: its state stays in
         // registers, and the numbers are those of the sections run together.
         let mut steady = y[0];
@@ -362,9 +339,7 @@ fn run_sections(sections: &[Biquad<f64>], padding: usize, x: &[f64]) -> Vec<f64>
             steady = section.settle(steady);
             y.iter_mut().for_each(|v| *v = section.update(*v));
         }
-        if padding > 0 {
-            y.reverse();
-        }
+        y.reverse();
     }
     y[padding..padding + n].to_vec()
 }
@@ -463,8 +438,7 @@ mod tests {
 
     #[test]
     fn text_round_trips() {
-        let texts = "savgol:5,2 butter:4,5Hz butter1:2,44.5Hz highpass:4,0.5Hz highpass1:1,0.05Hz \
-                     hampel:7,3 hampel:7,0 mean:5";
+        let texts = "savgol:5,2 savgol:5,0 butter:2,44.5Hz highpass:1,0.05Hz hampel:7,3 hampel:7,0";
         for text in texts.split(' ') {
             let spec: FilterSpec = text.parse().unwrap();
             assert_eq!(spec.to_string(), text);
@@ -479,10 +453,10 @@ mod tests {
     fn invalid_filters_are_refused() {
         let syntax = "savgol savgol: savgol:5 savgol:5,2,1 savgol1:5,2 savgol:-5,2 savgol:5.5,2 \
                       butter:4 butter:4, butter:4,x butter:four,5Hz kalman:1,2 butter:4,1-2Hz \
-                      hampel:5 mean:5,1 butter:4,5-Hz 5,2 mean:99999999999999999999";
+                      hampel:5 mean:5 butter1:4,5Hz butter:4,5-Hz 5,2 savgol:99999999999999999999,2";
         let range = "savgol:5,5 savgol:0,0 savgol:6,2 savgol:99,13 savgol:99999,2 butter:0,5Hz \
                      butter:9,5Hz butter:4,0Hz butter:4,-5Hz butter:4,nan \
-                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:1003,3 hampel:5,-1 hampel:5,nan mean:4 mean:0";
+                     butter:4,infHz hampel:4,3 hampel:1,3 hampel:1003,3 hampel:5,-1 hampel:5,nan";
         for (texts, code) in [
             ("", "filter-syntax"),
             (syntax, "filter-syntax"),

@@ -7,8 +7,8 @@
 //! from file to file: not across breaks and gaps, and around empty cells. It reports the effect of
 //! each filter on white noise and on the noise of this recording at rest ([`DenoiseSummary`]).
 //!
-//! - `filter`: polynomials over a window (Savitzky–Golay, moving average), and second-order sections of
-//!   `gravical-core` in one pass or two, Hampel's for outliers.
+//! - `filter`: polynomials over a window (Savitzky–Golay), second-order sections of `gravical-core` forwards
+//!   and backwards, Hampel's for outliers.
 //! - `rows`: columns through the filters.
 //!
 //! Smoothing makes plots readable. It does not improve integration: the noise it removes would

@@ -52,7 +52,7 @@ use Form::{Noise, Nominal, Recorded, Sketch, Text};
 
 /// All targets, one a row.
 #[rustfmt::skip]
-pub static TARGETS: [Target; 10] = [
+pub static TARGETS: [Target; 9] = [
     Target { name: "c", options: &["name"], form: Recorded(include_str!("templates/c.h.in")),
         holds: "header for C99 and C++: accelerometer and gyroscope in full, float" },
     Target { name: "arduino", options: &["name", "counts_per_g", "counts_per_deg_s"], form: Sketch(include_str!("templates/arduino.h.in")),
@@ -61,8 +61,6 @@ pub static TARGETS: [Target; 10] = [
         holds: "module without the standard library: accelerometer and gyroscope in full, f32" },
     Target { name: "python", options: &["name"], form: Recorded(include_str!("templates/python.py.in")),
         holds: "functions on NumPy arrays: accelerometer and gyroscope in full" },
-    Target { name: "matlab", options: &[], form: Recorded(include_str!("templates/matlab.m.in")),
-        holds: "function for MATLAB and Octave: accelerometer and gyroscope in full" },
     Target { name: "ros", options: &[], form: Nominal(include_str!("templates/ros.yaml.in"), Some("imu_calib measures its bias at rest when it starts (parameter calibrate_gyros)")),
         holds: "YAML of imu_calib (ROS 1 and 2): accelerometer in full, no gyroscope" },
     Target { name: "ros2", options: &["name"], form: Nominal(include_str!("templates/ros2.yaml.in"), None),

@@ -248,9 +248,8 @@ impl Work<'_> {
         let known = file.sensor().filter(|_| self.options.gravity.is_none());
         let known = known.map(|s| by_covariance(section, &s.covariance, axes));
         let known = known.unwrap_or(covariance);
-        let (gravity_mps2, causal) = (self.gravity.value_mps2, self.options.causal);
-        let worst =
-            |samples: &Samples| GravityMisfit::worst(&own, samples, &known, gravity_mps2, causal);
+        let gravity_mps2 = self.gravity.value_mps2;
+        let worst = |samples: &Samples| GravityMisfit::worst(&own, samples, &known, gravity_mps2);
         let (misfit, raw_misfit) = (worst(&own.samples), plain.and_then(worst));
         let mut doubts = ForceCovariance::zeros();
         if let Some(misfit) = misfit.filter(|m| m.contradicts) {
@@ -293,8 +292,6 @@ impl Work<'_> {
                 gravity_sd_mps2: by_calibration.sqrt().hypot(by_gravity),
             },
             no_stances: options.no_stances,
-            // Given rests imply that the whole recording is known.
-            causal: options.causal && rests.is_none(),
             rests,
             stopped: options.meter.as_ref().map(Meter::flag),
         };

@@ -124,9 +124,6 @@ pub struct MotionOptions {
         arg(long, value_name = "SPANS", allow_hyphen_values = true)
     )]
     pub rests: Option<Intervals>,
-    /// Use the past only, as if samples came one by one
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub causal: bool,
     /// Take no moment between swings for a foot in stance
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub no_stances: bool,
@@ -165,21 +162,11 @@ impl MotionOptions {
     ///
     /// `option-range` (usage).
     pub fn validate(&self) -> Result<()> {
-        let option = if self.rests.is_some() {
-            "rests"
-        } else {
-            "causal"
-        };
-        if self.procedure == Procedure::Report && (self.rests.is_some() || self.causal) {
+        if self.procedure == Procedure::Report && self.rests.is_some() {
             let what =
                 "the mean of the first rows is subtracted, and nothing else corrects the drift";
-            let error = Error::range(option, what).with_hint("remove it, or compute by strapdown");
+            let error = Error::range("rests", what).with_hint("remove it, or compute by strapdown");
             return Err(error.advise("procedure", "strapdown"));
-        }
-        if self.causal && self.rests.is_some() {
-            let error = Error::range("rests", "a causal run looks for rests")
-                .with_hint("leave it out, or compute with all samples");
-            return Err(error.advise("causal", ""));
         }
         Ok(())
     }

@@ -96,7 +96,7 @@ pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> Fi
 
 /// How far a move has to go to be seen, for durations that fit into the longest rest.
 pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<VisibleMove> {
-    if options.rests.is_some() || options.causal {
+    if options.rests.is_some() {
         return Vec::new();
     }
     let t = own.samples.channels().time_s;
@@ -185,14 +185,9 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> [String; 2] {
     } else {
         "tilt by the rests, without a gyroscope"
     };
-    let filter = if options.causal {
-        "filter, forwards"
-    } else {
-        "filter and smoother"
-    };
     let frame = "z up along gravity, x along the sensor's x at the start, made horizontal";
     [
-        format!("{attitude}; trapezoid; velocity zero at rests; error-state {filter}"),
+        format!("{attitude}; trapezoid; velocity zero at rests; error-state filter and smoother"),
         frame.to_owned(),
     ]
 }

@@ -136,17 +136,14 @@ pub struct GravityMisfit {
 
 impl GravityMisfit {
     /// Of the rests of `estimate`, the one at which gravity is off most, as `estimate` was calibrated or,
-    /// with other `samples` of the same rows, in those; none without a rest. A causal run knows the first
-    /// one when it begins to move.
+    /// with other `samples` of the same rows, in those; none without a rest.
     pub(super) fn worst(
         estimate: &Estimate,
         samples: &Samples,
         covariance: &ForceCovariance,
         gravity_mps2: f64,
-        causal: bool,
     ) -> Option<Self> {
-        let most = if causal { 1 } else { usize::MAX };
-        let rests = estimate.motion.rests.iter().take(most);
+        let rests = estimate.motion.rests.iter();
         let noise = estimate.motion.noise?;
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         // The largest of many differences is larger by chance alone.

@@ -308,12 +308,15 @@ fn a_long_file_is_held_as_means_of_its_samples() {
     assert_eq!(segment(&[means], &options).unwrap_err().code(), "averaged");
 }
 
+sampled! {
+    wear_in_a_file_calibrates_the_sensor(6.0, 14.0);
+}
+
 /// Half a day in a file: offset, gain and drift of the sensor are those of the simulation.
-#[test]
-fn days_of_wear_in_a_file_calibrate_the_sensor() {
+fn wear_in_a_file_calibrates_the_sensor(hours: f64) {
     let mut device = Device::new(Coding::Plain);
     let mut wear = Wear::new(&device, 20.0..200.0, 11);
-    let blocks = (14.0 * 3600.0 * device.true_rate_hz) as usize / Coding::Plain.samples();
+    let blocks = (hours * 3600.0 * device.true_rate_hz) as usize / Coding::Plain.samples();
     let blocks: Vec<_> = (0..blocks).map(|_| wear.block(&mut device)).collect();
     let recording = read_cwa(&file(&device, &blocks));
     let file = calibrated(&[recording], &with_gravity(9.80665)).file;

@@ -70,10 +70,14 @@ fn has(result: &MotionResult, kind: &str) -> bool {
     result.findings.iter().any(|f| f.kind.name() == kind)
 }
 
-#[test]
-fn a_calibration_of_another_sensor_widens_the_bands() {
-    let (mut contradicted, mut worst): (usize, f64) = (0, 0.0);
-    for seed in 1..9 {
+sampled! {
+    a_calibration_of_another_sensor_widens_the_bands(3, 8);
+    a_calibration_applied_twice_widens_the_bands(2, 6);
+}
+
+fn a_calibration_of_another_sensor_widens_the_bands(sensors: u64) {
+    let (mut contradicted, mut worst): (u64, f64) = (0, 0.0);
+    for seed in 1..=sensors {
         let file = calibration(seed);
         let own = moved(&line(seed), &file);
         assert!(!own.gravity_misfit.unwrap().contradicts, "seed {seed}");
@@ -89,12 +93,14 @@ fn a_calibration_of_another_sensor_widens_the_bands() {
             assert!(wide > 2.0 * own.moves[0].sigma_m.unwrap()[1], "seed {seed}");
         }
     }
-    assert!(contradicted >= 7 && worst < 3.5, "{contradicted} {worst}");
+    assert!(
+        contradicted + 1 >= sensors && worst < 3.5,
+        "{contradicted} {worst}"
+    );
 }
 
-#[test]
-fn a_calibration_applied_twice_widens_the_bands() {
-    for seed in 1..7 {
+fn a_calibration_applied_twice_widens_the_bands(sensors: u64) {
+    for seed in 1..=sensors {
         let (file, raw) = (calibration(seed), line(seed));
         let apply = file.accelerometer_calibration();
         let twice = moved(&named_calibrated(&raw, |a| apply.apply(a)), &file);
@@ -111,26 +117,14 @@ fn a_calibration_applied_twice_widens_the_bands() {
 }
 
 #[test]
-fn a_causal_run_holds_the_first_rest_alone_against_the_calibration() {
+fn every_rest_is_held_against_the_calibration() {
     let (file, mut recording) = (calibration(1), line(1));
     // After the move gravity is off by 8 mg.
     recording.accel[2][720..]
         .iter_mut()
         .for_each(|z| *z += 0.08);
-    let file = Some(Calibrated {
-        file: &file,
-        name: "cal.json",
-    });
-    for causal in [false, true] {
-        let options = MotionOptions {
-            causal,
-            ..MotionOptions::default()
-        };
-        let result = motion(&recording, file, &options).unwrap().result;
-        let misfit = result.gravity_misfit.unwrap();
-        assert_eq!(misfit.contradicts, !causal, "{misfit:?}");
-        assert_eq!(misfit.rest_s == 0.0, causal, "{misfit:?}");
-    }
+    let misfit = moved(&recording, &file).gravity_misfit.unwrap();
+    assert!(misfit.contradicts && misfit.rest_s > 5.0, "{misfit:?}");
 }
 
 /// Magnitude of the first two seconds, m/s².

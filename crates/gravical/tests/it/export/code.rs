@@ -1,4 +1,4 @@
-//! C, Arduino, Rust, Python, MATLAB, and what a report has to paste.
+//! C, Arduino, Rust, Python, and what a report has to paste.
 
 use super::*;
 
@@ -162,39 +162,6 @@ fn python_calibrates_arrays_alike() {
     let (accel, gyro) = (vectors(5, 4.0), vectors(6, 500.0));
     let out = output(&python, &["main.py"], folder.path(), &lines(&accel, &gyro)).unwrap();
     agree(&out, &calibrated(&file, &accel, &gyro));
-}
-
-/// The numbers between brackets behind `name = `.
-fn literal(text: &str, name: &str) -> Vec<f64> {
-    let (_, rest) = text.split_once(&format!("\n{name} = [")).unwrap();
-    let (inside, _) = rest.split_once("];").unwrap();
-    inside
-        .split([' ', ';'])
-        .filter(|w| !w.is_empty())
-        .map(|w| w.parse().unwrap())
-        .collect()
-}
-
-#[test]
-fn the_matlab_function_holds_the_numbers_of_its_formula() {
-    let file = in_counts();
-    let text = written(&file, "matlab").text;
-    assert!(text.starts_with("function cal = gravical()\n") && text.ends_with("\nend\n"));
-    for formula in [
-        "cal.accel = @(raw) bsxfun(@minus, raw, accel_bias) * accel_matrix.';",
-        "cal.gyro = @(raw, accel) (bsxfun(@minus, raw, gyro_bias) - accel * gyro_g_sensitivity.') * gyro_matrix.';",
-    ] {
-        assert!(text.contains(formula), "{text}");
-    }
-    let (accel, gyro) = (vectors(7, 32000.0), vectors(8, 32000.0));
-    let of = |name: &str| literal(&text, name);
-    let own = accel.iter().zip(&gyro).map(|(a, w)| {
-        let a = times(&of("accel_matrix"), less(*a, &of("accel_bias")));
-        let bent = times(&of("gyro_g_sensitivity"), a);
-        let w = less(less(*w, &of("gyro_bias")), &bent);
-        [a, times(&of("gyro_matrix"), w)]
-    });
-    agree_rows(&own.collect::<Vec<_>>(), &calibrated(&file, &accel, &gyro));
 }
 
 #[test]
