@@ -48,6 +48,8 @@ pub struct Format {
     pub(crate) misfit: Option<String>,
     /// Columns that could be the time beside none that is named so
     pub(crate) unnamed_clocks: Vec<usize>,
+    /// Columns of numbers that are used for nothing
+    pub(crate) unread: Vec<usize>,
     /// The user says that there are no stamps
     pub(crate) has_no_clock: bool,
     /// What the user says

@@ -64,7 +64,10 @@ impl<R: Read> LineBlocks<R> {
     }
 }
 
-/// Without blanks and carriage returns, but with the delimiter that a tab may be.
+/// Without blanks and carriage returns, but with the delimiter that a tab may be; without a semicolon
+/// that ends the line and delimits nothing else.
 pub(crate) fn trim_end(line: &str) -> &str {
-    line.trim_end_matches(['\r', ' '])
+    let line = line.trim_end_matches(['\r', ' ']);
+    let rest = line.strip_suffix(';');
+    rest.filter(|rest| !rest.contains(';')).unwrap_or(line)
 }

@@ -110,7 +110,13 @@ impl Column {
                 column.unit = units.join("/").replace("/2", "2");
             }
             column.role = role;
-            column.sensor = sensor.join(" ");
+            // `totalacceleration` is not the `accelerometer` beside it.
+            let compound = words[places[1]].strip_suffix("acceleration");
+            let sensor = sensor
+                .into_iter()
+                .chain(compound)
+                .filter(|word| !word.is_empty());
+            column.sensor = sensor.collect::<Vec<_>>().join(" ");
             let is_linear = words.iter().any(|w| is_linear(w));
             column.is_linear = is_linear && !has("field") && !outside.contains(['_', '.']);
         } else if !has("x y z") {

@@ -15,7 +15,7 @@ use super::names::{Column, sensor_of_file};
 use super::rows::Rows;
 use crate::error::Error;
 use crate::role::Role;
-use behaviour::{Axes, Gravity, may_be_rate};
+use behaviour::{Axes, Gravity};
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Error> {
@@ -115,12 +115,8 @@ fn choose_sensors(
         let is_shared = |word: &&str| other.split(' ').any(|w| w == *word);
         (other == sensor, sensor.split(' ').filter(is_shared).count())
     };
-    let is_rate = |axes: &&[usize; 3]| {
-        let is_given = axes.iter().any(|c| format.columns[*c].is_given);
-        let is_text = axes.iter().any(|c| sample.is_text(*c));
-        !is_text && (is_given || may_be_rate(values(axes), values(&chosen)))
-    };
-    let gyro = gyro.iter().filter(is_rate).rev().max_by_key(shared);
+    let is_number = |axes: &&[usize; 3]| !axes.iter().any(|c| sample.is_text(*c));
+    let gyro = gyro.iter().filter(is_number).rev().max_by_key(shared);
     format.gyro = gyro.copied();
     Ok(())
 }

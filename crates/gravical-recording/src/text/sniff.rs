@@ -36,7 +36,12 @@ pub(crate) fn no_rows(text: impl Into<String>) -> Error {
 pub(crate) fn no_table(head: &str, what: &str) -> Error {
     let head = head.trim_start_matches('\u{feff}').trim_start();
     no_rows(match head.chars().next() {
-        Some('{' | '[') => "this is JSON; no table of samples was found in it".to_owned(),
+        Some('{' | '[') => {
+            let text = "this is JSON; no table of samples was found in it";
+            return Error::input("no-rows", text).with_hint(
+                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name",
+            );
+        }
         Some('<') => "this is HTML or XML; no table of samples was found in it".to_owned(),
         _ => format!("no table of samples was found: {what}"),
     })
@@ -75,8 +80,17 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
         });
     // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
     let is_told = |column: &Column| is_axis(column) && !column.is_given;
-    if matches!(table, Ok((_, true)) | Err(_))
+    let is_better = |sentences: &Format| match &table {
+        Ok((table, is_wordy)) => *is_wordy || table.is_guessed && !sentences.is_guessed,
+        Err(_) => true,
+    };
+    let may_be_sentences = match &table {
+        Ok((table, is_wordy)) => *is_wordy || table.is_guessed,
+        Err(_) => true,
+    };
+    if may_be_sentences
         && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
+        && is_better(&format)
         && (!names_axes || is_told(&format.columns[format.accel[0]]))
     {
         return Ok(format);
@@ -255,8 +269,16 @@ impl Format {
         let is_added = |c: usize| self.added.is_some_and(|added| added.contains(&c));
         let is_asked =
             |c: usize| self.role(c) != Role::Other || self.sensor == Some(c) || is_added(c);
+        let is_open = |c: &usize| {
+            let column = &self.columns[*c];
+            let is_number = sample.columns[*c].iter().any(|v| !v.is_nan());
+            let is_sensor = matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+            is_number && !is_asked(*c) && !is_sensor && !column.is_dropped && !sample.is_text(*c)
+        };
+        let unread = (0..self.columns.len()).filter(is_open).collect();
         let is_read = |c: usize| self.sentences.is_some() || is_asked(c);
         self.is_read = (0..self.columns.len()).map(is_read).collect();
+        self.unread = unread;
         Ok((self, is_wordy))
     }
 }

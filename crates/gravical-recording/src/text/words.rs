@@ -1,6 +1,6 @@
 //! Numbers wrapped in words: a logger that prints sentences.
 //!
-//! The constant text of a line is its skeleton; lines of one to four skeletons take turns. Each
+//! The constant text of a line is its skeleton; lines of one or more skeletons take turns. Each
 //! number is a slot, and a slot is a column named by the words before it.
 
 use std::borrow::Cow;
@@ -14,6 +14,9 @@ use crate::units::{is_listed, is_unit};
 
 /// Lines of which the skeletons are counted.
 const MAX_LINES: usize = 4000;
+/// Lines of a row as programs print them, and as they format structures.
+const USUAL_CYCLE: usize = 4;
+const MAX_CYCLE: usize = 16;
 /// Rows that tell a clock from a count of measurement.
 const RISING_ROWS: usize = 200;
 
@@ -56,9 +59,16 @@ impl Sentences {
         }
         let most = *counts.values().max()?;
         counts.retain(|_, count| *count * 2 > most && *count > 2);
+        let least = counts.values().copied().min().unwrap_or(most);
         let firsts = order.iter().filter(|shape| counts.remove(shape).is_some());
         let mut shapes: Vec<String> = firsts.cloned().collect();
-        let is_cycle = (1..=4).contains(&shapes.len())
+        // Many lines are one row only where all are there equally often.
+        let max_lines = if most <= least + 1 {
+            MAX_CYCLE
+        } else {
+            USUAL_CYCLE
+        };
+        let is_cycle = (1..=max_lines).contains(&shapes.len())
             && most * shapes.len() * 5 >= order.len()
             && shapes.iter().any(|s| is_decorated(s));
         if !is_cycle {
@@ -213,21 +223,32 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
     let mut groups = Vec::new();
     // Words in force, and how many axes of theirs are used up.
     let (mut heads, mut used, mut group) = (Vec::new(), 0, 0);
+    // Groups of slots of which the words name an axis.
+    let mut named_axes = Vec::new();
     for (slot, is_rising) in rising.iter().enumerate() {
         let (unit, text) = leading_unit(pieces[slot], slot > 0);
         if slot > 0 {
             units[slot - 1] = unit.to_owned();
         }
-        let words = label(last_clause(text));
+        let mut words = label(last_clause(text));
         let lone_axis = axis(&words.to_lowercase());
-        if !words.is_empty() && lone_axis.is_none() {
+        if let Some((head, clock)) = split_clock(text) {
+            (heads, used, words) = (vec![head], 0, clock);
+            group += 1;
+        } else if !words.is_empty() && lone_axis.is_none() {
             (heads, used) = heads_of(&words);
             group += 1;
         }
         groups.push(group);
+        let last = words.split_whitespace().last().unwrap_or_default();
+        if axis(&last.to_lowercase()).is_some() {
+            named_axes.push(group);
+        }
         used = lone_axis.unwrap_or(used);
         names.push(match heads.get(used / 3) {
-            Some(_) if *is_rising => "time".to_owned(),
+            Some(_) if *is_rising || Column::from_name(&words).role == Role::Time => {
+                "time".to_owned()
+            }
             Some(head) => {
                 used += 1;
                 format!("{head} {}", ["x", "y", "z"][(used - 1) % 3])
@@ -235,6 +256,15 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
             None if *is_rising && words.len() < 2 => "time".to_owned(),
             None => words,
         });
+    }
+    // One number behind a word is not a sensor: `gyro 3, accel 0` are states.
+    for (name, group) in names.iter_mut().zip(&groups) {
+        let is_alone = groups.iter().filter(|other| *other == group).count() < 3;
+        if is_alone && !named_axes.contains(group) {
+            let word = name.strip_suffix([' ', 'x', 'y', 'z'].as_slice());
+            let word = word.and_then(|word| word.strip_suffix(' '));
+            *name = word.unwrap_or(name).to_owned();
+        }
     }
     if let Some(last) = units.last_mut() {
         *last = leading_unit(pieces[rising.len()], true).0.to_owned();
@@ -276,6 +306,14 @@ fn last_clause(text: &str) -> &str {
         Role::Accel(_) | Role::Gyro(_) => clause,
         _ => text,
     }
+}
+
+/// `G:  t:` → `G`, `t`: the words behind the colon name a clock, those before it what follows.
+fn split_clock(text: &str) -> Option<(String, String)> {
+    let (head, clock) = text.trim_end_matches([':', '=', ' ']).rsplit_once(':')?;
+    let (head, clock) = (label(head), label(clock));
+    let is_clock = Column::from_name(&clock).role == Role::Time;
+    (is_clock && !head.is_empty()).then_some((head, clock))
 }
 
 /// The unit with which the text behind a number begins, and what follows it.

@@ -86,6 +86,60 @@ JSON lines | log.txt | g | - | .
 decimal commas | log.txt | g | - | ,
 > ax=$x; ay=$y; az=$z
 
+without gravity beside the total | - | m/s^2 | - | .
+time_s,accelerometer_x,accelerometer_y,accelerometer_z,totalacceleration_x,totalacceleration_y,totalacceleration_z
+> $S,0.01,0.02,0.03,$x,$y,$z
+
+gravity beside the rest | - | g | - | .
+timestamp,attitude_roll,gravity_x,gravity_y,gravity_z,user_acc_x,user_acc_y,user_acc_z
+> $S,0.1,$x,$y,$z,0.00000,0.00000,0.00000
+
+dead sensor first | - | g | - | .
+time_ms,imu1_ax,imu1_ay,imu1_az,imu2_ax,imu2_ay,imu2_az
+> $M,0,0,0,$x,$y,$z
+
+accelerometer by another name | - | m/s^2 | - | .
+t_ms,ax,ay,az,frame_x,frame_y,frame_z
+> $M,0,0,0,$x,$y,$z
+
+states of a calibration | log.txt | g | deg/s | .
+> Calibration: sys 3, gyro 3, accel 0, mag 3
+> Accel X = $x, Y = $y, Z = $z, gx = $u, gy = $v, gz = $w
+
+a letter for each sensor | log.txt | g | deg/s | .
+> A:  t: +$S x: $x y: $y z: $z
+> G:  t: +$S x: $u y: $v z: $w
+> M:  t: +$S x: 12.5 y: -3.2 z: 40.1
+
+semicolon at the end | - | m/s^2 | - | .
+> 33,Sitting,$N,$x,$y,$z;
+
+clock at the end | - | g | deg/s | .
+> $x,$y,$z,$u,$v,$w,$M
+
+steps behind a comment | - | m/s^2 | - | .
+# X value, Y value, Z value, time diff in ms
+> $x $y $z 40
+
+rates of a body | - | g | deg/s | .
+time_ms,ax,ay,az,p,q,r
+> $M,$x,$y,$z,$u,$v,$w
+
+rates in other languages | - | g | deg/s | .
+time_ms,ax,ay,az,giro_x,giro_y,giro_z
+> $M,$x,$y,$z,$u,$v,$w
+
+JSON in lines | log.txt | g | deg/s | .
+>   {
+>     "ms": $M,
+>     "acc_x": $x,
+>     "acc_y": $y,
+>     "acc_z": $z,
+>     "gyr_x": $u,
+>     "gyr_y": $v,
+>     "gyr_z": $w
+>   },
+
 one value a line | log.txt | g | - | .
 > accX: $x
 > accY: $y
@@ -163,6 +217,7 @@ fn loggers_and_apps_are_read_without_options() {
             stamps.any(|s| pattern.contains(s)),
             recording.timing.rate_hz(),
         );
+        let has_clock = has_clock || name.starts_with("steps");
         assert_eq!(rate_hz.is_some(), has_clock, "{name}: {rate_hz:?}");
         assert!(
             !has_clock || has_rate(&recording, RATE_HZ),
@@ -179,6 +234,39 @@ fn loggers_and_apps_are_read_without_options() {
                 );
             }
         }
+    }
+}
+
+/// What stands beside an accelerometer is its angular rate only if it is the same in every pose.
+#[test]
+fn a_magnetic_field_and_a_magnitude_are_neither_rate_nor_temperature() {
+    let rows = six_faces(4);
+    let text = |beside: &dyn Fn(&Row) -> String| -> String {
+        let line = |(k, r): (usize, &Row)| {
+            filled("$M,$x,$y,$z", "g", "-", k, r).replace('\n', &format!(",{}\n", beside(r)))
+        };
+        rows.iter().enumerate().map(line).collect()
+    };
+    let field = text(&|r| {
+        let [u, v, w] = r.gyro_deg_s;
+        let [x, y, z] = r.accel_g.map(f64::round);
+        format!(
+            "{:.2},{:.2},{:.2}",
+            40.0 * y + u,
+            30.0 * z + 9.0 + v,
+            35.0 * x + w
+        )
+    });
+    let rates = text(&|r| r.gyro_deg_s.map(|w| format!("{w:.3}")).join(","));
+    let norm = text(&|r| format!("{:.3}", r.accel_g.iter().map(|v| v * v).sum::<f64>().sqrt()));
+    for (text, has_gyro) in [(&field, false), (&rates, true), (&norm, false)] {
+        let recording = read(text, "desk.csv");
+        assert_eq!(recording.gyro.is_some(), has_gyro, "{text:.80}");
+        assert_eq!(recording.temperature_c, None);
+        assert!(has_rate(&recording, RATE_HZ));
+        let unread = recording.findings.iter();
+        let mut unread = unread.filter(|f| f.kind == FindingKind::ColumnsUnread);
+        assert_eq!(unread.next().is_some(), !has_gyro);
     }
 }
 

@@ -176,6 +176,16 @@ fn select_sensor(
     } else {
         Role::Accel(0)
     };
+    let answers = |name: &String| {
+        let label = labels.names.iter().position(|other| other == name);
+        let axes = format.accel.map(|c| &rows.columns[c]);
+        let is_value = |row: &usize| {
+            axes.iter()
+                .any(|axis| axis[*row] != 0.0 && !axis[*row].is_nan())
+        };
+        let mut own = (0..rows.rows()).filter(|row| Some(labels.of_row[*row] as usize) == label);
+        own.any(|row| is_value(&row))
+    };
     let named = || {
         sensors
             .iter()
@@ -184,7 +194,8 @@ fn select_sensor(
     let named = named()
         .find(|name| !name.contains("linear"))
         .or(named().next());
-    let usual = named.or(sensors.first());
+    let usual = named.or_else(|| sensors.iter().find(|name| answers(name)));
+    let usual = usual.or(sensors.first());
     let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
         (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
@@ -257,7 +268,14 @@ fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
     if channels.iter().all(is_zero) {
-        let axes = names(format)[..3].join(", ");
+        let axes = format
+            .accel
+            .map(|c| format.names.get(c).cloned().unwrap_or_default());
+        let axes = if format.names.is_empty() {
+            names(format)[..3].join(", ")
+        } else {
+            axes.join(", ")
+        };
         let text =
             format!("{axes} read zero or nothing in all {count} rows: the sensor did not answer");
         let hint = "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor";

@@ -5,6 +5,7 @@ use crate::judge;
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Format, Ledger, Reason, Rows};
+use crate::write::input_name;
 
 /// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
 /// g. Loggers use `ax_g` for what they measure.
@@ -13,7 +14,10 @@ pub const CALIBRATED: [[&str; 3]; 2] = [
     ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
 ];
 
-/// Which columns are read, where that is not sure.
+/// Columns that a finding names.
+const MAX_NAMED: usize = 12;
+
+/// Which columns are read, where that is not sure, and which are not.
 pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut sensors = format.sensors.iter().enumerate();
@@ -39,6 +43,21 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             "the acceleration ({read} …) lacks gravity, which stands in other columns ({added} …): their sum is read"
         );
         findings.push(Finding::new(FindingKind::SeveralSensors, text));
+    }
+    if !format.unread.is_empty() {
+        let unread = format.unread.iter();
+        let names = unread.clone().map(|c| input_name(format, *c));
+        let names: Vec<String> = names.take(MAX_NAMED).collect();
+        let more = if format.unread.len() > MAX_NAMED {
+            ", …"
+        } else {
+            ""
+        };
+        let text = format!(
+            "columns of numbers that are not read: {}{more}; assign those that are of the sensor",
+            names.join(", ")
+        );
+        findings.push(Finding::new(FindingKind::ColumnsUnread, text).advise("columns", ""));
     }
     if format.is_guessed {
         let why = format.misfit.as_deref().unwrap_or("no header");

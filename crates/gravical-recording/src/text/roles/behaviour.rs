@@ -8,6 +8,8 @@ use crate::judge::{median, shows_gravity};
 const BLOCK_ROWS: usize = 10;
 /// Directions of gravity that differ by more are of two poses: cos 25°.
 const ONE_POSE: f64 = 0.906;
+/// The magnitude at rest deviates by less from pose to pose: by bias and scale of a cheap sensor.
+const MAX_OFF: f64 = 0.05;
 /// Poses among which a bias is the same and a direction is not.
 const MIN_POSES: usize = 3;
 /// Means of a gyroscope at rest differ from pose to pose by less than so many deviations within a block,
@@ -68,7 +70,8 @@ pub(super) fn may_be_rate(axes: Axes<'_>, accel: Axes<'_>) -> bool {
     far.count() + 1 < MIN_POSES
 }
 
-/// Blocks at rest by the specific force, of each pose.
+/// Blocks at rest by the specific force, of each pose; none where its magnitude is not the same in all:
+/// then the sensor was in motion throughout.
 fn poses(accel: Axes<'_>) -> Vec<Vec<Range<usize>>> {
     let rows = accel[0].len();
     let blocks = (0..rows / BLOCK_ROWS).map(|b| BLOCK_ROWS * b..BLOCK_ROWS * (b + 1));
@@ -80,6 +83,17 @@ fn poses(accel: Axes<'_>) -> Vec<Vec<Range<usize>>> {
     blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
     // In half of the rows at least a session is at rest.
     blocks.truncate(blocks.len().div_ceil(2));
+    let norm = |rows: &Range<usize>| {
+        let means = accel.map(|axis| mean(&axis[rows.clone()]));
+        means.iter().map(|v| v * v).sum::<f64>().sqrt()
+    };
+    let gravity = median(blocks.iter().map(|block| norm(&block.1))).unwrap_or(f64::NAN);
+    let off = blocks
+        .iter()
+        .map(|block| (norm(&block.1) / gravity - 1.0).abs());
+    if median(off).is_none_or(|off| off > MAX_OFF) {
+        return Vec::new();
+    }
     let mut poses: Vec<([f64; 3], Vec<Range<usize>>)> = Vec::new();
     for (_, rows) in blocks {
         let direction = accel.map(|axis| mean(&axis[rows.clone()]));
