@@ -1,12 +1,12 @@
 //! Against sensors whose truth is known: are the parameters as good as the
 //! covariance says?
 
-use gravical::calibrate::CalibrateOptions;
-use gravical::fit::model::sphere;
-use gravical::poses::SegmentOptions;
-use gravical::poses::sections::Section;
-use gravical::recording::{ReadOptions, Recording, read_bytes};
-use gravical::simulate::{
+use gravical_calibrate::calibrate::CalibrateOptions;
+use gravical_calibrate::poses::SegmentOptions;
+use gravical_calibrate::poses::sections::Section;
+use gravical_calibrate::recording::{ReadOptions, Recording, read_bytes};
+use gravical_fit::model::sphere;
+use gravical_sim::{
     Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions, simulate,
 };
 

@@ -1,12 +1,12 @@
 //! A simulated sensor in a hand that follows the events of a session.
 
-use gravical::calibration_file::{CalibrationFile, Grade};
-use gravical::fit::model::sphere;
-use gravical::live::event::{Event, Message, Rejection, Wanted};
-use gravical::live::{Command, LiveOptions, Session};
-use gravical::poses::face::Face;
-use gravical::simulate::{InteractiveSensor, LineOptions, Reading, SensorOptions, SimulateOptions};
+use gravical_calibrate::calibration_file::{CalibrationFile, Grade};
+use gravical_calibrate::poses::face::Face;
 use gravical_core::matrix3;
+use gravical_fit::model::sphere;
+use gravical_live::event::{Event, Message, Rejection, Wanted};
+use gravical_live::{Command, LiveOptions, Session};
+use gravical_sim::{InteractiveSensor, LineOptions, Reading, SensorOptions, SimulateOptions};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 
@@ -88,7 +88,7 @@ impl Hand {
             sensor,
             ..SimulateOptions::default()
         };
-        let gravity = gravical::gravity::Gravity::given(options.gravity_mps2).unwrap();
+        let gravity = gravical_calibrate::gravity::Gravity::given(options.gravity_mps2).unwrap();
         let live = LiveOptions {
             gravity,
             ..LiveOptions::default()

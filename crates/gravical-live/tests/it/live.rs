@@ -1,14 +1,14 @@
 //! Guided calibration: sessions of simulated sensors, moved by hands that follow what is asked
 //! for or do something wrong; replay of real recordings.
 
-use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::Grade;
-use gravical::live::event::{Command, Event, Message, Rejection, Tile};
-use gravical::live::{LiveOptions, Session};
-use gravical::poses::SegmentOptions;
-use gravical::poses::face::{Face, angle_deg};
-use gravical::poses::sections::Section;
-use gravical::recording::{ReadOptions, read_bytes, source};
+use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
+use gravical_calibrate::calibration_file::Grade;
+use gravical_calibrate::poses::SegmentOptions;
+use gravical_calibrate::poses::face::{Face, angle_deg};
+use gravical_calibrate::poses::sections::Section;
+use gravical_calibrate::recording::{ReadOptions, read_bytes, source};
+use gravical_live::event::{Command, Event, Message, Rejection, Tile};
+use gravical_live::{LiveOptions, Session};
 
 use super::hand::{Clumsiness, Hand};
 use super::support::{data, with_gravity};
@@ -353,7 +353,8 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         session.bytes(&bytes).unwrap();
         session.command(&Command::Finish);
         let live: Vec<[f64; 3]> = session.poses().map(|p| p.mean).collect();
-        let recording = gravical::recording::read(&path, &ReadOptions::default()).unwrap();
+        let recording =
+            gravical_calibrate::recording::read(&path, &ReadOptions::default()).unwrap();
         let done = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
         let found: Vec<[f64; 3]> = done.segmentation.poses.iter().map(|p| p.mean).collect();
         let near = |up: &[f64; 3]| found.iter().any(|f| angle_deg(*f, *up) < 3.0);

@@ -1,17 +1,17 @@
-//! Helpers for the tests of the library.
+//! Helpers for the tests of the library and of the crates that it is made of.
+#![allow(dead_code)] // each test crate uses its part
 
-#[path = "../../../../tests/support/synthetic.rs"]
 mod synthetic;
 
 pub use synthetic::*;
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibrate::{CalibrateOptions, Calibrated, calibrate};
-use gravical::calibrate::{EstimateOptions, Method};
-use gravical::calibration_file::CalibrationFile;
-use gravical::gravity::Gravity;
-use gravical::recording::{Finding, ReadOptions, Recording, read_bytes};
+use gravical_calibrate::calibrate::{CalibrateOptions, Calibrated, calibrate};
+use gravical_calibrate::calibrate::{EstimateOptions, Method};
+use gravical_calibrate::calibration_file::CalibrationFile;
+use gravical_calibrate::gravity::Gravity;
+use gravical_calibrate::recording::{Finding, ReadOptions, Recording, read_bytes};
 
 /// The report's header with the true units of its values.
 pub const HEADER: &str =

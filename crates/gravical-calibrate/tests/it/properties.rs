@@ -1,7 +1,7 @@
 //! Invariance: unit, order, and orientation of the board in its case must not matter.
 
-use gravical::calibrate::CalibrateOptions;
-use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate};
+use gravical_calibrate::calibrate::CalibrateOptions;
+use gravical_sim::{Scenario, SimulateOptions, SixPositionOptions, simulate};
 
 use crate::support::*;
 use crate::truth::recordings;

@@ -3,14 +3,14 @@
 
 use std::array::from_fn;
 
-use gravical::calibrate::{CalibrateOptions, Method, calibrate};
-use gravical::calibration_file::{
+use gravical_calibrate::calibrate::{CalibrateOptions, Method, calibrate};
+use gravical_calibrate::calibration_file::{
     CalibrationFile, Covariance, FitQuality, InputFile, TemperatureRange,
 };
-use gravical::check::{CheckOptions, CheckReport, Judgement, check};
-use gravical::compare::{Comparison, compare};
-use gravical::gravity::Gravity;
-use gravical::recording::{AccelUnit, Finding, ReadOptions, Recording, read_bytes};
+use gravical_calibrate::check::{CheckOptions, CheckReport, Judgement, check};
+use gravical_calibrate::compare::{Comparison, compare};
+use gravical_calibrate::gravity::Gravity;
+use gravical_calibrate::recording::{AccelUnit, Finding, ReadOptions, Recording, read_bytes};
 use gravical_core::matrix3;
 
 use rand::{RngExt, SeedableRng};

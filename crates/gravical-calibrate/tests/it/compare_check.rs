@@ -1,12 +1,12 @@
 //! `compare` and `check` against sensors whose truth is known: how often is a
 //! difference claimed where there is none, and is one found where there is?
 
-use gravical::calibrate::{CalibrateOptions, EstimateOptions, Method};
-use gravical::calibration_file::CalibrationFile;
-use gravical::check::{CheckOptions, CheckReport, Judgement, check};
-use gravical::compare::{Comparison, compare};
-use gravical::recording::Recording;
-use gravical::simulate::{
+use gravical_calibrate::calibrate::{CalibrateOptions, EstimateOptions, Method};
+use gravical_calibrate::calibration_file::CalibrationFile;
+use gravical_calibrate::check::{CheckOptions, CheckReport, Judgement, check};
+use gravical_calibrate::compare::{Comparison, compare};
+use gravical_calibrate::recording::Recording;
+use gravical_sim::{
     PosesOptions, Scenario, SimulateOptions, Simulation, SixPositionOptions, simulate,
 };
 

@@ -1,7 +1,7 @@
 //! Long recordings of a wrist.
 
-use gravical::calibrate::CalibrateOptions;
-use gravical::calibration_file::Grade;
+use gravical_calibrate::calibrate::CalibrateOptions;
+use gravical_calibrate::calibration_file::Grade;
 use gravical_core::matrix3;
 
 use rand::SeedableRng as _;
