@@ -1,5 +1,7 @@
 //! Poses in, calibration out: estimation, and how far its result can be trusted.
 //!
+//! The API is internal to gravical and may change.
+//!
 //! # Overview
 //!
 //! Numbers only: no files, no rows, no units but those of the readings and SI, no words.

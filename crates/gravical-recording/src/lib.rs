@@ -49,6 +49,8 @@ mod meter;
 #[doc(hidden)]
 pub mod option_text;
 mod options;
+#[doc(hidden)]
+pub mod output;
 mod read;
 mod recording;
 mod role;

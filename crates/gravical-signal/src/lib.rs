@@ -15,6 +15,7 @@ mod allan;
 mod channels;
 mod faint;
 mod noise;
+mod resolutions;
 mod rests;
 
 pub use allan::{AllanVariance, allan_variances};
@@ -24,4 +25,5 @@ pub use channels::{
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
+pub use resolutions::resolutions;
 pub use rests::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet, detect_rests};

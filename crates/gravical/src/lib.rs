@@ -44,50 +44,43 @@
 #![deny(missing_docs)]
 
 pub mod apply;
-pub mod calibrate;
-pub mod calibration_file;
-pub mod check;
-pub mod compare;
 pub mod convert;
 pub mod denoise;
 #[doc(hidden)]
 pub mod export;
-pub mod finding;
-pub mod gravity;
 pub mod inspect;
-mod later;
-pub mod live;
 pub mod motion;
 pub mod noise;
-#[doc(hidden)]
-pub mod numfmt;
-#[doc(hidden)]
-pub mod output;
-pub mod poses;
-pub mod recording;
 mod rewrite;
-mod rounding;
 pub mod session;
-pub mod simulate;
-#[doc(hidden)]
-pub mod stats;
 #[doc(hidden)]
 pub mod targets;
-#[doc(hidden)]
-pub mod temperature;
 
-/// Name and version of the program, as results state it.
-pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
+#[doc(inline)]
+pub use gravical_calibrate::{
+    calibrate, calibration_file, check, compare, finding, gravity, poses, recording,
+};
+#[doc(hidden)]
+pub use gravical_calibrate::{numfmt, temperature};
+use gravical_calibrate::{rounding, stats};
+#[doc(hidden)]
+pub use gravical_recording::output;
+#[doc(hidden)]
+pub use gravical_recording::output::TOOL;
 
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample,
 /// closed-form estimation.
 pub use gravical_core as core;
 /// The estimation: numbers only; what it says of a calibration stands in its file, too.
 pub use gravical_fit as fit;
+/// Guided calibration: a recording that grows and commands in, events out.
+pub use gravical_live as live;
 #[doc(hidden)]
 pub use gravical_recording::escape;
+use gravical_recording::option_text;
 pub use gravical_recording::{Category, Error, Location, Result, utc};
-pub(crate) use gravical_recording::{hash, option_text};
+/// A virtual sensor with known parameters.
+pub use gravical_sim as simulate;
 
 /// The programs of the README.
 #[cfg(doctest)]

@@ -1,5 +1,5 @@
-//! Acceptance tests of the library: reading of faulty recordings, comparison with simulated
-//! truth, invariances, and the format of the calibration file.
+//! Acceptance tests of the library: reading of faulty recordings, one session in many forms, applications of
+//! a calibration, motion, exports, and the formats of the files.
 // The exemption of tests in clippy.toml does not reach helpers outside #[test].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -9,28 +9,20 @@ mod sampled;
 
 mod applied;
 mod axivity;
-mod compare_check;
 #[path = "../../../../tests/support/axivity.rs"]
 mod cwa;
 mod export;
 mod file_format;
 mod formats;
-#[path = "../../examples/live_sessions/hand.rs"]
-#[allow(dead_code, reason = "the example uses more of it")]
-mod hand;
 mod hints;
 mod join;
-mod later;
-mod live;
 mod motion_misfit;
 mod motion_stories;
 mod noise;
-mod properties;
 mod reader;
 mod session;
+#[path = "../../../../tests/support/library.rs"]
 mod support;
-mod truth;
 #[path = "../../../../tests/support/wear.rs"]
 mod wear;
-mod wearables;
 mod writings;

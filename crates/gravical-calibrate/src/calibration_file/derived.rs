@@ -1,0 +1,271 @@
+//! What follows from the numbers of a file: a sensor as the estimators take it, nominal scales, drifts, and what
+//! of a result needs attention.
+
+use gravical_core::matrix3;
+use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
+use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
+
+use super::{
+    AccelerometerSection, CHANNELS, CalibrationFile, ChannelDrift, Covariance, DriftVerdict,
+    GyroscopeSection, NextPose, PoseKind, PoseResult, TemperatureModel, TiltSource,
+};
+use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
+use crate::stats::rms;
+
+/// Model error of real sensors when a fit cannot tell, m/s²: 1.1 to 1.9 rms on three MPU-9150 and
+/// an MTi, some 40 poses each.
+const USUAL_MODEL_ERROR_MPS2: f64 = 0.002;
+/// The value of zero in unsigned 16-bit counts.
+const UNSIGNED_OFFSET: f64 = 32768.0;
+/// Poses are proposed if all of them together bring an error below this share.
+const MATTERS: f64 = 0.8;
+
+/// None where the matrix is singular.
+fn parameters(matrix: &[[f64; 3]; 3], bias: &[f64; 3], bends: [f64; 6]) -> Option<Parameters> {
+    let model = matrix3::inverse(matrix)?;
+    Some(Parameters::from_fn(|i, _| match i {
+        0..BIAS => model[i / 3][i % 3],
+        BIAS..DRIFT => bias[i - BIAS],
+        BENDS.. => bends[i - BENDS],
+        _ => 0.0,
+    }))
+}
+
+impl Covariance {
+    /// Of M, b and, if they were fitted, bends; none of another size, not finite or zero throughout.
+    #[doc(hidden)]
+    pub fn of_parameters(&self) -> Option<ParameterCovariance> {
+        let values = &self.values;
+        let size = values.len();
+        if !matches!(size, 12 | 18) || values.iter().any(|row| row.len() != size) {
+            return None;
+        }
+        let place = |i: usize| if i < DRIFT { i } else { i - DRIFT + BENDS };
+        let mut covariance = ParameterCovariance::zeros();
+        for (i, row) in values.iter().enumerate() {
+            for (k, value) in row.iter().enumerate() {
+                covariance[(place(i), place(k))] = *value;
+            }
+        }
+        let is_finite = covariance.iter().all(|v| v.is_finite());
+        (is_finite && covariance.iter().any(|v| *v != 0.0)).then_some(covariance)
+    }
+}
+
+impl CalibrationFile {
+    /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
+    /// matrix is singular or the file has no covariance.
+    pub fn sensor(&self) -> Option<Sensor> {
+        let section = &self.accelerometer;
+        let all = section.covariance_of_parameters()?;
+        // What the fit says of itself, or what is usual where none can tell.
+        let model_error_mps2 = match section.fit {
+            Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
+            Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
+            None => USUAL_MODEL_ERROR_MPS2,
+        };
+        let mut sensor = section.sensor(self.gravity_mps2, all, model_error_mps2)?;
+        let relative_sd = sensor.gravity.relative_sd();
+        sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
+        Some(sensor)
+    }
+
+    /// The temperature model, if it corrects a channel.
+    #[doc(hidden)]
+    pub fn drift_model(&self) -> Option<&TemperatureModel> {
+        let model = self.temperature_model.as_ref();
+        model.filter(|m| m.any_corrected())
+    }
+}
+
+impl AccelerometerSection {
+    /// M, b and bends, in the input unit; none where the matrix is singular.
+    pub fn parameters(&self) -> Option<Parameters> {
+        parameters(&self.matrix, &self.bias, self.bends.unwrap_or_default())
+    }
+
+    /// Covariance of these, the error of gravity included; none where it is absent, of another size,
+    /// not finite or zero throughout.
+    pub fn covariance_of_parameters(&self) -> Option<ParameterCovariance> {
+        self.covariance.as_ref()?.of_parameters()
+    }
+
+    /// The accelerometer with this covariance by its readings; none where the matrix is singular.
+    pub(crate) fn sensor(
+        &self,
+        gravity_mps2: f64,
+        covariance: ParameterCovariance,
+        model_error_mps2: f64,
+    ) -> Option<Sensor> {
+        // Tilts that σ_tilt was estimated from.
+        let tilt_freedom = match (self.fit, self.pose_tilt_deg) {
+            (Some(fit), Some(tilt)) if tilt.source == TiltSource::Estimated => {
+                fit.tilt_degrees_of_freedom
+            }
+            _ => f64::INFINITY,
+        };
+        Some(Sensor {
+            parameters: self.parameters()?,
+            covariance,
+            gravity: Gravity {
+                value_mps2: gravity_mps2,
+                sd_mps2: self.gravity_sd_mps2,
+            },
+            model_error_mps2,
+            tilt_freedom,
+        })
+    }
+
+    /// Input units per m/s², mean of the axes.
+    #[doc(hidden)]
+    pub fn mean_scale(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0
+    }
+
+    /// Input units per m/s² by definition, or by the deviation that the file gives.
+    #[doc(hidden)]
+    pub fn nominal_per_mps2(&self) -> Option<f64> {
+        let by_definition = AccelScale {
+            unit: self.input_unit,
+            lsb_per_g: None,
+            origin: Origin::Given,
+        };
+        by_definition.nominal().or_else(|| {
+            let deviation = self.scale_deviation_percent?[0];
+            let nominal = self.scale[0] / (1.0 + deviation / 100.0);
+            (nominal.is_finite() && nominal > 0.0).then_some(nominal)
+        })
+    }
+
+    /// The offset of unsigned counts, where the bias shows that it contains one.
+    #[doc(hidden)]
+    pub fn zero_offset(&self) -> f64 {
+        unsigned_offset(self.bias, self.input_unit == AccelUnit::Counts)
+    }
+
+    /// A raw reading in m/s² without the calibration, by the nominal scale. None if that is
+    /// unknown, or zero is: a bias beyond 4 g is an offset of the counts.
+    #[doc(hidden)]
+    pub fn nominally(&self, raw: [f64; 3]) -> Option<[f64; 3]> {
+        let (nominal, offset) = (self.nominal_per_mps2()?, self.zero_offset());
+        let values = |v: [f64; 3]| v.map(|v| (v - offset) / nominal);
+        let zero_known = values(self.bias).iter().all(|b| b.abs() < 40.0);
+        zero_known.then(|| values(raw))
+    }
+
+    /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
+    /// where that is above 5 mg, the error that one pose can cause undetected.
+    pub fn proposed_poses(&self) -> &[NextPose] {
+        let (now, next) = (self.predicted_norm_error_mps2, &self.next_poses);
+        let then = next.last().map(|p| p.predicted_norm_error_mps2);
+        let both = now.zip(then);
+        let lowers_error = both.is_some_and(|(now, then)| then < MATTERS * now);
+        let now = self.undetected.map(|u| u.effect_mps2);
+        let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
+        let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
+            now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
+        });
+        if lowers_error || tests_more {
+            next
+        } else {
+            &[]
+        }
+    }
+
+    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
+    /// its standard deviations it is off.
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
+        let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
+        let each = self.poses.iter().enumerate();
+        let each = each.filter_map(|(i, p)| Some((i, ratio(p)?)));
+        each.max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
+    }
+
+    /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
+    pub(crate) fn free_norm_error(&self) -> Option<(f64, usize)> {
+        let free = self.poses.iter();
+        let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
+        let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
+        (!errors.is_empty()).then(|| (rms(errors.iter().copied()), errors.len()))
+    }
+}
+
+fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
+    let around = |b: f64| (b / UNSIGNED_OFFSET - 1.0).abs() < 0.25;
+    if counts && bias.into_iter().all(around) {
+        UNSIGNED_OFFSET
+    } else {
+        0.0
+    }
+}
+
+impl GyroscopeSection {
+    /// Standard deviations of bias and scale; the scale has none where only the bias was estimated.
+    pub fn deviations(&self) -> Option<([f64; 3], Option<[f64; 3]>)> {
+        let covariance = self.covariance.as_ref()?;
+        if let [x, y, z] = &covariance.values[..] {
+            return Some(([*x.first()?, *y.get(1)?, *z.get(2)?].map(f64::sqrt), None));
+        }
+        let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
+        let sd = deviations(&parameters, &covariance.of_parameters()?);
+        Some((sd.bias, Some(sd.scale)))
+    }
+
+    /// Input units per °/s, mean of the axes.
+    #[doc(hidden)]
+    pub fn mean_per_deg_s(&self) -> f64 {
+        self.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
+    }
+
+    /// The offset of unsigned counts, where the bias shows that it contains one.
+    #[doc(hidden)]
+    pub fn zero_offset(&self) -> f64 {
+        let counts = matches!(self.input_unit, GyroUnit::Counts | GyroUnit::Unknown);
+        unsigned_offset(self.bias, counts)
+    }
+}
+
+impl ChannelDrift {
+    /// True if its drift is subtracted.
+    pub fn is_corrected(&self) -> bool {
+        self.verdict == DriftVerdict::Corrected
+    }
+}
+
+impl TemperatureModel {
+    /// The channel with this name.
+    pub fn channel(&self, name: &str) -> Option<&ChannelDrift> {
+        self.channels.iter().find(|c| c.channel == name)
+    }
+
+    /// True if at least one channel is corrected.
+    pub fn any_corrected(&self) -> bool {
+        self.channels.iter().any(ChannelDrift::is_corrected)
+    }
+
+    /// Drift of `ax` … `gz` at `t_c`, input unit; outside the range that at the nearer edge. Zero for
+    /// a channel that is not corrected.
+    pub fn drift_at(&self, t_c: f64) -> [f64; 6] {
+        let x = t_c.clamp(self.range_c[0], self.range_c[1]) - self.reference_c;
+        CHANNELS.map(|name| {
+            let channel = self.channel(name).filter(|c| c.is_corrected());
+            channel.and_then(|c| c.per_c).map_or(0.0, |per_c| per_c * x)
+        })
+    }
+
+    /// Why it cannot be applied; `None` if it can.
+    pub(super) fn fault(&self) -> Option<String> {
+        let [low, high] = self.range_c;
+        // Not where one is no number, either.
+        if !(low <= high && self.reference_c.is_finite()) {
+            return Some(format!("its range is {low} to {high} °C"));
+        }
+        let is_faulty = |c: &&ChannelDrift| {
+            let has_slope = c.per_c.is_some_and(f64::is_finite);
+            c.is_corrected() && !has_slope || !CHANNELS.contains(&c.channel.as_str())
+        };
+        let name = &self.channels.iter().find(is_faulty)?.channel;
+        Some(format!("{name} is no channel, or its per_c no number"))
+    }
+}

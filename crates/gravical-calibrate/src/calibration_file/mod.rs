@@ -1,0 +1,182 @@
+//! The calibration file `gravical-calibration/2`: JSON with the parameters of a sensor, their
+//! origin and their quality.
+//!
+//! All quantities of raw values are in the unit of the recording (`input_unit`): `calibrated =
+//! matrix · (raw − bias)` in m/s², and for the gyroscope `matrix · (raw − bias − g_sensitivity ·
+//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/2` fields are only added.
+
+mod check;
+mod derived;
+mod folder;
+mod imucal;
+mod input;
+mod types;
+mod unit;
+
+use std::path::Path;
+
+use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use serde_json::error::Category;
+
+use crate::escape::shown_json;
+use crate::finding::finding;
+use crate::recording::Finding;
+use crate::utc::UtcTime;
+use crate::{Error, Result};
+use gravical_recording::output::write_text;
+
+pub use folder::{find_calibration, json_files};
+pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
+pub use imucal::{from_imucal, to_imucal};
+pub use input::*;
+pub use types::*;
+#[doc(hidden)]
+pub use unit::judge_unit;
+
+/// Value of `format`.
+pub const FORMAT: &str = "gravical-calibration/2";
+
+impl CalibrationFile {
+    /// Parameters of the accelerometer for the core crate.
+    pub fn accelerometer_calibration(&self) -> Calibration<f64> {
+        Calibration {
+            matrix: self.accelerometer.matrix,
+            bias: self.accelerometer.bias,
+        }
+    }
+
+    /// Parameters of the gyroscope for the core crate.
+    pub fn gyroscope_calibration(&self) -> Option<GyroscopeCalibration<f64>> {
+        let section = self.gyroscope.as_ref()?;
+        Some(GyroscopeCalibration {
+            matrix: section.matrix,
+            bias: section.bias,
+            g_sensitivity: section.g_sensitivity,
+        })
+    }
+
+    /// Text of the file: JSON with a newline at the end.
+    ///
+    /// # Errors
+    ///
+    /// `calibration-values` (input) if a parameter cannot be applied, for example a NaN, which
+    /// JSON cannot represent.
+    pub fn to_json(&self) -> Result<String> {
+        self.check()?;
+        let mut text = serde_json::to_string_pretty(self)
+            .map_err(|e| Error::input("calibration-syntax", e.to_string()))?;
+        text.push('\n');
+        Ok(shown_json(&text).into_owned())
+    }
+
+    /// Writes the file to `path` atomically; nothing that cannot be read back.
+    ///
+    /// # Errors
+    ///
+    /// As [`to_json`](Self::to_json), [`parse`](Self::parse) and [`write_text`].
+    pub fn write(&self, path: &Path, force: bool) -> Result<()> {
+        let text = self.to_json()?;
+        Self::parse(text.as_bytes())?;
+        write_text(path, force, &text)
+    }
+
+    /// Reads a calibration of this program or of imucal (2.0 and before).
+    ///
+    /// # Errors
+    ///
+    /// `calibration-syntax`, `calibration-format` and `calibration-values`
+    /// (input) with the file and, where known, the line.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::read_with_input(path).map(|(file, _)| file)
+    }
+
+    /// The same, with the input file for a result.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_with_input(path: &Path) -> Result<(Self, InputFile)> {
+        InputFile::read(path, InputRole::Calibration, Self::parse)
+    }
+
+    /// That its verdict is poor, for what it is used for.
+    #[doc(hidden)]
+    pub fn poor_finding(&self) -> Option<Finding> {
+        let why = self.verdict.reasons.join("; ");
+        let is_poor = self.verdict.grade == Grade::Poor;
+        is_poor.then(|| {
+            finding!(
+                PoorCalibration,
+                "the calibration's own verdict is poor: {why}"
+            )
+        })
+    }
+
+    /// The recordings among the input files.
+    pub fn recordings(&self) -> impl Iterator<Item = &InputFile> {
+        let samples = [InputRole::Recording, InputRole::Gyroscope];
+        let inputs = self.inputs.iter();
+        inputs.filter(move |input| samples.contains(&input.role))
+    }
+
+    /// The same from memory.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let value: serde_json::Value = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+        let foreign = |what: String| Err(Error::input("calibration-format", what));
+        match value.get("format").and_then(serde_json::Value::as_str) {
+            _ if value.get("K_a").is_some() => return from_imucal(&value),
+            Some(FORMAT) => {}
+            Some(other) => {
+                return foreign(format!(
+                    "the format is \"{other}\"; this program reads {FORMAT}"
+                ));
+            }
+            None => {
+                let what = "it has neither \"format\" nor \"K_a\" of imucal";
+                return foreign(format!("this JSON is not a calibration: {what}"));
+            }
+        }
+        let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+        file.check()?;
+        Ok(file)
+    }
+
+    /// The JSON schema of the format.
+    #[cfg(feature = "schema")]
+    pub fn schema() -> serde_json::Value {
+        schemars::schema_for!(CalibrationFile).to_value()
+    }
+}
+
+/// `calibration-syntax` (input) with line and column; the file is for the caller to add.
+fn syntax(error: &serde_json::Error) -> Error {
+    let (line, column) = (error.line() as u64, error.column() as u64);
+    let text = error.to_string();
+    let place = format!(" at line {line} column {column}");
+    let detail = text.strip_suffix(&place).unwrap_or(&text);
+    let message = match error.classify() {
+        Category::Eof if line <= 1 && column == 0 => "the file is empty".to_owned(),
+        Category::Data => format!("this is not a valid calibration: {detail}"),
+        _ => format!("this is not a calibration file: not valid JSON ({detail})"),
+    };
+    let mut out = Error::input("calibration-syntax", message);
+    if line > 0 {
+        out = out.at(Path::new(""), Some(line));
+    }
+    if column > 0 {
+        out = out.at_column(column);
+    }
+    out.with_hint(
+        "a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal",
+    )
+}
+
+/// Time for `created`: the current time, or SOURCE_DATE_EPOCH.
+pub fn creation_time() -> String {
+    UtcTime::now().to_string()
+}

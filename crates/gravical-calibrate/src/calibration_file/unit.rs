@@ -1,0 +1,97 @@
+//! Is a recording in the unit and range that a calibration takes? One rule for every command.
+
+use std::path::Path;
+
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+
+use super::{AccelerometerSection, CalibrationFile};
+use crate::finding::finding;
+use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
+use crate::{Error, Result};
+
+/// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
+/// error, far below the ratio of two ranges.
+const TOLERANCE: f64 = 0.2;
+
+/// Counts per g of a recording and of a calibration, if they differ.
+pub(super) fn other_range(section: &AccelerometerSection, scale: AccelScale) -> Option<[f64; 2]> {
+    let is_counts = section.input_unit == AccelUnit::Counts;
+    let lsb = scale.lsb_per_g.filter(|_| is_counts)?;
+    let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
+    ((lsb / expected - 1.0).abs() > TOLERANCE).then_some([lsb, expected])
+}
+
+/// Compares unit, counts per g and gravity of a recording that a calibration is applied to: what of it is
+/// `at_rest` (in words) has the calibrated magnitude `norm_mps2`, or none if no row is complete.
+///
+/// # Errors
+///
+/// `unit-mismatch` (input). With a unit that the user gave, a wrong range or size is a finding
+/// of that kind.
+pub fn judge_unit(
+    calibration: &CalibrationFile,
+    recording: &Recording,
+    (at_rest, norm_mps2): (&str, Option<f64>),
+    gravity_mps2: f64,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let (scale, name) = (recording.accel_scale, &recording.name);
+    let section = &calibration.accelerometer;
+    let (unit, wanted) = (scale.unit, section.input_unit);
+    let refuse = |message: String, other: &str| {
+        let known = Some(wanted).filter(|unit| *unit != AccelUnit::Unknown);
+        Err(Error::input("unit-mismatch", message)
+            .at(Path::new(name), None)
+            .with_hint(format!(
+                "use {other}; to use this one all the same, give the unit"
+            ))
+            .advise("accel_unit", known.map_or("", AccelUnit::name)))
+    };
+    let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
+    if !unknown && unit != wanted {
+        let source = match scale.origin {
+            Origin::Given => "as given",
+            Origin::Data => "according to gravity",
+            Origin::Header => "according to its header",
+            Origin::Assumed => "assumed",
+        };
+        return refuse(
+            format!("the recording is in {unit} ({source}), the calibration is for {wanted}"),
+            &format!("a calibration from recordings in {unit}"),
+        );
+    }
+    let measured = match norm_mps2 {
+        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
+        None => "no row is complete".to_owned(),
+    };
+    let is_gravity = |norm: f64| (norm / gravity_mps2 - 1.0).abs() <= TOLERANCE;
+    let (message, other) = if let Some([lsb, expected]) = other_range(section, scale) {
+        let what = format!(
+            "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
+        );
+        (what, "a calibration for this range")
+    } else if norm_mps2.is_some_and(|norm| !is_gravity(norm)) {
+        let what =
+            format!("{measured}, gravity is {gravity_mps2:.2}: another sensor, range or unit");
+        (what, "the calibration of this sensor at this setting")
+    } else {
+        let unverified = finding!(
+            UnitUnverified,
+            "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
+        );
+        findings.extend(unknown.then(|| unverified.in_file(name)));
+        return Ok(());
+    };
+    if scale.origin != Origin::Given {
+        return refuse(message, other);
+    }
+    // Already reported if the given unit itself has the wrong size.
+    let is_same = |f: &Finding| {
+        let file = f.file.as_deref();
+        f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == name)
+    };
+    if !findings.iter().any(is_same) {
+        findings.push(finding!(UnitMismatch, "{message}").in_file(name));
+    }
+    Ok(())
+}

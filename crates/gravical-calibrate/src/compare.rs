@@ -1,0 +1,359 @@
+//! Do two calibrations of one sensor differ by more than their uncertainty?
+//!
+//! A board that sits differently in its case, or faces that lie crookedly, turn the frame: that
+//! changes the direction of what is measured and never its length. So a difference is reported in
+//! two parts, each with its own test: what changes ‖a‖ (bias, scale, angles between the axes), and
+//! the rotation between the frames ([`gravical_fit::later::compare`]).
+//!
+//! It rests on the covariances of both files. What they leave out (drift with temperature, another
+//! gravity, shared recordings) is said.
+
+use gravical_core::unit::DEGREES_PER_RADIAN;
+use gravical_fit::{Sensor, Test, later};
+use serde::Serialize;
+
+use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
+use crate::finding::finding;
+use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor, singular};
+use crate::numfmt::{decimals_for, fixed, signed, unit};
+use crate::recording::{AccelUnit, Finding};
+use crate::{Error, Result};
+
+pub use crate::later::{Judgement, Verdict};
+
+/// Scales within this fraction of each other are of one unit and range: far beyond any sensor, far
+/// below the next range.
+const SAME_SCALE: f64 = 0.2;
+
+/// Sessions further apart than this were at different temperatures, °C: by data sheet the bias of
+/// an MPU6050 moves by 1.5 to 2.7 mg over that.
+const TEMPERATURE_STEP_C: f64 = 3.0;
+
+/// Two calibrations, compared. A is the first one, B the second; every difference is B − A.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The files as they were given.
+    pub files: [String; 2],
+    /// Gravity that each scale rests on, m/s².
+    pub gravity_mps2: [f64; 2],
+    /// Temperatures of the two sessions, °C.
+    pub temperature_c: [Option<TemperatureRange>; 2],
+    /// The differences, one entry a parameter.
+    pub parameters: Vec<ParameterDifference>,
+    /// What changes ‖a‖: bias, scale and the angles between the sensor's axes.
+    pub magnitude: MagnitudeDifference,
+    /// How the frames are turned against each other; null when one is the mirror image of the
+    /// other.
+    pub orientation: Option<OrientationDifference>,
+    /// Names or types, where the files are of two sensors.
+    pub two_sensors: Option<[String; 2]>,
+    /// What has to be known to read the result.
+    pub findings: Vec<Finding>,
+    /// The judgement of both parts together.
+    pub verdict: Verdict,
+}
+
+/// One parameter of two calibrations.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterDifference {
+    /// `bias_x` … `scale_z`, `angle_xy` …, `rotation_x` ….
+    pub name: String,
+    /// `m/s^2` for the bias, `%` of nominal for the scale, `deg` for angles.
+    pub unit: &'static str,
+    /// Value in A; null for the rotation, which is between the two.
+    pub a: Option<f64>,
+    /// Value in B.
+    pub b: Option<f64>,
+    /// B − A.
+    pub difference: f64,
+    /// Its standard deviation by both covariances; null without them.
+    pub sigma: Option<f64>,
+    /// difference / sigma.
+    pub z: Option<f64>,
+}
+
+/// Names of the nine invariants and of the turn; three of each have a unit and a factor to it.
+const PARTS: [(&str, [&str; 3], &str, f64); 4] = [
+    ("bias", ["x", "y", "z"], "m/s^2", 1.0),
+    ("scale", ["x", "y", "z"], "%", 100.0),
+    ("angle", ["xy", "xz", "yz"], "deg", DEGREES_PER_RADIAN),
+    ("rotation", ["x", "y", "z"], "deg", DEGREES_PER_RADIAN),
+];
+
+/// The differences one by one; `with_sigma`: both have a covariance.
+fn parameters(found: &later::Compare, with_sigma: bool) -> Vec<ParameterDifference> {
+    let turn = found.turn.as_ref();
+    let [a, b] = &found.invariants;
+    let one = |k: usize| {
+        let (part_name, axes, unit, factor) = PARTS[k / 3];
+        let (i, is_invariant) = (k % 9, k < 9);
+        let part = if is_invariant {
+            &found.magnitude
+        } else {
+            turn?
+        };
+        let (difference, sigma) = (factor * part.value[i], factor * part.sd[i]);
+        Some(ParameterDifference {
+            name: format!("{part_name}_{}", axes[k % 3]),
+            unit,
+            a: is_invariant.then(|| factor * a[i]),
+            b: is_invariant.then(|| factor * b[i]),
+            difference,
+            sigma: with_sigma.then_some(sigma),
+            z: (with_sigma && sigma > 0.0).then(|| difference / sigma),
+        })
+    };
+    (0..12).filter_map(one).collect()
+}
+
+/// The part that changes the length of what is measured.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MagnitudeDifference {
+    /// χ² of the nine parameters; null without covariances.
+    pub test: Option<Test>,
+    /// The judgement.
+    pub judgement: Judgement,
+    /// Root mean square over all directions of ‖a‖ by B less ‖a‖ by A for the same reading at
+    /// rest, m/s².
+    pub norm_rms_mps2: f64,
+    /// What the two uncertainties predict for it, m/s².
+    pub predicted_rms_mps2: Option<f64>,
+    /// Where it is largest: the difference with its sign, m/s².
+    pub norm_largest_mps2: f64,
+    /// In this direction (calibrated axes of A).
+    pub largest_at: [f64; 3],
+}
+
+/// The part that changes the direction of what is measured and not its length.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrientationDifference {
+    /// Angle by which the frame of B is turned against that of A, degrees.
+    pub angle_deg: f64,
+    /// About this axis; zero for no turn.
+    pub axis: [f64; 3],
+    /// χ² of the three components of the rotation vector; null without covariances, or where the
+    /// placements of a session do not show how its frame sits in the case.
+    pub test: Option<Test>,
+    /// The judgement.
+    pub judgement: Judgement,
+}
+
+/// Compares two calibrations; `names` are the files as they were given.
+///
+/// # Errors
+///
+/// `units-differ` (input) where their units or ranges are not the same, `calibration-values` where
+/// a matrix is singular.
+///
+/// # Example
+///
+/// ```
+/// # use gravical_calibrate as gravical;
+/// use gravical::calibrate::{CalibrateOptions, calibrate};
+/// use gravical::compare::{Judgement, compare};
+/// use gravical::calibrate::Method;
+/// use gravical::recording::{ReadOptions, read_bytes};
+///
+/// let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
+///            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
+/// let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?];
+/// let mut options = CalibrateOptions::default();
+/// options.estimate.method = Method::Ferraris;
+/// let file = calibrate(&session, &options)?.file;
+/// let mut moved = file.clone();
+/// moved.accelerometer.bias[0] += 1.0;
+/// let result = compare(&file, &moved, ["a.json", "b.json"])?;
+/// assert!((result.parameters[0].difference - 1.0).abs() < 1e-9);
+/// // Six means without standard errors carry no covariance.
+/// assert_eq!(result.verdict.judgement, Judgement::Undecided);
+/// # Ok::<(), gravical::Error>(())
+/// ```
+pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Result<Comparison> {
+    let mut findings = Vec::new();
+    let pair = [a, b];
+    let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
+    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
+    findings.extend(gravity_differs(
+        pair.map(|f| f.gravity_mps2),
+        ["in A", "in B"],
+    ));
+    for (file, name) in pair.into_iter().zip(names) {
+        findings.extend(file.poor_finding().map(|f| f.in_file(name)));
+    }
+    let [x, y] = pair.map(|f| &f.accelerometer);
+    let is_same = x.matrix == y.matrix && x.bias == y.bias;
+    let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
+    let has_covariances = has_covariance(x) && has_covariance(y);
+    let shared = shared(a, b).filter(|_| !is_same);
+    // Why agreement would prove nothing.
+    let no_proof = match &shared {
+        _ if is_same => Some("both files contain the same parameters"),
+        _ if !has_covariances => Some("one of the files has no covariance"),
+        shared => shared
+            .as_ref()
+            .map(|_| "both were made from the same recordings"),
+    };
+    findings.extend(shared);
+    let tested = |test: Test| Some(test).filter(|t| has_covariances && t.degrees_of_freedom > 0);
+    let parameters = parameters(&found, has_covariances);
+    let test = tested(found.magnitude.test);
+    let (judgement, reason) = judge("bias, scale and misalignment", test, no_proof);
+    let mut reasons = vec![reason];
+    if judgement.is_change() {
+        reasons.extend(most(&parameters[..9]));
+    }
+    let magnitude = MagnitudeDifference {
+        test,
+        judgement,
+        norm_rms_mps2: found.norm.rms_mps2,
+        predicted_rms_mps2: has_covariances.then_some(found.norm.predicted_rms_mps2),
+        norm_largest_mps2: found.norm.largest_mps2,
+        largest_at: found.norm.largest_at.into(),
+    };
+    let orientation = found.turn.map(|turn| {
+        let is_oriented = pair
+            .iter()
+            .all(|f| f.accelerometer.fit.is_none_or(|fit| fit.oriented));
+        let test = tested(turn.test).filter(|_| is_oriented);
+        let (judgement, reason) = judge("directions of the axes in the case", test, no_proof);
+        reasons.push(reason);
+        OrientationDifference {
+            angle_deg: turn.value.norm().to_degrees(),
+            axis: turn
+                .value
+                .try_normalize(0.0)
+                .map_or([0.0; 3], |axis| [axis[0], axis[1], axis[2]]),
+            test,
+            judgement,
+        }
+    });
+    // Mirror images differ, whatever their uncertainty. A rotation that agrees may be a convention;
+    // ‖a‖ does not depend on it.
+    let judgement = match &orientation {
+        Some(orientation) if !orientation.judgement.is_change() => magnitude.judgement,
+        _ => Judgement::Differ,
+    };
+    if orientation.is_none() {
+        reasons.push("one frame is the mirror image of the other".to_owned());
+        findings.push(finding!(
+            FramesMirrored,
+            "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign"
+        ));
+    }
+    if judgement.is_change() {
+        reasons.extend(circumstance(pair));
+    }
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    Ok(Comparison {
+        files: names.map(str::to_owned),
+        gravity_mps2: pair.map(|f| f.gravity_mps2),
+        temperature_c: pair.map(|f| f.temperature_c),
+        two_sensors: two_sensors(pair),
+        parameters,
+        magnitude,
+        orientation,
+        findings,
+        verdict: Verdict { judgement, reasons },
+    })
+}
+
+/// What comes of the test of a part, if there is one, unless agreement would prove nothing.
+fn judge(part: &str, test: Option<Test>, no_proof: Option<&str>) -> (Judgement, String) {
+    let (test, judgement, verb) = match (test, no_proof) {
+        (Some(test), _) if test.p_value < PART_SIGNIFICANCE => {
+            (test, Judgement::Differ, "differ by more than")
+        }
+        (Some(test), None) => (test, Judgement::Agree, "agree within"),
+        (_, why) => {
+            let why = why.unwrap_or("one of the sessions has faces on less than two axes");
+            return (Judgement::Undecided, format!("{part}: not tested, {why}"));
+        }
+    };
+    let (p, chi_square) = (probability(test.p_value), chi_square(&test));
+    let reason = format!(
+        "{part} {verb} the uncertainty: {p}, the limit is {PART_SIGNIFICANCE} ({chi_square})"
+    );
+    (judgement, reason)
+}
+
+fn most(parameters: &[ParameterDifference]) -> Option<String> {
+    let each = parameters.iter().filter_map(|p| Some((p, p.z?.abs())));
+    let (p, _) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (name, sigma) = (p.name.replace('_', " "), p.sigma.unwrap_or(0.0));
+    let n = decimals_for(sigma);
+    let (change, sigma) = (signed(p.difference, n), fixed(sigma, n));
+    let unit = unit(p.unit);
+    Some(format!("most of all {name}, by {change} ± {sigma} {unit}"))
+}
+
+/// Names or types, where the files are of two sensors.
+fn two_sensors([a, b]: [&CalibrationFile; 2]) -> Option<[String; 2]> {
+    let differ = |x: &Option<String>, y: &Option<String>| {
+        let both = x.clone().zip(y.clone());
+        both.filter(|(x, y)| x != y).map(|(x, y)| [x, y])
+    };
+    differ(&a.sensor.id, &b.sensor.id).or_else(|| differ(&a.sensor.model, &b.sensor.model))
+}
+
+/// What may be behind a difference, beside a change of the sensor.
+fn circumstance(pair: [&CalibrationFile; 2]) -> Option<String> {
+    if let Some([a, b]) = two_sensors(pair) {
+        return Some(format!("these are two sensors, \"{a}\" and \"{b}\""));
+    }
+    let [a, b] = pair.map(|f| f.temperature_c.map(|range| range.mean));
+    let (a, b) = a.zip(b)?;
+    ((b - a).abs() > TEMPERATURE_STEP_C).then(|| format!(
+        "the sessions were at {a:.1} °C and {b:.1} °C; the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainties do not include"
+    ))
+}
+
+/// Says which recordings both were made from.
+fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
+    let mut shared = a
+        .recordings()
+        .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
+    let first = &shared.next()?.path;
+    let (count, all) = (1 + shared.count(), a.recordings().count());
+    Some(finding!(
+        SameRecordings,
+        "{count} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing"
+    ))
+}
+
+/// Both as numbers, with readings divided by their nominal scale.
+///
+/// # Errors
+///
+/// `units-differ` (input) where units or ranges are not the same; `calibration-values` for a singular
+/// matrix.
+fn sensors(
+    pair: [&CalibrationFile; 2],
+    names: [&str; 2],
+    findings: &mut Vec<Finding>,
+) -> Result<[Sensor; 2]> {
+    let [x, y] = pair.map(|f| &f.accelerometer);
+    let [of_x, of_y] = [x, y].map(AccelerometerSection::mean_scale);
+    let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
+    if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE {
+        let [a, b] = [(x, of_x), (y, of_y)]
+            .map(|(s, scale)| format!("{} ({scale:.5} per m/s²)", s.input_unit.name()));
+        let [name_a, name_b] = names;
+        let text =
+            format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
+        return Err(Error::input("units-differ", text)
+            .with_hint("calibrate both from recordings in one unit and range"));
+    }
+    if unknown {
+        findings.push(finding!(
+            UnitUnverified,
+            "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same"
+        ));
+    }
+    let nominal = x.nominal_per_mps2().or(y.nominal_per_mps2());
+    let per = nominal.unwrap_or(of_x);
+    let one = |i: usize| {
+        let offset = pair[i].accelerometer.zero_offset();
+        sensor(pair[i], names[i], per, offset)
+    };
+    Ok([one(0)?, one(1)?])
+}

@@ -1,0 +1,319 @@
+//! Poses that are found: the longest quiet part of a file that rests one, or
+//! all rests of a continuous recording.
+
+use std::cell::LazyCell;
+use std::ops::Range;
+use std::path::Path;
+
+use gravical_core::matrix3;
+
+use crate::finding::finding;
+use crate::numfmt::count;
+use crate::recording::{Finding, Recording};
+use crate::{Error, Result};
+
+use super::Interval;
+use super::face::{Claim, angle_deg, claim};
+use super::rests::{find_quiet, find_rests, why_never_static};
+use crate::stats::moments;
+
+/// Fewer rows than these are too few to look for rests in.
+const FEW_ROWS: usize = 40;
+/// Directions further apart than this are two poses, degrees: a pose
+/// that is taken up and put down again comes back within a few.
+const APART_DEG: f64 = 10.0;
+/// Means of a table point in directions that are further apart, degrees.
+const FAR_APART_DEG: f64 = 25.0;
+/// Beside the pose that the name of a file speaks of, a rest shorter than
+/// this share of it is handling.
+const HANDLING: f64 = 0.25;
+
+/// Poses of one recording of a session. What is in the file decides how
+/// many: a recording that stands alone, or whose rests point in more directions
+/// than its name speaks of, is continuous and gives all its rests; any other
+/// gives the longest rest of every direction, in each stretch between blank
+/// rows.
+///
+/// # Errors
+///
+/// `never-static` for a lone recording that is nowhere, or hardly ever, at rest, or for a few rows that are
+/// neither a pose nor a table of means.
+pub(super) fn in_recording(
+    index: usize,
+    recordings: &[Recording],
+    findings: &mut Vec<Finding>,
+) -> Result<Vec<Interval>> {
+    let recording = &recordings[index];
+    let is_alone = recordings.len() == 1;
+    let rests = longest_per_pose(recording, find_rests(recording));
+    let rows_at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
+    let is_hardly_static = rows_at_rest * 10 < recording.rows();
+    let few = rests.is_empty() && recording.rows() < FEW_ROWS;
+    if (is_alone || few) && is_table_of_means(recording, few, is_hardly_static) {
+        return Ok(rows_as_poses(index, recording, findings));
+    }
+    if is_alone {
+        let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
+        // Without a rate a rest may be a pause of a motion.
+        let is_assumed = recording.timing.rate_hz().is_none();
+        let rows = recording.rows();
+        let what = match &rests[..] {
+            [] if few => format!("{rows} rows: no recording of poses, and no table of means"),
+            [] => return Err(never_still(recording)),
+            _ if is_brief || is_assumed && is_hardly_static => {
+                let poses = count(directions(recording, &rests, None).len(), "pose");
+                format!(
+                    "at rest in {rows_at_rest} of {rows} rows, in {poses}: too little for a calibration"
+                )
+            }
+            _ => return Ok(intervals_of(index, rests, None)),
+        };
+        return Err(never_static(recording, what));
+    }
+    let segments = recording.segments();
+    let stem = gravical_recording::source::stem(&recording.name);
+    // A name with a sign speaks of one pose; with two stretches in the
+    // file it can speak of neither.
+    let claimed = claim(&stem).filter(|c| match c {
+        Claim::Axis(_) => true,
+        Claim::Face(_) => segments.len() == 1,
+        Claim::Turn(_) => false,
+    });
+    let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
+    if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
+        return Ok(intervals_of(index, rests, Some(&stem)));
+    }
+    let quiet = LazyCell::new(|| find_quiet(recording));
+    let mut intervals = Vec::new();
+    for (at, segment) in segments.iter().enumerate() {
+        let label = if segments.len() > 1 {
+            format!("{stem} part {}", at + 1)
+        } else {
+            stem.clone()
+        };
+        let is_inside = |s: &&Range<usize>| segment.start <= s.start && s.end <= segment.end;
+        let inside: Vec<_> = rests.iter().filter(is_inside).cloned().collect();
+        let mut spans = directions(recording, &inside, claimed);
+        let mut is_found = true;
+        if spans.is_empty() {
+            let (found, finding) = without_rest(recording, &quiet, segment, &label);
+            findings.push(finding.in_file(&recording.name));
+            if let Some((rows, steady)) = found {
+                spans.push(rows);
+                is_found = steady;
+            }
+        }
+        intervals.extend(spans.into_iter().map(|rows| Interval {
+            label: label.clone(),
+            recording: index,
+            rows,
+            is_found,
+            claim: claimed,
+        }));
+    }
+    Ok(intervals)
+}
+
+/// What is used of a stretch between blank rows that has no rest, with a warning: its longest part of those
+/// that are `quiet`, which is found, or all of its rows where they are too few to judge.
+fn without_rest(
+    recording: &Recording,
+    quiet: &[Range<usize>],
+    segment: &Range<usize>,
+    label: &str,
+) -> (Option<(Range<usize>, bool)>, Finding) {
+    let lines = |rows: &Range<usize>| {
+        let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
+        format!("lines {first} to {last}")
+    };
+    let quiet = quiet.iter();
+    let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
+    if let Some(rows) = inside.max_by_key(|s| s.len()) {
+        let (mean, variance) = moments(&recording.accel, rows.clone());
+        let unsteady = finding!(
+            UnsteadyPose,
+            "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
+            lines(rows),
+            1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
+        );
+        (Some((rows.clone(), true)), unsteady)
+    } else if is_too_short(segment.len(), recording.working_rate_hz()) {
+        let count = segment.len();
+        let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
+        (Some((segment.clone(), false)), short)
+    } else {
+        let never = finding!(
+            NoStaticInterval,
+            "{label} is never at rest in {}: left out",
+            lines(segment)
+        );
+        (None, never)
+    }
+}
+
+/// So few rows at a rate, Hz, are too few to judge.
+#[doc(hidden)]
+pub fn is_too_short(rows: usize, rate: f64) -> bool {
+    rows < (rate as usize).max(FEW_ROWS)
+}
+
+/// Poses one after the other, `pose 1` …, with the name of their file where
+/// there are several.
+pub(crate) fn intervals_of(
+    index: usize,
+    spans: Vec<Range<usize>>,
+    stem: Option<&String>,
+) -> Vec<Interval> {
+    let file = stem.map_or_else(String::new, |stem| format!(" of {stem}"));
+    let interval = |(i, rows)| Interval {
+        label: format!("pose {}{file}", i + 1),
+        recording: index,
+        rows,
+        is_found: true,
+        claim: None,
+    };
+    spans.into_iter().enumerate().map(interval).collect()
+}
+
+/// The longest rest of every direction, in order.
+fn directions(
+    recording: &Recording,
+    rests: &[Range<usize>],
+    claimed: Option<Claim>,
+) -> Vec<Range<usize>> {
+    let mut found: Vec<([f64; 3], Range<usize>)> = Vec::new();
+    for span in rests {
+        let (mean, _) = moments(&recording.accel, span.clone());
+        match found
+            .iter_mut()
+            .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
+        {
+            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
+            Some(_) => {}
+            None => found.push((mean, span.clone())),
+        }
+    }
+    if matches!(claimed, Some(Claim::Face(_))) {
+        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
+        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
+    }
+    found.sort_by_key(|(_, s)| s.start);
+    found.into_iter().map(|(_, s)| s).collect()
+}
+
+/// Every row a pose of its own.
+fn rows_as_poses(
+    index: usize,
+    recording: &Recording,
+    findings: &mut Vec<Finding>,
+) -> Vec<Interval> {
+    let rows = recording.rows();
+    let means = finding!(
+        RowsAsPoses,
+        "{rows} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose"
+    );
+    findings.push(means.in_file(&recording.name));
+    let interval = |row: usize| Interval {
+        label: format!("line {}", recording.line(row)),
+        recording: index,
+        rows: row..row + 1,
+        is_found: false,
+        claim: None,
+    };
+    (0..rows).map(interval).collect()
+}
+
+/// How many directions far apart some readings point in, `most` at most.
+fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
+    let mut directions: Vec<[f64; 3]> = Vec::new();
+    for reading in readings {
+        let is_apart = |d: &[f64; 3]| angle_deg(*d, *reading) > FAR_APART_DEG;
+        if directions.len() < most && directions.iter().all(is_apart) {
+            directions.push(*reading);
+        }
+    }
+    directions.len()
+}
+
+/// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
+/// no order, of which one follows another far off, or of rests of days, which have no time stamps.
+fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
+    /// One row lies so far from the one before in a table without order.
+    const JUMP_DEG: f64 = 10.0;
+    /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
+    const ON_SPHERE: f64 = 0.05;
+    let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
+    let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
+    let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
+    let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
+    if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
+        return false;
+    }
+    let wanted = if few { 6 } else { 12 };
+    count_directions(&rows, wanted) == wanted
+        && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
+}
+
+/// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
+/// linear in the centre c.
+fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
+    let squares = rows.iter().map(|u| matrix3::dot(u, u));
+    let right = nalgebra::DVector::from_iterator(rows.len(), squares);
+    let left = nalgebra::DMatrix::from_fn(rows.len(), 4, |k, i| match i {
+        3 => 1.0,
+        _ => 2.0 * rows[k][i],
+    });
+    let normal = left.tr_mul(&left).cholesky()?;
+    let x = normal.solve(&left.tr_mul(&right));
+    let centre = [x[0], x[1], x[2]];
+    let radius = (x[3] + matrix3::dot(&centre, &centre)).sqrt();
+    let off = |u: &[f64; 3]| matrix3::norm(&matrix3::sub(u, &centre)) / radius - 1.0;
+    let sum: f64 = rows.iter().map(|u| off(u).powi(2)).sum();
+    Some((sum / rows.len() as f64).sqrt()).filter(|off| off.is_finite())
+}
+
+/// Rests that a twitch of less than a second parts and that point the same way
+/// are one pose: its longest part is taken.
+fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    const TWITCH_S: f64 = 1.0;
+    const SAME_DEG: f64 = 3.0;
+    let near = (TWITCH_S * recording.working_rate_hz()) as usize;
+    let mean = |span: &Range<usize>| moments(&recording.accel, span.clone()).0;
+    let mut out: Vec<Range<usize>> = Vec::new();
+    let mut end = 0;
+    for span in spans {
+        let twitched = out.last().is_some_and(|last| {
+            let between = end - 1..span.start + 1;
+            between.len() < near + 2
+                && !recording.is_broken(&between)
+                && angle_deg(mean(last), mean(&span)) < SAME_DEG
+        });
+        end = span.end;
+        match out.last_mut() {
+            Some(last) if twitched => {
+                if span.len() > last.len() {
+                    *last = span;
+                }
+            }
+            _ => out.push(span),
+        }
+    }
+    out
+}
+
+/// The error for a session that is never at rest, at its first recording.
+pub(super) fn never_still(recording: &Recording) -> Error {
+    let why = why_never_static(recording);
+    never_static(recording, format!("never at rest: {why}"))
+}
+
+fn never_static(recording: &Recording, what: String) -> Error {
+    let hint = if recording.rows() < FEW_ROWS {
+        "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
+    } else {
+        "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
+    };
+    Error::input("never-static", what)
+        .at(Path::new(&recording.name), None)
+        .with_hint(hint)
+}

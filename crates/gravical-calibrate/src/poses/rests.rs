@@ -1,0 +1,227 @@
+//! Static intervals of a recording, by the detector of rests ([`gravical_signal::detect_rests`]).
+
+use std::ops::Range;
+
+use gravical_core::matrix3::{norm, sub};
+use gravical_signal::{
+    BLOCK_S, MAX_VARIANCE, block_len, blocks, detect_quiet, detect_rests, quantile,
+};
+
+use super::MANY_POSES;
+use super::samples::Samples;
+use crate::recording::Recording;
+use crate::stats::weighted_median;
+
+/// Shortest static interval, s: a shorter pause of a hand is no pose.
+pub const MIN_REST_S: f64 = 1.0;
+/// A rest of fewer blocks is used to its ends.
+const MIN_BLOCKS_TO_TRIM: usize = 6;
+/// So many hours hold more static intervals than poses that somebody placed a sensor in: it is worn …
+const WORN_HOURS: f64 = 12.0;
+/// … and rests for at least this long, s (van Hees et al., J. Appl. Physiol. 117 (2014) 738).
+const MIN_WORN_REST_S: f64 = 10.0;
+/// Shortest static interval where no rate is known, in blocks …
+const MIN_REST_BLOCKS: f64 = 4.0;
+/// … and as a fraction of the median number of rows of a rest.
+const MIN_SHARE: f64 = 0.4;
+/// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
+/// hand that wanders or a bias that drifts …
+const SAME_DEG: f64 = 1.0;
+/// … and this near where no pose is asked for, or none is found.
+const HELD_DEG: f64 = 5.0;
+/// Blocks of a second.
+const BLOCKS_PER_S: usize = 5;
+
+/// The rows of the static intervals of a recording, in order.
+///
+/// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
+/// are counted in readings. A recording without rests has none: what shows
+/// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
+pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
+    let samples = Samples::new(recording);
+    let channels = samples.channels();
+    // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
+    // little to matter for a pose.
+    let one_way = |span: &Range<usize>| samples.stays(span, SAME_DEG);
+    let (mut rests, others): (Vec<_>, Vec<_>) =
+        detect_quiet(&channels).into_iter().partition(one_way);
+    if !others.is_empty() {
+        let inside = |rest: &Range<usize>| {
+            let meets = |span: &Range<usize>| span.start < rest.end && rest.start < span.end;
+            others.iter().any(meets)
+        };
+        rests.extend(detect_rests(&channels).into_iter().filter(inside));
+        rests.sort_by_key(|rest| rest.start);
+    }
+    let rests = samples.without_turns(rests);
+    // The sensor is worn: what rests for less does not count.
+    let hours = channels.time_s.len() as f64 * samples.period_s / 3600.0;
+    let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
+    let min_len = match recording.timing.rate_hz() {
+        Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
+        Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
+        None => {
+            let lengths = rests.iter().map(|r| r.len() as f64).collect();
+            (MIN_SHARE * quantile(lengths, 0.5)).max(MIN_REST_BLOCKS * BLOCK_S / samples.period_s)
+        }
+    };
+    let long = rests.into_iter().filter(|r| r.len() as f64 >= min_len);
+    long.map(|rest| samples.in_rows(&samples.without_ends(rest)))
+        .collect()
+}
+
+/// Spans of rows that are quiet and point one way, if not to the accuracy of a pose: held by a hand, or at
+/// rest while a bias drifts with the temperature.
+#[doc(hidden)]
+pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
+    let samples = Samples::new(recording);
+    let channels = samples.channels();
+    detect_quiet(&channels)
+        .iter()
+        .filter(|span| samples.stays(span, HELD_DEG))
+        .map(|span| samples.in_rows(span))
+        .collect()
+}
+
+/// How far a motion may reach into the rests around it, s: it begins and ends so slowly
+/// that this is taken for rest.
+const SLOW_END_S: f64 = 0.5;
+
+/// The rows from the end of one rest to the start of the next, and as much of both as
+/// may hide the slow beginning and end of the motion between them: less the bias, what
+/// is rest adds but noise.
+pub(crate) fn with_slow_ends(
+    recording: &Recording,
+    before: &Range<usize>,
+    after: &Range<usize>,
+) -> Range<usize> {
+    let most = (SLOW_END_S * recording.working_rate_hz()) as usize;
+    // The greater part of a static interval is rest.
+    let hidden = |rest: &Range<usize>| most.min(rest.len() / 3);
+    before.end - hidden(before)..after.start + hidden(after)
+}
+
+/// Why a recording has no static interval.
+#[doc(hidden)]
+pub fn why_never_static(recording: &Recording) -> String {
+    if recording.accel_scale.nominal().is_none() {
+        return "no second of it is quiet".to_owned();
+    }
+    let samples = Samples::new(recording);
+    let max_rms = MAX_VARIANCE.map(|variance| (variance / 3.0).sqrt());
+    match [0, 1].map(|sensor| samples.quietest_rms(sensor)) {
+        [force, _] if force > max_rms[0] => format!(
+            "where it is quietest each axis moves by {force:.1} m/s² rms, at rest by less than 0.3"
+        ),
+        [_, rate] if rate > max_rms[1] => format!(
+            "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
+            rate.to_degrees()
+        ),
+        // Blocks have five rows or more.
+        _ => format!(
+            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (40 readings without a rate), or turns"
+        ),
+    }
+}
+
+impl Samples {
+    /// Mean specific force and angular rate of a span.
+    fn mean(&self, span: &Range<usize>) -> ([f64; 3], [f64; 3]) {
+        let [x, y, z, u, v, w] = self.channels().mean(span);
+        ([x, y, z], [u, v, w])
+    }
+
+    /// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
+    /// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
+    /// trembles faster.
+    fn stays(&self, span: &Range<usize>, max_deg: f64) -> bool {
+        let channels = &self.channels();
+        let (force, rate) = self.mean(span);
+        let limit = max_deg.to_radians() * norm(&force);
+        let size = block_len(channels.period_s, BLOCK_S);
+        let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
+            blocks(channels, span, size)
+                .iter()
+                .all(|b| is_near(&b.span))
+        };
+        let keeps_force = |block: &Range<usize>| norm(&sub(&self.mean(block).0, &force)) < limit;
+        let keeps_rate =
+            |second: &Range<usize>| norm(&sub(&self.mean(second).1, &rate)) < self.turning_rad_s;
+        all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
+    }
+
+    /// A rest without the block at each end that borders on motion, while the sensor rocks and the hand
+    /// lets go; a short rest is left as it is.
+    fn without_ends(&self, rest: Range<usize>) -> Range<usize> {
+        let size = block_len(self.period_s, BLOCK_S);
+        if rest.len() < MIN_BLOCKS_TO_TRIM * size {
+            return rest;
+        }
+        let piece = self.channels().piece(rest.start);
+        let trim = |borders: bool| size * usize::from(borders);
+        rest.start + trim(rest.start > piece.start)..rest.end - trim(rest.end < piece.end)
+    }
+
+    /// The rests in which the sensor does not turn evenly: their mean rates (NaN: unknown) differ by little
+    /// from the median over the time at rest, the bias.
+    fn without_turns(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+        let bias: [f64; 3] = std::array::from_fn(|axis| {
+            let weigh = |rest| (self.mean(rest).1[axis], rest.len() as f64);
+            weighted_median(&mut rests.iter().map(weigh).collect::<Vec<_>>()).unwrap_or(0.0)
+        });
+        rests.retain(|rest| {
+            let off = norm(&sub(&self.mean(rest).1, &bias));
+            off < self.turning_rad_s || off.is_nan()
+        });
+        rests
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{ReadOptions, read_bytes};
+
+    /// Rows of six channels, m/s² and rad/s, every 10 ms.
+    fn found(rows: impl Iterator<Item = [f64; 6]>) -> Vec<Range<usize>> {
+        let mut text = String::from("t_ms,ax,ay,az,gx,gy,gz\n");
+        for (i, row) in rows.enumerate() {
+            let cells = row.map(|v| format!("{v:.4}")).join(",");
+            text += &format!("{},{cells}\n", 10 * i);
+        }
+        let recording = read_bytes(text.as_bytes(), "a.csv", &ReadOptions::default()).unwrap();
+        find_rests(&recording)
+    }
+
+    /// Evenly spread, of a standard deviation of one; another for each channel.
+    fn noise(i: usize, channel: usize) -> f64 {
+        let at = (i * 7919 + channel * 104_729 + i * i * 31) % 1009;
+        (at as f64 / 504.0 - 1.0) * 3.0_f64.sqrt()
+    }
+
+    fn at_rest(i: usize) -> [f64; 6] {
+        let up = [0.0, 0.0, 9.81, 0.0, 0.0, 0.0];
+        std::array::from_fn(|c| up[c] + noise(i, c) * if c < 3 { 0.03 } else { 0.002 })
+    }
+
+    /// A turn about the vertical leaves gravity where it is, and is too smooth for a block to show.
+    #[test]
+    fn a_slow_turn_about_the_vertical_parts_two_rests() {
+        for (rest, turn) in [(1000, 1000), (1000, 1200), (6000, 800)] {
+            let row = |i: usize| {
+                let mut row = at_rest(i);
+                if (rest..rest + turn).contains(&i) {
+                    let phase = (i - rest) as f64 / turn as f64;
+                    let mean_rad_s = std::f64::consts::TAU / (turn as f64 / 100.0);
+                    row[5] += mean_rad_s * (1.0 - (std::f64::consts::TAU * phase).cos());
+                }
+                row
+            };
+            let rests = found((0..2 * rest + turn).map(row));
+            assert_eq!(rests.len(), 2, "{rests:?}");
+            let slow = 60;
+            assert!(rests[0].end <= rest + slow, "{rests:?}");
+            assert!(rests[1].start + slow >= rest + turn, "{rests:?}");
+        }
+    }
+}

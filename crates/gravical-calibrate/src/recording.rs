@@ -1,0 +1,129 @@
+//! Reading of recordings in many formats, and the faults found in them.
+//!
+//! # Overview
+//!
+//! [`read`] opens a file (plain, gzip, standard input) and reads it with the crate
+//! `gravical_recording`: its format, which column is which channel, and what the columns say of clock,
+//! units and defects. The [`Ledger`] accounts for every line: it is a row, or it was set aside for a
+//! given reason. Every fault is reported as a [`Finding`] with its lines.
+//!
+//! Values stay in the unit of the file; [`AccelScale::nominal`] is the size of one m/s² in that
+//! unit. The bias and matrix of a calibration therefore apply to the numbers in the file.
+//!
+//! # Example
+//!
+//! ```
+//! # use gravical_calibrate as gravical;
+//! use gravical::recording::{ReadOptions, read_bytes};
+//!
+//! let csv = "t_ms,ax,ay,az\n0,0.1,0.0,9.8\n10,0.1,0.1,9.8\n20,0.1,0.0,9.7\n";
+//! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
+//! assert_eq!(recording.rows(), 3);
+//! assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
+//! # Ok::<(), gravical::Error>(())
+//! ```
+
+use std::path::Path;
+
+use crate::escape::path_word;
+use crate::finding::finding;
+use crate::{Error, Result};
+
+pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
+#[doc(hidden)]
+pub use gravical_recording::{
+    BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
+    source, units,
+};
+pub use gravical_recording::{
+    ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,
+    TableColumn, TimeUnit, Timing, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
+    read_head, read_joined, read_samples,
+};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+
+/// Size of one m/s² in the numbers of the accelerometer.
+///
+/// # Errors
+///
+/// `unit-unknown` for counts of unknown range.
+#[doc(hidden)]
+pub fn nominal_accel(recording: &Recording) -> Result<f64> {
+    recording.accel_scale.nominal().ok_or_else(|| {
+        let what = "counts of unknown range have no unit";
+        Error::input("unit-unknown", what)
+            .at(recording.name.as_ref(), None)
+            .with_hint("give the range, for example of ±2 g")
+            .advise("accel_unit", "counts")
+            .advise("accel_range", "2")
+    })
+}
+
+/// The serial number that the files name, if any does.
+///
+/// # Errors
+///
+/// `sensors-differ` where they name several.
+pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
+    let named = recordings.iter().map(|r| (&r.name, r.serial.as_ref()));
+    let mut named = named.filter_map(|(name, serial)| Some((name, serial?)));
+    let Some((one, serial)) = named.next() else {
+        return Ok(None);
+    };
+    let Some((other, another)) = named.find(|(_, another)| *another != serial) else {
+        return Ok(Some(serial.clone()));
+    };
+    let what =
+        format!("{one} is of the sensor with the serial number {serial}, {other} of {another}");
+    Err(Error::input("sensors-differ", what)
+        .at(other.as_ref(), None)
+        .with_hint(
+            "calibrate the recordings of each sensor alone; or name the sensor if they are of one",
+        )
+        .advise("sensor_id", ""))
+}
+
+/// Adds to an error what reading `recordings` lost: too few poses can be too few rows.
+pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
+    let said = |f: &Finding| match f.count {
+        0 => f.kind.to_string(),
+        n => format!("{n} {}", f.kind),
+    };
+    let losses = |recording: &Recording| -> Vec<String> {
+        let lost = recording.findings.iter().filter(|f| f.kind.is_loss());
+        lost.map(said).collect()
+    };
+    let mut damaged = recordings.iter().map(|r| (&r.name, losses(r)));
+    let Some((name, losses)) = damaged.find(|(_, losses)| !losses.is_empty()) else {
+        return error;
+    };
+    let file = path_word(Path::new(name));
+    let mut hint = format!("`gravical inspect {file}` shows the damaged lines");
+    if let Some(first) = error.hint() {
+        hint += &format!("; {first}");
+    }
+    let losses = losses.join(", ");
+    error
+        .with_detail(&format!("; reading {name} lost samples: {losses}"))
+        .with_hint(hint)
+}
+
+/// That a recording is calibrated already, where what is `wanted` is another one.
+#[doc(hidden)]
+pub fn already_calibrated(recording: &Recording, wanted: &str) -> Option<Finding> {
+    let why = why_calibrated(recording.is_calibrated_by_board);
+    let finding = finding!(AlreadyCalibrated, "{why}: {wanted}");
+    recording
+        .is_calibrated
+        .then(|| finding.in_file(&recording.name))
+}
+
+/// Why a recording is taken for a calibrated one, for findings.
+#[doc(hidden)]
+pub fn why_calibrated(by_board: bool) -> &'static str {
+    if by_board {
+        "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
+    } else {
+        "its columns have the names of calibrated columns"
+    }
+}

@@ -1,0 +1,353 @@
+//! The files of a session: as they are named, or all recordings of a folder.
+
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::calibrate::CalibrateOptions;
+use crate::calibration_file::CalibrationFile;
+use crate::finding::finding;
+use crate::numfmt::count;
+use crate::poses::sections::read_sections;
+use crate::recording::{
+    Finding, FindingKind, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope,
+    join_gyroscope, read, read_head, source,
+};
+use crate::{Error, Result};
+use gravical_recording::output::ends_in;
+
+/// Files that a calibration takes beside the recordings.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+pub struct SessionFiles {
+    /// Gyroscope in a second file, joined by time
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub gyro: Option<PathBuf>,
+    /// Poses as row ranges: JSON of imucal or CSV
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    pub sections: Option<PathBuf>,
+    /// Recording of warming at rest; repeatable
+    ///
+    /// A temperature model is fitted to it; by default to the session, if it spans more than 5 °C.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "FILE", hide_short_help = true)
+    )]
+    pub thermal: Vec<PathBuf>,
+}
+
+impl SessionFiles {
+    /// All of them.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.gyro.iter().chain(&self.sections).chain(&self.thermal)
+    }
+
+    /// Reads sections and thermal recordings into the options.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read_sections`] and [`read`].
+    pub fn read_into(&self, options: &mut CalibrateOptions, how: &ReadOptions) -> Result<()> {
+        if let Some(path) = &self.sections {
+            let (sections, list) = read_sections(path)?;
+            options.segment.sections = Some(sections);
+            options.other_inputs.push(list);
+        }
+        let thermal = self.thermal.iter().map(|path| read(path, how));
+        options.thermal = thermal.collect::<Result<_>>()?;
+        Ok(())
+    }
+}
+
+/// Endings of files in a folder that may be recordings.
+pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
+
+/// Files of a folder that may be recordings, in the order of their names.
+///
+/// # Errors
+///
+/// What the file system says; `no-recordings` when there is none.
+pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
+    let paths = listed(folder)?;
+    if paths.is_empty() {
+        return Err(no_recordings(folder, &folders_in(folder)?));
+    }
+    Ok(paths)
+}
+
+fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut paths = entries(folder)?;
+    paths.retain(|p| p.is_file() && may_be_recording(p));
+    Ok(paths)
+}
+
+/// What is in a folder, in the order of the names.
+///
+/// # Errors
+///
+/// What the file system says.
+#[doc(hidden)]
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
+    let mut paths: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    paths.sort();
+    Ok(paths)
+}
+
+/// True for a name with the ending of a recording.
+pub fn may_be_recording(path: &Path) -> bool {
+    ENDINGS.into_iter().any(|ending| ends_in(path, ending))
+}
+
+/// Columns that begin the summary of many sessions.
+pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code", "hint", "result"];
+
+/// True for a calibration, and for a table that holds results by its column names: of `apply`, of
+/// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
+#[doc(hidden)]
+pub fn is_result_file(path: &Path) -> bool {
+    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.is_result())
+        || is_summary(path)
+        || CalibrationFile::read(path).is_ok()
+}
+
+/// True for the summary of many sessions.
+#[doc(hidden)]
+pub fn is_summary(path: &Path) -> bool {
+    let columns = SUMMARY_COLUMNS.join(",");
+    let mut head = vec![0; columns.len()];
+    let read = source::open(path, &ReadOptions::default())
+        .map(|mut input| input.reader.read_exact(&mut head));
+    matches!(read, Ok(Ok(()))) && head == columns.as_bytes()
+}
+
+/// The error of a folder without a recording, with the first that was left out.
+fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
+    let error = Error::input("no-recordings", "there is no recording in this folder");
+    let detail = left_out.first().map_or(String::new(), |first| {
+        let file = first.file.as_deref().unwrap_or("-");
+        format!("; {file}: {}", first.message)
+    });
+    let endings = ENDINGS.join(", .");
+    let hint = format!(
+        "folders inside this one are not read; recordings end in .{endings}; `gravical inspect` says of each file what helps"
+    );
+    error.at(folder, None).with_detail(&detail).with_hint(hint)
+}
+
+/// Folders in `folder` that hold what may be recordings: named, not read.
+fn folders_in(folder: &Path) -> Result<Vec<Finding>> {
+    let mut findings = Vec::new();
+    for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
+        let files = listed(&path).map_or(0, |files| files.len());
+        if files > 0 {
+            let files = count(files, "file");
+            let left = finding!(
+                FolderLeftOut,
+                "a folder with {files} that may be recordings; not read"
+            );
+            findings.push(left.in_file(&path.display().to_string()));
+        }
+    }
+    Ok(findings)
+}
+
+/// True for a file of a folder that is no recording at all, such as a licence.
+pub fn is_something_else(error: &Error) -> bool {
+    matches!(
+        error.code(),
+        "no-rows" | "no-accelerometer" | "gyroscope-alone" | "is-a-calibration"
+    )
+}
+
+/// Reads a file of a folder, of which nobody said that it is a recording.
+///
+/// # Errors
+///
+/// `no-rows` for prose, such as a licence; those of [`read`].
+pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    if ends_in_words(path) {
+        return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
+    }
+    read(path, options)
+}
+
+/// True for a file that ends in words: however a recording begins, it ends in
+/// rows.
+fn ends_in_words(path: &Path) -> bool {
+    const TAIL: u64 = 4096;
+    let tail = || -> std::io::Result<Vec<u8>> {
+        let mut file = std::fs::File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+        let mut tail = Vec::new();
+        file.take(TAIL).read_to_end(&mut tail)?;
+        Ok(tail)
+    };
+    !ends_in(path, "gz") && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
+}
+
+/// True for `walk.rescued.csv` and `walk.rescued-2.csv`, by which `gravical log` saves what it
+/// received. The recording itself may be beside it.
+fn is_rescued(path: &Path) -> bool {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let kind = stem.rsplit_once('.').map_or("", |(_, kind)| kind);
+    kind == "rescued" || kind.starts_with("rescued-")
+}
+
+/// A gyroscope's file beside several inputs.
+pub fn several_with_gyro(inputs: usize) -> Error {
+    Error::usage(
+        "gyro-inputs",
+        format!("it belongs to one recording of the accelerometer; there are {inputs}"),
+    )
+    .of_option("gyro")
+    .with_hint("give one continuous recording, or files that hold both sensors")
+}
+
+/// The recordings among files, and those that hold a gyroscope alone; `of_folder`: nobody said that they are
+/// recordings, and what is none goes to `left_out`. With other files beside it, a gyroscope may be theirs.
+fn read_files<'a>(
+    paths: &'a [PathBuf],
+    of_folder: bool,
+    [of_recordings, of_gyroscopes]: [&ReadOptions; 2],
+    left_out: &mut Vec<Finding>,
+) -> Result<(Vec<Recording>, Vec<&'a PathBuf>)> {
+    let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
+    for path in paths {
+        let mut leave_out = |why: Finding| left_out.push(why.in_file(&path.display().to_string()));
+        if of_folder && is_rescued(path) {
+            leave_out(finding!(
+                NoRecording,
+                "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
+            ));
+            continue;
+        }
+        let recording = if of_folder {
+            read_listed(path, of_recordings)
+        } else {
+            read(path, of_recordings)
+        };
+        let is_doubtful = recording
+            .as_ref()
+            .map_or(true, |r| r.gyro.is_none() && is_named_gyroscope(path));
+        if is_doubtful && paths.len() > 1 && holds_gyroscope_alone(path, of_gyroscopes) {
+            gyroscopes.push(path);
+            continue;
+        }
+        match recording {
+            // A result beside its sources is no placement.
+            Ok(recording) if of_folder && recording.is_result() => leave_out(finding!(
+                AlreadyCalibrated,
+                "a result of this program, by its column names, not a recording; left out"
+            )),
+            Err(error) if of_folder && is_something_else(&error) => {
+                leave_out(finding!(NoRecording, "{}; left out", error.message()));
+            }
+            recording => recordings.push(recording?),
+        }
+    }
+    Ok((recordings, gyroscopes))
+}
+
+/// Reads files, or the recordings of one folder, with the gyroscope of `gyro`
+/// joined to the one recording that there is. A file with a gyroscope alone is
+/// no placement: it is joined where it can belong to one recording only. What is
+/// left out comes back as findings.
+///
+/// # Errors
+///
+/// The first file that cannot be read, `no-recordings`;
+/// `gyro-inputs` (usage) for `gyro` beside several recordings.
+pub fn read_session(
+    inputs: &[PathBuf],
+    gyro: Option<&Path>,
+    options: &ReadOptions,
+) -> Result<(Vec<Recording>, Vec<Finding>)> {
+    let folder = match inputs {
+        [one] if one.as_path() != Path::new("-") && one.is_dir() => Some(one),
+        _ => None,
+    };
+    let (mut paths, mut left_out) = match folder {
+        Some(folder) => (files_in(folder)?, folders_in(folder)?),
+        None => (inputs.to_vec(), Vec::new()),
+    };
+    let is_only = paths.len() == 1;
+    paths.retain(|path| is_only || !gyro.is_some_and(|gyro| is_same(gyro, path)));
+    let of_recordings = match gyro {
+        Some(_) => options.beside_gyroscope_file(),
+        None => options.clone(),
+    };
+    let (mut recordings, gyroscopes) = read_files(
+        &paths,
+        folder.is_some(),
+        [&of_recordings, options],
+        &mut left_out,
+    )?;
+    if folder.is_some() {
+        leave_out_linear(&mut recordings, &mut left_out);
+    }
+    if let (true, None, Some(path)) = (recordings.is_empty(), folder, gyroscopes.first()) {
+        // Of files that were named, each is a recording or an error.
+        return Ok((vec![read(path, options)?], left_out));
+    }
+    match (&mut recordings[..], gyro, &gyroscopes[..]) {
+        ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
+        (several @ [_, ..], Some(_), _) => return Err(several_with_gyro(several.len())),
+        ([one], None, [gyro]) if one.gyro.is_none() => {
+            let finding = match join_gyroscope(one, gyro, options) {
+                Ok(()) => finding!(
+                    GyroJoined,
+                    "a gyroscope alone, beside one recording: joined to {} on time",
+                    one.name
+                ),
+                Err(why) => finding!(
+                    GyroLeftOut,
+                    "a gyroscope alone, which does not belong to {}: {}; left out",
+                    one.name,
+                    why.message()
+                ),
+            };
+            left_out.push(finding.in_file(&gyro.display().to_string()));
+        }
+        (_, _, gyroscopes) => {
+            let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
+            for path in gyroscopes {
+                let finding = Finding::note(FindingKind::GyroLeftOut, note).advise("gyro", "");
+                left_out.push(finding.in_file(&path.display().to_string()));
+            }
+        }
+    }
+    if recordings.is_empty() {
+        let first = folder
+            .or(paths.first())
+            .map_or(Path::new("-"), PathBuf::as_path);
+        return Err(no_recordings(first, &left_out));
+    }
+    Ok((recordings, left_out))
+}
+
+/// Apps write acceleration without gravity beside that with it: in a folder only the
+/// latter is meant.
+fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>) {
+    let is_linear = |f: &Finding| f.kind == FindingKind::WithoutGravity;
+    let linear = |r: &Recording| r.findings.iter().any(is_linear);
+    if recordings.iter().all(linear) {
+        return;
+    }
+    for recording in recordings.extract_if(.., |r| linear(r)) {
+        let why = finding!(
+            NoRecording,
+            "gravity was taken out of this acceleration, and another file holds it with gravity; left out"
+        );
+        left_out.push(why.in_file(&recording.name));
+    }
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    a == b
+        || a.canonicalize()
+            .is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+}
