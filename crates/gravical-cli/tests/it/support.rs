@@ -174,15 +174,6 @@ pub fn finding<'a>(value: &'a Value, kind: &str) -> &'a Value {
         .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(value)))
 }
 
-/// The faces of the poses, in order.
-pub fn faces(calibration: &Value) -> Vec<String> {
-    poses(calibration)
-        .iter()
-        .filter(|p| p["kind"] == "face")
-        .map(|p| p["label"].as_str().unwrap().to_owned())
-        .collect()
-}
-
 pub fn poses(calibration: &Value) -> &[Value] {
     calibration["accelerometer"]["poses"].as_array().unwrap()
 }
