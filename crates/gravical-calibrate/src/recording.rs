@@ -33,7 +33,7 @@ pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 #[doc(hidden)]
 pub use gravical_recording::{
     BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
-    source, units,
+    max_bytes, source, units,
 };
 pub use gravical_recording::{
     ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,

@@ -15,6 +15,7 @@ use gravical::escape::{one_line, path_text};
 use gravical::live::folder::is_session;
 use gravical::numfmt::count;
 use gravical::output::{make_folder, write_atomic};
+use gravical::recording::max_bytes;
 use gravical::session::{ENDINGS, SUMMARY_COLUMNS, entries, is_summary, may_be_recording};
 use gravical::targets::{check_targets, place, same_target};
 use gravical::{Error, Result};
@@ -58,6 +59,16 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 }
 
 impl EachArgs {
+    fn threads(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(cores, usize::from)
+    }
+
+    /// Memory that each of the recordings that are read at once may take, bytes.
+    pub fn max_bytes(&self) -> u64 {
+        max_bytes() / self.threads().max(1) as u64
+    }
+
     /// Refuses options of `--each` without it.
     ///
     /// # Errors
@@ -166,8 +177,7 @@ pub fn run(
     let widths = items.iter().map(|i| path_text(&i.path).chars().count());
     let width = widths.max().unwrap_or(0).min(40);
     let bar = progress::of_sessions(items.len());
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = plan.each.threads.map_or_else(cores, usize::from);
+    let threads = plan.each.threads();
     let next = AtomicUsize::new(0);
     let mut rows = BTreeMap::new();
     let one = |item: &Item| {

@@ -108,6 +108,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     options.validate()?;
     let read = ReadOptions {
         hash: true,
+        max_bytes: Some(args.each.max_bytes()),
         ..args.recording.clone()
     };
     read.validate()?;

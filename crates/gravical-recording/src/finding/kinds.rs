@@ -57,7 +57,7 @@ kinds! {
     LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
     SamplesAveraged "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file";
     ColumnsGuessed "columns-guessed" Warning "no header, or a header that does not fit the columns";
-    ColumnsUnread "columns-unread" Note "columns of numbers that are used for nothing: a magnetometer, angles, a second clock, a name that is not known";
+    ColumnsUnread "columns-unread" Note "columns of changing numbers that are used for nothing, whose names tell no other quantity";
     NotAnAccelerometer "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope";
     SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `sensor_id`)";
     UnnamedClock "unnamed-clock" Warning "no column is named as time, and one or several increase steadily";

@@ -269,11 +269,13 @@ impl Format {
         let is_added = |c: usize| self.added.is_some_and(|added| added.contains(&c));
         let is_asked =
             |c: usize| self.role(c) != Role::Other || self.sensor == Some(c) || is_added(c);
+        // Names of other quantities, constants and counts of rows are known for what they are.
         let is_open = |c: &usize| {
-            let column = &self.columns[*c];
-            let is_number = sample.columns[*c].iter().any(|v| !v.is_nan());
+            let (column, values) = (&self.columns[*c], &sample.columns[*c]);
             let is_sensor = matches!(column.role, Role::Accel(_) | Role::Gyro(_));
-            is_number && !is_asked(*c) && !is_sensor && !column.is_dropped && !sample.is_text(*c)
+            let is_told = is_asked(*c) || is_sensor || column.is_foreign || column.is_dropped;
+            let changes = values.windows(2).any(|w| w[0] != w[1] && !w[0].is_nan());
+            !is_told && changes && !sample.is_text(*c) && !roles::is_counter(values)
         };
         let unread = (0..self.columns.len()).filter(is_open).collect();
         let is_read = |c: usize| self.sentences.is_some() || is_asked(c);

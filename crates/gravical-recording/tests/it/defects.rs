@@ -4,7 +4,7 @@ use std::io::Write as _;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use gravical_recording::{Finding, FindingKind, Reason, Recording};
+use gravical_recording::{Finding, FindingKind, ReadOptions, Reason, Recording, read_bytes};
 
 use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
 
@@ -131,6 +131,29 @@ fn rows_in_another_unit_or_other_columns_are_refused_with_the_cut() {
     }
 }
 
+/// What is too long is cut where the error says, and the first part is read.
+#[test]
+fn more_than_fits_is_refused_with_the_number_of_lines_that_fit() {
+    let row = |k: usize| format!("{},{}.25,0.5,9.75\n", 10 * k, k % 7);
+    let text = "ms,ax,ay,az\n".to_owned() + &(0..100_000).map(row).collect::<String>();
+    let options = ReadOptions {
+        max_bytes: Some(6_000_000),
+        ..ReadOptions::default()
+    };
+    let read = |text: &str| read_bytes(text.as_bytes(), "long.csv", &options);
+    let error = read(&text).unwrap_err();
+    assert_eq!(error.code(), "too-large");
+    let words: Vec<&str> = error.message().split(' ').collect();
+    let lines = words[words.iter().position(|w| *w == "lines").unwrap() - 1];
+    let lines: usize = lines.parse().unwrap();
+    assert!((30_000..60_000).contains(&lines), "{error}");
+    assert!(error.hint().unwrap().starts_with(&format!(
+        "cut the file and read the parts: `sed '{lines},$d'"
+    )));
+    let first: Vec<&str> = text.lines().take(lines - 1).collect();
+    assert_eq!(read(&first.join("\n")).unwrap().rows(), lines - 2);
+}
+
 #[test]
 fn a_dead_thermometer_loses() {
     let text = table("ms,AHT_tmp[C],ax,ay,az,gtemp", |k, a| {
@@ -188,4 +211,10 @@ fn a_download_cut_off_yields_what_it_holds() {
     assert!(recording.rows() > 50 && recording.description.starts_with("gzip, "));
     let cut = found(&recording, FindingKind::TruncatedFile);
     assert_eq!(cut.file.as_deref(), Some("cut.csv.gz"));
+    // The blocks of a tape are filled with zeros; a log goes on in another member.
+    let padded = [&packed[..], &[0; 700], &packed, &[0; 300]].concat();
+    let recording = try_read(padded, "padded.csv.gz").unwrap();
+    assert_eq!(recording.rows(), 2 * 6 * FACE_ROWS);
+    let is_damage = |f: &Finding| f.kind == FindingKind::TruncatedFile;
+    assert!(!recording.findings.iter().any(is_damage));
 }

@@ -54,10 +54,10 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
             ""
         };
         let text = format!(
-            "columns of numbers that are not read: {}{more}; assign those that are of the sensor",
+            "columns of numbers that are not read: {}{more}",
             names.join(", ")
         );
-        findings.push(Finding::new(FindingKind::ColumnsUnread, text).advise("columns", ""));
+        findings.push(Finding::new(FindingKind::ColumnsUnread, text));
     }
     if format.is_guessed {
         let why = format.misfit.as_deref().unwrap_or("no header");

@@ -39,7 +39,9 @@ pub(super) fn add_body_rates(format: &mut Format) {
         names.position(|(n, c)| words(n) == [name] && c.role == Role::Other && !c.is_dropped)
     };
     let rates = ["p", "q", "r"].map(find);
+    let has_accel = format.columns.iter().any(is_accel) || format.options.is_gyroscope;
     if let [Some(p), Some(q), Some(r)] = rates
+        && has_accel
         && !format.columns.iter().any(is_gyro)
     {
         for (axis, column) in [p, q, r].into_iter().enumerate() {
