@@ -1,8 +1,5 @@
 //! How much of the machine's memory a recording may take.
 
-use std::io::Read;
-
-use memchr::memchr_iter;
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
 use crate::error::{Error, Result};
@@ -15,10 +12,8 @@ const SHARE: u64 = 2;
 const DEFAULT_BYTES: u64 = 1 << 31;
 /// Bytes of a row beside its columns: its line, time, and six channels and the time of a sample in SI units.
 const ROW_BYTES: u64 = 4 + 8 + 7 * 8;
-/// Bytes of a text by which the length of its rows is estimated.
-const FIRST_BYTES: u64 = 1 << 20;
 
-/// Memory that a recording may take: its bytes, columns and samples together.
+/// Memory that a recording may take: its columns and samples together.
 pub(crate) struct Budget {
     bytes: u64,
 }
@@ -29,27 +24,6 @@ impl Budget {
         Budget {
             bytes: options.max_bytes.unwrap_or_else(max_bytes),
         }
-    }
-
-    /// Reads a text whole.
-    ///
-    /// # Errors
-    ///
-    /// `too-large` before more is read than fits with the rows that it holds.
-    pub(crate) fn read_text(&self, format: &Format, mut reader: impl Read) -> Result<Vec<u8>> {
-        let mut text = Vec::new();
-        reader.by_ref().take(FIRST_BYTES).read_to_end(&mut text)?;
-        let lines = memchr_iter(format.line_end, &text).count().max(1);
-        let bytes_per_line = text.len() as f64 / lines as f64;
-        let row_bytes = row_bytes(format) as f64;
-        let max_text = self.bytes as f64 * bytes_per_line / (bytes_per_line + row_bytes);
-        let rest = (max_text as u64).saturating_sub(text.len() as u64);
-        reader.by_ref().take(rest).read_to_end(&mut text)?;
-        if reader.read(&mut [0])? == 0 {
-            return Ok(text);
-        }
-        let line = memchr_iter(format.line_end, &text).count();
-        Err(self.too_large(format, line))
     }
 
     /// Refuses more rows than fit.

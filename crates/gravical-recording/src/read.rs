@@ -172,6 +172,6 @@ pub(crate) fn parse_whole(
     budget: &Budget,
     copied: &[(usize, usize)],
 ) -> Result<Rows> {
-    let text = budget.read_text(format, text)?;
-    format.parse_with_text(&text, copied)
+    let check = |rows| budget.check_rows(format, rows);
+    format.parse_with_text(text, copied, check)
 }

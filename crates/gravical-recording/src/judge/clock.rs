@@ -396,6 +396,9 @@ fn deviation(values: &[f64]) -> Option<f64> {
 /// Whether a column holds the time since the row before rather than the time.
 pub fn holds_steps(values: &[f64]) -> bool {
     let (up, down) = trend(values);
+    if down == 0.0 || down < 0.4 * up {
+        return false;
+    }
     let Some(usual) = median(values.iter().copied()) else {
         return false;
     };
@@ -410,7 +413,7 @@ pub fn holds_steps(values: &[f64]) -> bool {
     let are_alike = values
         .iter()
         .all(|v| v.is_nan() || *v > 0.0 && *v < 20.0 * usual);
-    down > 0.0 && down >= 0.4 * up && !has_trend && are_alike
+    !has_trend && are_alike
 }
 
 /// Times of rows that hold the time since the row before.

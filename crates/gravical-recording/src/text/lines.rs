@@ -5,7 +5,7 @@ use std::io::{self, ErrorKind, Read};
 use memchr::{memchr, memrchr};
 
 /// Bytes that are read at once.
-const BLOCK_BYTES: usize = 1 << 18;
+const READ_BYTES: usize = 1 << 18;
 /// Bytes of a line that are kept: what is longer is not text.
 const MAX_LINE_BYTES: usize = 1 << 20;
 
@@ -30,6 +30,12 @@ impl<R: Read> LineBlocks<R> {
 
     /// The lines that the next reads complete; `None` at the end.
     pub(crate) fn next(&mut self) -> io::Result<Option<Vec<u8>>> {
+        self.next_of(0)
+    }
+
+    /// The same with so many bytes or more, as far as there are.
+    pub(crate) fn next_of(&mut self, min_bytes: usize) -> io::Result<Option<Vec<u8>>> {
+        self.bytes.reserve(min_bytes);
         let mut searched = 0;
         loop {
             if self.skips {
@@ -39,27 +45,32 @@ impl<R: Read> LineBlocks<R> {
                     .drain(..end.map_or(self.bytes.len(), |end| end + 1));
                 searched = 0;
             }
-            if let Some(end) = memrchr(self.line_end, &self.bytes[searched..]) {
+            let length = self.bytes.len();
+            if length >= min_bytes
+                && let Some(end) = memrchr(self.line_end, &self.bytes[searched..])
+            {
                 let rest = self.bytes.split_off(searched + end + 1);
                 return Ok(Some(std::mem::replace(&mut self.bytes, rest)));
             }
-            searched = self.bytes.len();
-            if searched >= MAX_LINE_BYTES {
-                self.skips = true;
-                return Ok(Some(std::mem::take(&mut self.bytes)));
+            if length >= min_bytes {
+                searched = length;
+                if length >= min_bytes + MAX_LINE_BYTES {
+                    self.skips = true;
+                    return Ok(Some(std::mem::take(&mut self.bytes)));
+                }
             }
-            self.bytes.resize(searched + BLOCK_BYTES, 0);
-            let read = match self.reader.read(&mut self.bytes[searched..]) {
+            self.bytes.resize(length + READ_BYTES, 0);
+            let read = match self.reader.read(&mut self.bytes[length..]) {
                 Err(e) if e.kind() == ErrorKind::Interrupted => 0,
                 Err(e) => return Err(e),
                 Ok(0) => {
-                    self.bytes.truncate(searched);
+                    self.bytes.truncate(length);
                     let last = std::mem::take(&mut self.bytes);
                     return Ok(Some(last).filter(|last| !last.is_empty()));
                 }
                 Ok(read) => read,
             };
-            self.bytes.truncate(searched + read);
+            self.bytes.truncate(length + read);
         }
     }
 }

@@ -1,8 +1,11 @@
 //! Lines to rows.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::io::Read;
 use std::num::NonZero;
-use std::panic::resume_unwind;
+use std::sync::{Mutex, mpsc};
 use std::thread;
 
 use memchr::{memchr, memchr_iter};
@@ -10,7 +13,7 @@ use memchr::{memchr, memchr_iter};
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::Header;
-use super::lines::trim_end;
+use super::lines::{LineBlocks, trim_end};
 use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows};
 use super::words::Sentences;
@@ -20,81 +23,95 @@ use crate::error::Error;
 /// A column with so many words may hold numbers wrapped in words.
 pub(crate) const MANY_WORDS: u8 = 32;
 
-/// Text of which a thread of its own parses a piece, bytes: starting one costs as much as 50 kB.
-const PIECE_BYTES: usize = 1 << 21;
+/// Text that a thread parses at once, bytes: its columns stay in memory that is used again.
+const BLOCK_BYTES: usize = 1 << 20;
 
 /// Rows that wait for the last lines of the last one: where these stay away, rows go on without.
 const MAX_WAITING: usize = 1 << 14;
 
 impl Format {
-    /// The rows of a whole text, parsed in pieces by all cores.
+    /// The rows of a text, from its first line to its last.
     ///
     /// # Errors
     ///
-    /// `header-differs` for a header of other columns in the middle.
-    pub fn parse(&self, text: &[u8]) -> Result<Rows, Error> {
-        self.parse_with_text(text, &[])
+    /// Errors of reading; `header-differs` for a header of other columns in the middle.
+    pub fn parse(&self, text: impl Read + Send) -> Result<Rows, Error> {
+        self.parse_with_text(text, &[], |_| Ok(()))
     }
 
     /// The same with the text of columns in [`Rows::text`], in pieces from one column to another.
+    /// Blocks of lines are parsed by all cores; `check` is asked each time that there are so many rows.
     ///
     /// # Errors
     ///
-    /// As [`parse`](Self::parse).
-    pub fn parse_with_text(&self, text: &[u8], copied: &[(usize, usize)]) -> Result<Rows, Error> {
-        let cores = thread::available_parallelism().map_or(1, NonZero::get);
-        // The lines of a row in sentences stay together.
-        let count = match self.sentences {
-            Some(_) => 1,
-            None => cores.min(text.len() / PIECE_BYTES).max(1),
-        };
-        let mut line = 0;
-        let mut parsers = Vec::new();
-        for piece in pieces(text, self.line_end, count) {
+    /// As [`parse`](Self::parse), and what `check` says.
+    pub fn parse_with_text(
+        &self,
+        text: impl Read + Send,
+        copied: &[(usize, usize)],
+        check: impl Fn(usize) -> Result<(), Error>,
+    ) -> Result<Rows, Error> {
+        let mut whole = Parser::new(self, copied);
+        let mut blocks = LineBlocks::new(text, self.line_end);
+        let mut is_end = false;
+        // What is short is not worth a thread, and the lines of a row in sentences stay together.
+        while !is_end && (self.sentences.is_some() || whole.line_number == 0) {
+            match blocks.next_of(BLOCK_BYTES)? {
+                Some(lines) => whole.read(&lines)?,
+                None => is_end = true,
+            }
+            check(whole.rows())?;
+        }
+        if is_end {
+            return Ok(whole.take());
+        }
+        // The next block, its number, and the lines before it.
+        let source = Mutex::new((blocks, 0, whole.line_number));
+        let next = || -> Option<Result<(usize, Parser, Vec<u8>), Error>> {
+            let mut source = source.lock().ok()?;
+            let (blocks, number, lines_before) = &mut *source;
+            let lines = match blocks.next_of(BLOCK_BYTES).transpose()? {
+                Ok(lines) => lines,
+                Err(error) => return Some(Err(error.into())),
+            };
             let mut parser = Parser::new(self, copied);
-            parser.line_number = line;
-            line += memchr_iter(self.line_end, piece).count();
-            parsers.push((parser, piece));
-        }
-        let parse = |(mut parser, piece): (Parser, &[u8])| {
-            parser.read(piece)?;
-            Ok(parser)
+            parser.line_number = *lines_before;
+            *lines_before += memchr_iter(self.line_end, &lines).count();
+            *number += 1;
+            Some(Ok((*number - 1, parser, lines)))
         };
-        let mut parsers = parsers.into_iter();
-        let Some(first) = parsers.next() else {
-            return Ok(Rows::new(self.columns.len()));
-        };
-        let parsed: Vec<Result<Parser, Error>> = thread::scope(|scope| {
-            let others = parsers.map(|other| scope.spawn(|| parse(other)));
-            let others: Vec<_> = others.collect();
-            let first = parse(first);
-            let others = others.into_iter();
-            let others = others.map(|thread| thread.join().unwrap_or_else(|e| resume_unwind(e)));
-            std::iter::once(first).chain(others).collect()
-        });
-        let mut parsed = parsed.into_iter();
-        let mut whole = parsed.next().unwrap_or_else(|| Ok(Parser::default()))?;
-        for later in parsed {
-            whole.append(later?);
-        }
-        Ok(whole.take())
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let (send, parsed) = mpsc::sync_channel(cores);
+        thread::scope(|scope| {
+            for _ in 0..cores {
+                let (send, next) = (send.clone(), &next);
+                scope.spawn(move || {
+                    while let Some(block) = next() {
+                        // A fault in a block is one only if those before it have none.
+                        let parsed = block.map(|(number, mut parser, lines)| {
+                            (number, parser.read(&lines).map(|()| parser))
+                        });
+                        // Nobody receives any longer once a block has failed.
+                        if send.send(parsed).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(send);
+            let (mut waiting, mut due) = (BTreeMap::new(), 0);
+            for block in parsed {
+                let (number, parser) = block?;
+                waiting.insert(number, parser);
+                while let Some(parser) = waiting.remove(&due) {
+                    whole.append(parser?);
+                    check(whole.rows())?;
+                    due += 1;
+                }
+            }
+            Ok(whole.take())
+        })
     }
-}
-
-/// Pieces of whole lines, about equally long.
-fn pieces(text: &[u8], line_end: u8, count: usize) -> Vec<&[u8]> {
-    let (mut pieces, mut rest) = (Vec::new(), text);
-    for left in (1..=count).rev() {
-        let wanted = rest.len() / left;
-        let end = memchr(line_end, &rest[wanted.min(rest.len())..]);
-        let end = end
-            .filter(|_| left > 1)
-            .map_or(rest.len(), |end| wanted + end + 1);
-        let (piece, behind) = rest.split_at(end);
-        pieces.push(piece);
-        rest = behind;
-    }
-    pieces
 }
 
 /// Lines on their way into rows.
@@ -158,7 +175,9 @@ impl Parser {
     ///
     /// `header-differs`; the rows before are read.
     pub(crate) fn read(&mut self, text: &[u8]) -> Result<(), Error> {
-        let text = String::from_utf8_lossy(text);
+        // Looking for what is not UTF-8 takes ten times as long as finding that all is.
+        let valid = std::str::from_utf8(text).map(Cow::Borrowed);
+        let text = valid.unwrap_or_else(|_| String::from_utf8_lossy(text));
         let mut rest = text.as_ref();
         while !rest.is_empty() {
             let end = memchr(self.format.line_end, rest.as_bytes());

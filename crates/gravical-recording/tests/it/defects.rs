@@ -146,7 +146,7 @@ fn more_than_fits_is_refused_with_the_number_of_lines_that_fit() {
     let words: Vec<&str> = error.message().split(' ').collect();
     let lines = words[words.iter().position(|w| *w == "lines").unwrap() - 1];
     let lines: usize = lines.parse().unwrap();
-    assert!((30_000..60_000).contains(&lines), "{error}");
+    assert!((40_000..80_000).contains(&lines), "{error}");
     assert!(error.hint().unwrap().starts_with(&format!(
         "cut the file and read the parts: `sed '{lines},$d'"
     )));

@@ -10,7 +10,7 @@ fn write(
     values: impl Fn(&Rows) -> Vec<Vec<f64>>,
 ) -> String {
     let mut out = Vec::new();
-    let parsed = format.parse_with_text(text.as_bytes(), table.copied());
+    let parsed = format.parse_with_text(text.as_bytes(), table.copied(), |_| Ok(()));
     let parsed = parsed.unwrap();
     let mut writer = Writer::new(&mut out, table);
     let values = values(&parsed);

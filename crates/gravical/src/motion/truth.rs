@@ -7,7 +7,7 @@
 #[cfg(test)]
 mod tests;
 
-use std::io::Read as _;
+use std::io::{Cursor, Read as _};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -97,9 +97,8 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
         column if column.is_dated => Some(1.0),
         column => TimeUnit::parse(&column.unit).map(TimeUnit::seconds),
     });
-    let mut bytes = head;
-    text.read_to_end(&mut bytes).map_err(io)?;
-    let rows = format.parse(&bytes).map_err(|e| e.in_file(path))?;
+    let text = Cursor::new(head).chain(text);
+    let rows = format.parse(text).map_err(|e| e.in_file(path))?;
     let position = |row: usize| columns.map(|c| rows.columns[c][row] * metres);
     let positions: Vec<[f64; 3]> = (0..rows.rows()).map(position).collect();
     let stamps: Vec<f64> = time.map_or_else(Vec::new, |c| rows.columns[c].clone());
