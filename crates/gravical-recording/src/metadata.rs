@@ -14,7 +14,7 @@ fn words(line: &str) -> Vec<&str> {
 const NAMES: &str = "fs rate odr sampling frequency at";
 const WITH_UNIT: &str = "sampling frequency at";
 /// Words before `rate` that make it another one.
-const OTHER_RATES: &str = "baud bit heart data";
+const OTHER_RATES: &str = "baud bit heart";
 /// Words before a number that make it a property of a filter.
 const OF_FILTER: &str = "cutoff cut off corner bandwidth filter pass lowpass";
 
@@ -38,16 +38,17 @@ fn rate_behind(words: &[&str], name: usize) -> Option<f64> {
     // The number follows, possibly after its unit or another word.
     let at = (name + 1..words.len().min(name + 4)).find(|at| number(words[*at]).is_some())?;
     let (before, between) = (&words[name.saturating_sub(2)..name], &words[name + 1..at]);
-    let is_other_rate = match before {
-        ["output", "data"] | [] => false,
-        [.., last] => words[name] == "rate" && is_listed(OTHER_RATES, last),
+    let is_rate_of = |list: &str| {
+        words[name] == "rate" && before.last().is_some_and(|last| is_listed(list, last))
     };
     let mut around = before.iter().chain(between);
     let is_of_filter = around.any(|w| is_listed(OF_FILTER, w));
     let has_unit =
         words[at].ends_with("hz") || between.contains(&"hz") || words.get(at + 1) == Some(&"hz");
-    let is_clear = has_unit || !is_listed(WITH_UNIT, words[name]);
-    number(words[at]).filter(|_| is_clear && !is_of_filter && !is_other_rate)
+    // A data rate without a unit is in bits.
+    let is_data_rate = is_rate_of("data") && before != ["output", "data"];
+    let is_clear = has_unit || !is_listed(WITH_UNIT, words[name]) && !is_data_rate;
+    number(words[at]).filter(|_| is_clear && !is_of_filter && !is_rate_of(OTHER_RATES))
 }
 
 /// Plausible ranges of accelerometers, g.
@@ -97,12 +98,12 @@ pub fn serial(metadata: &[String]) -> Option<String> {
     })
 }
 
-/// Dates have the day before the month: `date format d/M/yyyy`.
-pub fn is_day_first(metadata: &[impl AsRef<str>]) -> bool {
-    metadata.iter().any(|line| {
+/// Whether dates have the day before the month: `date format d/M/yyyy`.
+pub fn is_day_first(metadata: &[impl AsRef<str>]) -> Option<bool> {
+    metadata.iter().find_map(|line| {
         let line = line.as_ref().to_ascii_lowercase();
-        let order = line.split_once("date format");
-        order.is_some_and(|(_, order)| order.trim_start().starts_with('d'))
+        let (_, order) = line.split_once("date format")?;
+        Some(order.trim_start().starts_with('d'))
     })
 }
 
@@ -122,5 +123,5 @@ pub fn start_s(metadata: &[String]) -> Option<f64> {
         None => time.to_owned(),
     };
     // A time of day alone is no start.
-    parse_date(&both, is_day_first(metadata)).filter(|s| *s >= 86_400.0)
+    parse_date(&both, is_day_first(metadata) == Some(true)).filter(|s| *s >= 86_400.0)
 }

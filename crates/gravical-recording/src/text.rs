@@ -13,6 +13,7 @@ mod sniff;
 mod words;
 
 pub use format::Format;
+pub(crate) use format::StampPart;
 pub(crate) use lines::LineBlocks;
 pub use names::Column;
 pub(crate) use names::sensor_of_file;

@@ -97,6 +97,12 @@ units! {
         Microsecond "us";
         /// Nanoseconds.
         Nanosecond "ns";
+        /// Minutes.
+        Minute "min";
+        /// Hours.
+        Hour "h";
+        /// Days.
+        Day "d";
     }
 }
 
@@ -205,11 +211,14 @@ pub(crate) fn is_unit(text: &str) -> bool {
 }
 
 /// The units of time, in the order of the enum: seconds of one, and its spellings.
-pub(crate) const TIME_UNITS: [(TimeUnit, f64, &str); 4] = [
+pub(crate) const TIME_UNITS: [(TimeUnit, f64, &str); 7] = [
     (TimeUnit::Second, 1.0, "s sec secs second seconds"),
     (TimeUnit::Millisecond, 1e-3, MILLISECONDS),
     (TimeUnit::Microsecond, 1e-6, MICROSECONDS),
     (TimeUnit::Nanosecond, 1e-9, NANOSECONDS),
+    (TimeUnit::Minute, 60.0, "min mins minute minutes"),
+    (TimeUnit::Hour, 3600.0, "h hr hrs hour hours"),
+    (TimeUnit::Day, 86_400.0, "d day days"),
 ];
 const MILLISECONDS: &str = "ms msec msecs millisec millisecs millis millisecond milliseconds";
 const MICROSECONDS: &str = "us µs μs usec usecs microsec microsecs micros microsecond microseconds";

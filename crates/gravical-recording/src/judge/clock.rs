@@ -1,5 +1,7 @@
 //! Stamps to times and a rate.
 
+use std::ops::Range;
+
 use super::cells::{median, trend};
 use crate::units::TIME_UNITS;
 use crate::utc::UtcTime;
@@ -7,11 +9,12 @@ use crate::utc::UtcTime;
 /// Rates of recordings, Hz.
 pub const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
-const POSSIBLE_RATES_HZ: std::ops::Range<f64> = 1e-6..1e9;
+const POSSIBLE_RATES_HZ: Range<f64> = 1e-6..1e9;
 /// Unit of the stamps of some motion trackers, s: taken where the stated rate asks for it.
 const TICK_S: f64 = 1e-4;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
 const LIKELY_RATE_HZ: f64 = 100.0;
+const DAY_S: f64 = 86_400.0;
 /// A sensor cannot warm faster, °C/s.
 const FASTEST_WARMING: f64 = 2.0;
 /// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
@@ -23,6 +26,22 @@ const FEWEST_BURSTS: usize = 5;
 /// Periods after which clocks begin again, s: parts of a second, seconds of a minute, of an hour,
 /// of a day, of a week.
 const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
+/// A longer step ahead is a clock that was set, s: recordings do not pause for years.
+const MAX_PAUSE_S: f64 = 3e7;
+/// Largest number of consecutive stamps off the line that are mended.
+const MAX_BAD_RUN: usize = 256;
+/// Steps of the median by which mended stamps are off: a single one or equal ones, and others. Rows out
+/// of order are nearer.
+const MIN_OFF: f64 = 10.0;
+const MIN_OFF_IN_RUN: f64 = 1000.0;
+/// Days that spreadsheets count from 1899-12-30 and MATLAB from the year 0, from 1954 to 2119, and
+/// what is 1970 in them: only these show by their value that they are days.
+const DATED_DAYS: [(Range<f64>, f64); 2] = [
+    (20_000.0..80_000.0, 25_569.0),
+    (714_000.0..774_000.0, 719_529.0),
+];
+/// Steps in a burst are shorter than this share of the mean period.
+const MAX_BURST_STEP: f64 = 0.25;
 /// Counters of 16, 24 and 32 bits.
 const COUNTERS: [f64; 3] = [65_536.0, 16_777_216.0, 4_294_967_296.0];
 /// Blank lines after every so many rows or fewer belong to the way a file is written.
@@ -115,8 +134,9 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
     };
     clock.bad = mend(&mut stamps, usual);
     let start = stamps.iter().copied().find(|s| s.is_finite());
-    let start = start.ok_or(ClockFault::Frozen)?;
-    let coarse = coarse_rate(&stamps, PAUSE * usual);
+    let mut start = start.ok_or(ClockFault::Frozen)?;
+    let ticks = positive_steps(&stamps).count();
+    let coarse = burst_rate(&stamps, 0.0..PAUSE * usual).filter(|_| 2 * ticks + 1 < stamps.len());
     let period = coarse.map_or(usual, f64::recip);
     let is_possible = |unit: &(f64, bool)| POSSIBLE_RATES_HZ.contains(&(1.0 / (period * unit.0)));
     let unit = match options.unit_s {
@@ -124,6 +144,12 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, C
         None => guess_unit_s(start, stamps.len(), period, &options),
     };
     (clock.unit_s, clock.is_unit_assumed) = unit.ok_or(ClockFault::NoUnit(period))?;
+    if clock.unit_s == DAY_S
+        && let Some(zero) = day_of_1970(start)
+    {
+        stamps.iter_mut().for_each(|stamp| *stamp -= zero);
+        start -= zero;
+    }
     clock.start_s = start * clock.unit_s;
     let backwards = stamps.windows(2).filter(|w| w[1] < w[0]).count();
     if stamps.len() >= MANY_POSES && backwards * ROWS_OUT_OF_ORDER > stamps.len() {
@@ -148,50 +174,89 @@ fn is_usual(step: f64, usual: f64) -> bool {
     step > 0.0 && step < PAUSE * usual
 }
 
-/// Rows per unit of the stamps, if most rows have the stamp of the row before: from one change to
-/// the next, since the recording begins and ends within a stamp, without waits.
-fn coarse_rate(stamps: &[f64], longest: f64) -> Option<f64> {
-    let changes = stamps.windows(2).enumerate().filter(|(_, w)| w[0] != w[1]);
-    let changes: Vec<usize> = changes.map(|(before, _)| before + 1).collect();
-    if 2 * changes.len() + 1 >= stamps.len() {
-        return None;
+/// Rows per unit of the stamps where rows arrive in bursts, or share coarse stamps: from the beginning
+/// of one burst to that of the next, since the recording begins and ends within one, without pauses. A
+/// step longer than the start of `waits` begins a burst, and one beyond its end a pause.
+fn burst_rate(stamps: &[f64], waits: Range<f64>) -> Option<f64> {
+    let (mut rows, mut span) = (0, 0.0);
+    let mut begin = None;
+    for (row, step) in (1..).zip(stamps.windows(2).map(|w| w[1] - w[0])) {
+        if step < 0.0 || step >= waits.end {
+            begin = Some(row);
+        } else if step > waits.start {
+            if let Some(begin) = begin.replace(row) {
+                (rows, span) = (rows + row - begin, span + stamps[row] - stamps[begin]);
+            }
+        }
     }
-    let ticks = changes
-        .windows(2)
-        .map(|w| (w[1] - w[0], stamps[w[1]] - stamps[w[0]]));
-    let ticks = ticks.filter(|(_, span)| *span > 0.0 && *span < longest);
-    let (rows, span) = ticks.fold((0, 0.0), |(rows, sum), (n, span)| (rows + n, sum + span));
     (rows > 0).then(|| rows as f64 / span)
 }
 
-/// Mends single stamps far off the line of their neighbours, and fills in empty ones. The rows
-/// that were mended.
+/// Mends stamps far off the line of the good ones around them, and fills in single empty ones. The
+/// rows that were mended.
 fn mend(stamps: &mut [f64], usual: f64) -> Vec<usize> {
     let n = stamps.len();
     let mut bad = Vec::new();
     if n < 4 {
         return bad;
     }
-    for i in 0..n {
-        // The step between the neighbours, what they expect, and how many steps are far off.
-        let (step, expected, far) = if i == 0 {
-            (stamps[2] - stamps[1], stamps[1] - usual, 1000.0)
-        } else if i == n - 1 {
-            (stamps[n - 2] - stamps[n - 3], stamps[n - 2] + usual, 1000.0)
-        } else {
+    for row in 0..n {
+        // The good stamp before, the step from row to row, and the rows that are far off.
+        let (before, step, run) = if row == 0 || row == n - 1 {
+            let beside = if row == 0 { [1, 2] } else { [n - 3, n - 2] };
+            let step = stamps[beside[1]] - stamps[beside[0]];
+            let before = if row == 0 {
+                stamps[1] - 2.0 * usual
+            } else {
+                stamps[n - 2]
+            };
+            let is_off = (stamps[row] - before - usual).abs() > MIN_OFF_IN_RUN * usual;
+            let is_near = step > 0.0 && step < MIN_OFF * usual;
             (
-                stamps[i + 1] - stamps[i - 1],
-                0.5 * (stamps[i - 1] + stamps[i + 1]),
-                10.0,
+                before,
+                usual,
+                usize::from(is_near && (is_off || stamps[row].is_nan())),
             )
+        } else {
+            let run = bad_run(&stamps[row - 1..], usual);
+            let step = (stamps[row + run] - stamps[row - 1]) / (run as f64 + 1.0);
+            (stamps[row - 1], step, run)
         };
-        let is_off = (stamps[i] - expected).abs() > far * usual;
-        if step > 0.0 && step < 10.0 * usual && (is_off || stamps[i].is_nan()) {
-            stamps[i] = expected;
-            bad.extend(is_off.then_some(i));
+        for k in 0..run {
+            let expected = before + step * (k as f64 + 1.0);
+            let is_off = (stamps[row + k] - expected).abs() > MIN_OFF * usual;
+            bad.extend(is_off.then_some(row + k));
+            stamps[row + k] = expected;
         }
     }
     bad
+}
+
+/// Stamps behind the first one that are far off the line from it to the one behind them.
+fn bad_run(stamps: &[f64], usual: f64) -> usize {
+    let continues = |run: usize| {
+        let step = stamps[run + 1] - stamps[0];
+        (0.0..(MIN_OFF + run as f64 - 1.0) * usual).contains(&step)
+    };
+    let off = |middle: f64| (stamps[1] - middle).abs() / usual;
+    let middle = 0.5 * (stamps[0] + stamps[2]);
+    if continues(1) && (stamps[1].is_nan() || off(middle) > MIN_OFF) {
+        return 1;
+    }
+    let mut runs = 2..stamps.len().min(MAX_BAD_RUN + 2) - 1;
+    let is_run = |run: &usize| {
+        let run = &stamps[1..=*run];
+        let min_off = if run.iter().all(|s| *s == run[0]) {
+            MIN_OFF
+        } else {
+            MIN_OFF_IN_RUN
+        };
+        run.iter().all(|s| (s - stamps[0]).abs() > min_off * usual)
+    };
+    if off(stamps[0]) > MIN_OFF {
+        return runs.find(|run| continues(*run)).filter(is_run).unwrap_or(0);
+    }
+    0
 }
 
 /// The unit, and whether it is only the likeliest.
@@ -207,7 +272,10 @@ fn guess_unit_s(
         share.is_some_and(|s| (s - 1.0).abs() < 0.5)
     };
     let ticks = Some(TICK_S).filter(|tick| is_nominal(*tick));
-    let units = TIME_UNITS.into_iter().map(|u| u.1).chain(ticks);
+    let days = day_of_1970(start).map(|_| DAY_S);
+    // Nothing else tells minutes, hours and days.
+    let units = TIME_UNITS.into_iter().map(|u| u.1).filter(|u| *u <= 1.0);
+    let units = units.chain(ticks).chain(days);
     let units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
     let slowest_s = options.temperature_span_c / FASTEST_WARMING;
     // What speaks for a unit, the strongest first; the last does not tell it.
@@ -224,6 +292,12 @@ fn guess_unit_s(
     })?;
     let is_told = reasons(best)[..3].contains(&true);
     Some((best, units.len() > 1 && !is_told))
+}
+
+/// What is 1970 in a count of days that is a date.
+fn day_of_1970(start: f64) -> Option<f64> {
+    let dated = DATED_DAYS.iter().find(|(dates, _)| dates.contains(&start));
+    dated.map(|(_, zero)| *zero)
 }
 
 impl Clock {
@@ -249,6 +323,9 @@ impl Clock {
                 } else {
                     self.bad.push(row);
                 }
+            } else if step > MAX_PAUSE_S / self.unit_s {
+                offset += usual - step;
+                self.restarts.push((row, -offset));
             }
             if stamp.is_finite() {
                 before = stamp;
@@ -287,15 +364,21 @@ impl Clock {
         let rows = stamped as f64 - 1.0 - f64::from(pauses);
         let mean = (rows > 0.0 && recorded > 0.0).then(|| rows / recorded);
         self.mean_rate_hz = coarse.or(mean);
-        let mean = self.mean_rate_hz.unwrap_or(0.0);
-        let is_bunched = |s: &&f64| (0.0..0.2 / mean).contains(*s);
+        let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
+        let wait = median(waits).filter(|_| coarse.is_none());
+        let pause = PAUSE * wait.unwrap_or(usual);
+        let bursts = coarse.or_else(|| burst_rate(&self.time_s, PAUSE * usual..pause));
+        let bursts = bursts.or(mean).unwrap_or(0.0);
+        let is_bunched = |s: &&f64| (0.0..MAX_BURST_STEP / bursts).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
         let is_bunched =
             bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual);
-        if is_bunched && self.mean_rate_hz.is_some() {
+        if is_bunched && bursts > 0.0 {
             self.bunched = Some(bunched);
-            self.rate_hz = mean;
-            self.part_evenly(coarse.is_some(), options);
+            self.rate_hz = bursts;
+            self.mean_rate_hz = Some(bursts);
+            self.gaps.retain(|gap| gap.1 > pause);
+            self.part_evenly(options);
             return;
         }
         let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
@@ -316,23 +399,25 @@ impl Clock {
         }
     }
 
-    /// Rows at equal distances between the breaks, and also between gaps where stamps are coarse.
-    fn part_evenly(&mut self, is_coarse: bool, options: &ClockOptions<'_>) {
+    /// Rows at equal distances between breaks and gaps.
+    fn part_evenly(&mut self, options: &ClockOptions<'_>) {
         let period = 1.0 / self.rate_hz;
         let (mut start, mut from) = (0.0, 0);
         for row in 0..self.time_s.len() {
-            let is_gap = || self.gaps.binary_search_by_key(&row, |gap| gap.0).is_ok();
+            let gap = self.gaps.binary_search_by_key(&row, |gap| gap.0);
             let is_apart = is_one(options.gaps, row)
                 || is_one(options.pauses, row)
                 || self.restarts.iter().any(|restart| restart.0 == row)
-                || is_coarse && is_gap();
+                || gap.is_ok();
             if is_apart && row > 0 {
-                let next = self.time_s[row - 1] + period;
-                (start, from) = (self.time_s[row].max(next), row);
+                let before = self.time_s[row - 1];
+                (start, from) = (self.time_s[row].max(before + period), row);
+                if let Ok(gap) = gap {
+                    self.gaps[gap].1 = start - before;
+                }
             }
             self.time_s[row] = start + (row - from) as f64 * period;
         }
-        self.gaps.clear();
         self.duplicates.clear();
         self.duration_s = self.time_s.last().copied().unwrap_or(0.0);
     }
@@ -391,6 +476,12 @@ fn deviation(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / n;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     (values.len() > 2).then(|| (squares / (n - 1.0)).sqrt())
+}
+
+/// Whether stamps count rows, some of which may be lost.
+pub fn counts_rows(values: &[f64]) -> bool {
+    let steps = || values.windows(2).map(|w| w[1] - w[0]);
+    steps().all(|step| step.fract() == 0.0) && median(steps()) == Some(1.0)
 }
 
 /// Whether a column holds the time since the row before rather than the time.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::number::{parse_cell, parse_plain};
+use super::number::{parse_cell, parse_number, parse_plain};
 use crate::date::parse_date;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -132,18 +132,15 @@ impl Dialect {
         }
     }
 
-    /// A field as [`parse_cell`] reads it.
+    /// A field as [`parse_cell`] reads it, with the order of day and month in this file.
     pub(crate) fn parse_field(self, field: &str) -> Option<f64> {
-        let mut value = parse_cell(field, self.decimal_comma);
+        let mut value = parse_number(field, self.decimal_comma);
         let is_quoted = self.delimiter == Some(b',') && field.contains(',');
         if value.is_none() && is_quoted && !self.decimal_comma {
             // A comma in quotes parts thousands: `"1,010"`.
-            value = parse_cell(&format!("{field}."), false);
+            value = parse_number(&format!("{field}."), false);
         }
-        if self.day_first && value.is_some() && field.contains(':') {
-            return parse_date(field, true).or(value);
-        }
-        value
+        value.or_else(|| parse_date(field, self.day_first))
     }
 
     pub(crate) fn is_row(self, line: &str) -> bool {

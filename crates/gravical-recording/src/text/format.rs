@@ -2,8 +2,10 @@
 
 use super::dialect::Dialect;
 use super::names::Column;
+use super::rows::Rows;
 use super::words::Sentences;
 use crate::board::BoardSettings;
+use crate::date::compact_day_s;
 use crate::options::ReadOptions;
 use crate::role::Role;
 
@@ -46,6 +48,8 @@ pub struct Format {
     pub(crate) is_guessed: bool,
     /// Why a line of names is no header, in words
     pub(crate) misfit: Option<String>,
+    /// Columns whose sum is one stamp: date, time of day or hours, minutes and seconds, and a fraction
+    pub(crate) stamp_parts: Vec<StampPart>,
     /// Columns that could be the time beside none that is named so
     pub(crate) unnamed_clocks: Vec<usize>,
     /// Columns of numbers that are used for nothing
@@ -56,6 +60,33 @@ pub struct Format {
     pub options: ReadOptions,
     /// Rate that the head states
     pub rate_hz: Option<f64>,
+}
+
+/// A column that holds a part of the stamps.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum StampPart {
+    /// Column, and seconds of one unit
+    Unit(usize, f64),
+    /// Column of days that are written as one number: 20240301
+    CompactDay(usize),
+}
+
+impl StampPart {
+    pub(crate) fn column(self) -> usize {
+        match self {
+            StampPart::Unit(column, _) | StampPart::CompactDay(column) => column,
+        }
+    }
+
+    /// The sums of parts, s.
+    pub(crate) fn sum(parts: &[StampPart], rows: &Rows) -> Vec<f64> {
+        let second = |part: &StampPart, row: usize| match part {
+            StampPart::Unit(column, unit_s) => rows.columns[*column][row] * unit_s,
+            StampPart::CompactDay(c) => compact_day_s(rows.columns[*c][row]).unwrap_or(f64::NAN),
+        };
+        let sum = |row| parts.iter().map(|part| second(part, row)).sum();
+        (0..rows.rows()).map(sum).collect()
+    }
 }
 
 impl Format {

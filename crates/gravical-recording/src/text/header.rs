@@ -123,21 +123,28 @@ impl Header {
         }
     }
 
-    /// A header one name short: an index without a name, or a delimiter at the end of the rows.
+    /// A header one name short: an index without a name, white space between a date and its time, or a
+    /// delimiter at the end of the rows.
     fn fill_up(&mut self, rows: &[&str], dialect: Dialect) {
         if self.names.is_empty() || self.names.len() >= dialect.fields {
             return;
         }
-        let mut is_open = true;
+        let (mut is_open, mut time) = (true, None);
         let mut index = Vec::new();
         for row in rows.iter().filter(|l| dialect.is_row(l)).take(ROWS) {
             let cells: Vec<&str> = fields(row, dialect.delimiter).collect();
             is_open &= cells.last().is_some_and(|f| f.is_empty());
             index.extend(parse_cell(cells[0], dialect.decimal_comma));
+            let is_part = |c: &usize| cells[*c].contains(':') && cells[c - 1].len() > 5;
+            time = (1..cells.len())
+                .find(is_part)
+                .filter(|_| dialect.delimiter.is_none());
         }
-        let is_index = !is_open && is_counter(&index);
-        self.names
-            .insert(if is_index { 0 } else { dialect.fields - 1 }, String::new());
+        let at = match time {
+            None if !is_open && is_counter(&index) => 0,
+            _ => time.unwrap_or(dialect.fields - 1),
+        };
+        self.names.insert(at, String::new());
     }
 }
 

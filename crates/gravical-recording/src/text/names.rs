@@ -1,7 +1,7 @@
 //! What the name of a column says.
 
 use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_celsius, is_listed};
+use crate::units::{AccelUnit, GyroUnit, is_celsius, is_listed, time_scale_s};
 
 /// A column as its name, or the row of units, describes it.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -28,8 +28,8 @@ const ACCEL: &str = "a ac acc accl acce xl sf alpha";
 const GYRO: &str = "g gy gyr w omega rate rot rotation angular angvel";
 const GYRO_STEMS: [&str; 4] = ["gyro", "giro", "dreh", "angularvel"];
 const TIME: &str = "t ts time stamp timestamp timestamps epoch epoc clock elapsed gpst date datetime \
-    utc millis micros nanos seconds us ms ns s";
-const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine";
+    utc millis micros nanos seconds minutes hours days us ms ns s";
+const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine min minutes h hours days";
 const STEP: &str = "dt delta deltat timestep diff";
 const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.
@@ -85,6 +85,12 @@ fn split_unit(name: &str) -> (String, String) {
 }
 
 impl Column {
+    /// Seconds of the unit of a clock, if the file states it.
+    pub(crate) fn stated_unit_s(&self) -> Option<f64> {
+        let seconds = self.is_dated.then_some(1.0);
+        seconds.or_else(|| time_scale_s(&self.unit))
+    }
+
     /// What a name says by known words.
     pub(crate) fn from_name(name: &str) -> Self {
         let (outside, unit) = split_unit(name);

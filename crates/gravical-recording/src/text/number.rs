@@ -7,6 +7,11 @@ use crate::units::is_listed;
 ///
 /// A date counts as seconds since 1970, a time of day as seconds since midnight.
 pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
+    parse_number(field, decimal_comma).or_else(|| parse_date(field, false))
+}
+
+/// The same without dates.
+pub(crate) fn parse_number(field: &str, decimal_comma: bool) -> Option<f64> {
     if let Ok(value) = fast_float2::parse::<f64, _>(field) {
         return Some(finite(value));
     }
@@ -18,10 +23,8 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
     {
         return Some(finite(value));
     }
-    if let Some(rest) = field.strip_prefix('\u{2212}') {
-        return fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v));
-    }
-    parse_date(field, false)
+    let rest = field.strip_prefix('\u{2212}')?;
+    fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v))
 }
 
 const POWERS: [f64; 16] = [
@@ -113,6 +116,10 @@ mod tests {
             ("1.3.2024 10:00:00,040", 1_709_287_200.04),
             ("3/1/2024 10:00:00 PM", 1_709_330_400.0),
             ("11:41:59:3050", 42_119.305),
+            ("15-OCT-2024 10:00:00 UTC", 1_728_986_400.0),
+            ("1/3/24, 10:00 a.m.", 1_704_276_000.0),
+            ("2024-03-01 12:00:00 +0200 CEST", 1_709_287_200.0),
+            ("01.03.2024", 1_709_251_200.0),
             ("00:01,04", 1.04),
         ] {
             assert_eq!(parse_cell(text, false), Some(value), "{text}");

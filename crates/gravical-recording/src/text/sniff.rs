@@ -4,18 +4,19 @@ use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
 use super::format::Format;
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
-use super::names::Column;
+use super::names::{self, Column};
 use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
 use super::words::Sentences;
 use crate::board::BoardSettings;
+use crate::date::{self, parse_date};
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
 use crate::role::Role;
-use crate::units::is_unit;
+use crate::units::{is_listed, is_unit};
 
 const NO_ROWS: &str = "no rows of at least three numbers";
 
@@ -196,13 +197,23 @@ impl Format {
         let measured = lines.iter().position(|l| dialect.is_row(l))?;
         let head_lines = Header::first_row(&lines[..measured], dialect).unwrap_or(measured);
         let above = &lines[..head_lines];
-        dialect.day_first = metadata::is_day_first(above);
         let mut header = Header::parse(above, &lines[head_lines..], dialect);
         let header_line = header.line.checked_sub(1).map(|at| lines[at].trim_start());
         if !is_named_by_comment && header_line.is_some_and(is_comment) {
             header = Header::default();
         }
         let first_row: Vec<&str> = fields(lines[measured], dialect.delimiter).collect();
+        let is_dated = |cell: &&str| cell.contains(':') || parse_date(cell, false).is_some();
+        let is_dated: Vec<bool> = first_row.iter().map(is_dated).collect();
+        let day_first = metadata::is_day_first(above);
+        let day_first = day_first.or_else(|| {
+            let mut columns = (0..is_dated.len()).filter(|c| is_dated[*c]);
+            columns.find_map(|c| {
+                let rows = lines[measured..].iter();
+                date::is_day_first(rows.filter_map(|l| fields(l, dialect.delimiter).nth(c)))
+            })
+        });
+        dialect.day_first = day_first == Some(true);
         let mut misfit = None;
         if header.names.is_empty() {
             header.names = known_names(above, &first_row);
@@ -216,8 +227,8 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        for (column, cell) in format.columns.iter_mut().zip(first_row) {
-            column.is_dated = cell.contains(':');
+        for (column, is_dated) in format.columns.iter_mut().zip(is_dated) {
+            column.is_dated = is_dated;
         }
         Some(format.with_head(lines, head_lines))
     }
@@ -295,10 +306,15 @@ fn find_misfit(above: &[&str], dialect: Dialect) -> Option<String> {
     })
 }
 
-/// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`.
+/// Counts per epoch are no acceleration: `Epoch Period (hh:mm:ss) 00:00:15`. The Unix epoch is none of
+/// these.
 fn counts_epochs(metadata: &[String]) -> bool {
-    let lines = metadata.iter();
-    let epochs = lines.filter(|l| l.to_lowercase().contains("epoch"));
+    let is_of_epochs = |line: &&String| {
+        let mut words = names::words(line).into_iter().skip_while(|w| w != "epoch");
+        let behind = words.nth(1);
+        behind.is_some_and(|w| is_listed("period length duration interval", &w))
+    };
+    let epochs = metadata.iter().filter(is_of_epochs);
     let mut words = epochs.flat_map(|l| l.split([' ', ',', ';', '\t']));
     words.any(|w| w.contains(':') && parse_cell(w, false).is_some_and(|s| s > 0.0))
 }

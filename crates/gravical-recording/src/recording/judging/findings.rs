@@ -103,6 +103,8 @@ fn raw_and_calibrated(format: &Format) -> Option<Finding> {
 fn spec(format: &Format) -> String {
     let channel = |c: usize| match format.role(c) {
         role @ (Role::Accel(_) | Role::Gyro(_) | Role::Temperature) => role.name(c),
+        // Of several the clock is found again.
+        Role::Time if format.only_clock().is_none() => "_".to_owned(),
         Role::Time => "t".to_owned(),
         _ => "-".to_owned(),
     };

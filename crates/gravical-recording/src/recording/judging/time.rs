@@ -4,8 +4,8 @@ use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Clock, ClockFault, ClockOptions};
 use crate::recording::Timing;
 use crate::role::Role;
-use crate::text::{Column, Format, Rows};
-use crate::units::{TimeUnit, time_scale_s};
+use crate::text::{Column, Format, Rows, StampPart};
+use crate::units::{TimeUnit, is_listed, is_unit};
 
 /// Tables of fewer rows are means or a single pose and need no rate.
 const MIN_ROWS: usize = 40;
@@ -42,43 +42,16 @@ impl JudgedTime {
         let mut pauses = rows.headers.clone();
         pauses.extend(rows.blanks.iter().map(|b| b.0));
         pauses.sort_unstable();
-        let stamps = find_stamps(format, rows);
-        let unit_s = stamps.as_ref().and_then(|stamps| stamps.unit_s);
-        let given_s = format.options.time_unit.map(TimeUnit::seconds);
         let options = ClockOptions {
-            unit_s: given_s.or(unit_s),
+            unit_s: format.options.time_unit.map(TimeUnit::seconds),
             likely_unit_s: format.options.likely_time_unit.map(TimeUnit::seconds),
             rate_hz: nominal_rate_hz,
             temperature_span_c: (high - low).max(0.0),
             gaps: &rows.breaks,
             pauses: &pauses,
         };
-        let column = stamps.as_ref().and_then(|stamps| stamps.column);
-        match stamps.map(|stamps| judge::clock(stamps.values, options)) {
-            Some(Ok(clock)) => {
-                let is_dated = column.is_none_or(|c| format.columns[c].is_dated);
-                let is_stated = unit_s.is_some() && given_s.is_none() && !is_dated;
-                judged.report(clock, rows, is_stated, findings);
-            }
-            Some(Err(ClockFault::Frozen)) if rows.rows() < 2 => {}
-            Some(Err(ClockFault::Frozen)) => {
-                let text = "the time stamps never advance; they are not used";
-                findings.push(Finding::new(FindingKind::FrozenTime, text));
-            }
-            Some(Err(ClockFault::NoUnit(period))) => {
-                let text = format!(
-                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
-                );
-                let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
-                findings.push(unknown.advise("time_unit", ""));
-            }
-            Some(Err(ClockFault::Unordered(backwards))) => {
-                let text = format!(
-                    "{backwards} of {} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time",
-                    rows.rows()
-                );
-                findings.push(Finding::new(FindingKind::BadStamps, text));
-            }
+        match find_stamps(format, rows) {
+            Some(stamps) => judged.judge_stamps(stamps, options, rows, findings),
             None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
@@ -89,24 +62,86 @@ impl JudgedTime {
         judged
     }
 
-    /// `is_stated`: the file states the unit of the stamps.
-    fn report(&mut self, clock: Clock, rows: &Rows, is_stated: bool, findings: &mut Vec<Finding>) {
+    /// Times by stamps; `options` has the unit that the user gives.
+    fn judge_stamps(
+        &mut self,
+        stamps: Stamps,
+        options: ClockOptions<'_>,
+        rows: &Rows,
+        findings: &mut Vec<Finding>,
+    ) {
+        let given_s = options.unit_s.filter(|_| !stamps.is_dated);
+        // Frames, cycles, samples: with the rate their number is a time.
+        let counts_rows = stamps.unknown_unit.is_some() && judge::counts_rows(&stamps.values);
+        let frame_s = options.rate_hz.filter(|_| counts_rows).map(f64::recip);
+        let options = ClockOptions {
+            unit_s: given_s.or(stamps.unit_s).or(frame_s),
+            ..options
+        };
+        let unknown = match judge::clock(stamps.values, options) {
+            Ok(clock) => {
+                self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
+                let unit = self.timing.unit.map(TimeUnit::name);
+                let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
+                let is_odd = is_stated
+                    && rows.rows() >= MIN_ROWS
+                    && !judge::RATES_HZ.contains(&clock.rate_hz);
+                let source = if is_odd { "stated" } else { "assumed" };
+                let unknown = stamps.unknown_unit.filter(|_| options.unit_s.is_none());
+                let is_unsure = is_odd || clock.is_unit_assumed || unknown.is_some();
+                let what = unit
+                    .filter(|_| is_unsure)
+                    .map(|unit| format!("{source} to be in {unit} ({:.2} Hz)", clock.rate_hz));
+                self.report(clock, rows, findings);
+                match (unknown, what) {
+                    (Some(unknown), Some(what)) => {
+                        let text = format!(
+                            "the unit of the time stamps, \"{unknown}\", is not known; they are {what}"
+                        );
+                        let option = if counts_rows { "rate" } else { "time_unit" };
+                        Some((FindingKind::TimeUnitUnknown, text, option))
+                    }
+                    (None, Some(what)) => {
+                        let text =
+                            format!("the time stamps are {what}; give the unit if it is another");
+                        Some((FindingKind::TimeUnitAssumed, text, "time_unit"))
+                    }
+                    (_, None) => None,
+                }
+            }
+            Err(ClockFault::Frozen) if rows.rows() < 2 => None,
+            Err(ClockFault::Frozen) => {
+                let text = "the time stamps never advance; they are not used";
+                findings.push(Finding::new(FindingKind::FrozenTime, text));
+                None
+            }
+            Err(ClockFault::NoUnit(period)) => {
+                let text = format!(
+                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
+                );
+                Some((FindingKind::TimeUnitUnknown, text, "time_unit"))
+            }
+            Err(ClockFault::Unordered(backwards)) => {
+                let text = format!(
+                    "{backwards} of {} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time",
+                    rows.rows()
+                );
+                findings.push(Finding::new(FindingKind::BadStamps, text));
+                None
+            }
+        };
+        let unknown =
+            unknown.map(|(kind, text, option)| Finding::new(kind, text).advise(option, ""));
+        findings.extend(unknown);
+    }
+
+    fn report(&mut self, clock: Clock, rows: &Rows, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
         let rate_hz = clock.rate_hz;
         let missing_share = clock.missing / (clock.missing + count);
         let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
         let stated = self.timing.nominal_rate_hz.filter(is_off);
-        self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
-        let is_odd = is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&rate_hz);
-        let source = if is_odd { "stated" } else { "assumed" };
-        let unsure = self.timing.unit.filter(|_| is_odd || clock.is_unit_assumed);
-        if let Some(unit) = unsure.map(TimeUnit::name) {
-            let text = format!(
-                "the time stamps are {source} to be in {unit} ({rate_hz:.2} Hz); give the unit if it is another"
-            );
-            findings.push(Finding::new(Kind::TimeUnitAssumed, text).advise("time_unit", ""));
-        }
         let mut found = |kind, at: &[usize], text: String| {
             let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
             if !at.is_empty() {
@@ -114,10 +149,10 @@ impl JudgedTime {
             }
         };
         let restarts: Vec<usize> = clock.restarts.iter().map(|r| r.0).collect();
-        let restarted = "the time stamps restart (the board was reset); a break";
+        let restarted = "the time stamps restart (the board was reset, or its clock set); a break";
         found(Kind::RestartedTime, &restarts, restarted.to_owned());
         let text = format!(
-            "{} time stamps are off the line of their neighbours, or run backwards; a single one is replaced, others are kept",
+            "{} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept",
             clock.bad.len()
         );
         found(Kind::BadStamps, &clock.bad, text);
@@ -169,20 +204,16 @@ struct Stamps {
     values: Vec<f64>,
     /// Seconds of their unit, if the file states it.
     unit_s: Option<f64>,
-    /// The column; none of two.
-    column: Option<usize>,
+    /// They are dates or times of day.
+    is_dated: bool,
+    /// The unit as the file states it, if it is no unit of time.
+    unknown_unit: Option<String>,
 }
 
-/// The stamps of the column of time that rises most often and most evenly; steps only if there is no
+/// The clock that rises most often and most evenly; steps and numbers of rows only if there is no
 /// other.
 fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
-    if let Some(values) = in_two_columns(format, rows) {
-        return Some(Stamps {
-            values,
-            unit_s: Some(1.0),
-            column: None,
-        });
-    }
+    let parts = &format.stamp_parts;
     let mut candidates = Vec::new();
     for (c, (column, values)) in format.columns.iter().zip(&rows.columns).enumerate() {
         let is_step = match column.role {
@@ -190,28 +221,41 @@ fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
             Role::Step => true,
             _ => continue,
         };
-        if values.iter().all(|v| v.is_nan()) {
+        let is_part = parts.iter().any(|part| part.column() == c);
+        if is_part || values.iter().all(|v| v.is_nan()) {
             continue;
         }
-        let (values, penalty) = if is_step {
-            (judge::sum_steps(values), 1.0)
+        let values = if is_step {
+            judge::sum_steps(values)
         } else {
-            (values.clone(), 0.0)
+            values.clone()
         };
         let unit_s = match column.unit.as_str() {
             "fine" => fine_ticks_s(&values),
-            _ => stated_unit_s(column),
+            _ => column.stated_unit_s(),
         };
-        let score = judge::steadiness(&values).unwrap_or(f64::MIN) - penalty;
-        let column = Some(c);
+        let is_last_resort = is_step || unit_s.is_none() && judge::counts_rows(&values);
+        let score = judge::steadiness(&values).unwrap_or(f64::MIN);
         candidates.push((
-            score,
+            score - f64::from(u8::from(is_last_resort)),
             Stamps {
                 values,
                 unit_s,
-                column,
+                is_dated: column.is_dated,
+                unknown_unit: unit_s.is_none().then(|| unknown_unit(column)).flatten(),
             },
         ));
+    }
+    if !parts.is_empty() {
+        let values = StampPart::sum(parts, rows);
+        let score = judge::steadiness(&values).unwrap_or(f64::MIN);
+        let stamps = Stamps {
+            values,
+            unit_s: Some(1.0),
+            is_dated: true,
+            unknown_unit: None,
+        };
+        candidates.push((score, stamps));
     }
     // The last of equals: files begin with the coarser clock.
     let candidates = candidates.into_iter();
@@ -219,9 +263,12 @@ fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
     best.map(|(_, stamps)| stamps)
 }
 
-fn stated_unit_s(column: &Column) -> Option<f64> {
-    let seconds = column.is_dated.then_some(1.0);
-    seconds.or_else(|| time_scale_s(&column.unit))
+/// What the file states as the unit of a clock, if it is no unit at all: `frames`, `jiffies`.
+fn unknown_unit(column: &Column) -> Option<String> {
+    const NO_UNITS: &str = "cal raw utc gmt unix posix epoch local gps time";
+    let unit = &column.unit;
+    let is_word = !unit.is_empty() && unit.chars().all(char::is_alphabetic);
+    (is_word && !is_unit(unit) && !is_listed(NO_UNITS, unit)).then(|| unit.clone())
 }
 
 /// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT, whose
@@ -230,34 +277,6 @@ fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
     let steps = stamps.windows(2).map(|w| w[1] - w[0]);
     let step = judge::median(steps.filter(|s| *s > 0.0))?;
     Some(if step < 8000.0 { 1e-4 } else { 1e-6 })
-}
-
-/// Stamps in two columns: whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and
-/// `nanosec`).
-fn in_two_columns(format: &Format, rows: &Rows) -> Option<Vec<f64>> {
-    let is_time = |c: &usize| format.columns[*c].role == Role::Time;
-    let times = || (0..format.columns.len()).filter(is_time);
-    let unit_s = |c: usize| stated_unit_s(&format.columns[c]);
-    let mut wholes = times().filter(|c| unit_s(*c).is_none_or(|u| u == 1.0));
-    wholes.find_map(|whole| {
-        times().find_map(|below| {
-            let unit_s = unit_s(below).filter(|u| *u < 1.0)?;
-            add_parts(&rows.columns[whole], &rows.columns[below], unit_s)
-        })
-    })
-}
-
-/// The sum of seconds and their fraction, if they are that: it rises. An independent clock falls where
-/// it begins again, and the duration of a loop at any time.
-fn add_parts(seconds: &[f64], fraction: &[f64], unit_s: f64) -> Option<Vec<f64>> {
-    let parts = seconds.iter().zip(fraction);
-    let mut known = parts
-        .clone()
-        .filter(|(s, f)| s.is_finite() && f.is_finite());
-    let are_parts = known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)));
-    let sum: Vec<f64> = parts.map(|(s, f)| s + f * unit_s).collect();
-    let ((rises, falls), (turns, _)) = (judge::trend(&sum), judge::trend(seconds));
-    (are_parts && turns < 1.0 && rises >= 0.9 && falls <= 0.2 * turns).then_some(sum)
 }
 
 /// A column of time that holds text, where no other column is a clock.

@@ -1,11 +1,14 @@
 //! Columns of time that no name tells.
 
-use crate::judge::{median, trend};
+use crate::date::compact_day_s;
+use crate::judge::{counts_rows, trend};
 use crate::role::Role;
-use crate::text::format::Format;
-use crate::text::names::Column;
+use crate::text::format::{Format, StampPart};
+use crate::text::names::{Column, words};
 use crate::text::rows::Rows;
+use crate::units::TimeUnit;
 
+const DAY_S: f64 = 86_400.0;
 /// Rows from which on a column that always rises is a clock.
 const MIN_CLOCK_ROWS: usize = 20;
 
@@ -20,8 +23,15 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
     for c in 0..format.columns.len() {
         let column = &format.columns[c];
         let is_open = !column.is_dropped && !column.is_given && !names_clock;
-        if column.is_dated && is_open && !axes.contains(&c) && !sample.is_text(c) {
+        let is_clock = column.is_dated && !holds_days(&sample.columns[c]);
+        if is_clock && is_open && !axes.contains(&c) && !sample.is_text(c) {
             format.columns[c].role = Role::Time;
+        }
+    }
+    if !names_clock {
+        format.stamp_parts = find_parts(format, sample);
+        for part in format.stamp_parts.clone() {
+            format.columns[part.column()].role = Role::Time;
         }
     }
     let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
@@ -36,7 +46,7 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
             && !format.columns[*c].is_dropped
             && values.len() > MIN_CLOCK_ROWS
             && values.windows(2).all(|w| w[1] > w[0])
-            && !counts_mostly(values)
+            && !counts_rows(values)
     };
     format.unnamed_clocks = (0..format.columns.len()).filter(rises).collect();
     if let [only] = format.unnamed_clocks[..] {
@@ -44,10 +54,118 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
     }
 }
 
-/// Numbers of rows, perhaps with lost ones.
-fn counts_mostly(values: &[f64]) -> bool {
-    let is_whole = values.windows(2).all(|w| (w[1] - w[0]).fract() == 0.0);
-    is_whole && median(values.windows(2).map(|w| w[1] - w[0])) == Some(1.0)
+/// Columns that are one stamp: a date, and a time of day in one column or in several.
+fn find_parts(format: &Format, sample: &Rows) -> Vec<StampPart> {
+    let values = |c: usize| sample.columns[c].as_slice();
+    let is_time = |c: usize| format.columns[c].role == Role::Time;
+    let columns = 0..format.columns.len();
+    let is_of_day =
+        |c: &usize| is_time(*c) && format.columns[*c].is_dated && are_within(values(*c), DAY_S);
+    let parts = hours_to_seconds(format, sample).or_else(|| second_and_fraction(format, sample));
+    let time = columns.clone().find(is_of_day);
+    let time = time.map(|c| vec![StampPart::Unit(c, 1.0)]);
+    let mut parts = parts.or(time).unwrap_or_default();
+    if parts.is_empty() || !are_within(&StampPart::sum(&parts, sample), DAY_S) {
+        return parts;
+    }
+    let date = columns.clone().find_map(|c| {
+        let column = &format.columns[c];
+        let is_open = !column.is_dropped && matches!(column.role, Role::Time | Role::Other);
+        let is_named = || words(&format.names[c]).iter().any(|w| w == "date");
+        let is_compact = |v: &f64| v.is_nan() || compact_day_s(*v).is_some();
+        match () {
+            _ if !is_open => None,
+            _ if column.is_dated && holds_days(values(c)) => Some(StampPart::Unit(c, 1.0)),
+            _ if c < format.names.len() && is_named() && values(c).iter().all(is_compact) => {
+                Some(StampPart::CompactDay(c))
+            }
+            _ => None,
+        }
+    });
+    parts.splice(0..0, date);
+    if parts.len() > 1 { parts } else { Vec::new() }
+}
+
+/// Whether the dates of a column have no time of day.
+fn holds_days(values: &[f64]) -> bool {
+    let mut known = values.iter().filter(|v| v.is_finite()).peekable();
+    known.peek().is_some() && known.all(|v| *v >= DAY_S && v % DAY_S == 0.0)
+}
+
+fn are_within(values: &[f64], end: f64) -> bool {
+    let mut known = values.iter().filter(|v| v.is_finite()).peekable();
+    known.peek().is_some() && known.all(|v| (0.0..end).contains(v))
+}
+
+/// Minutes and seconds in neighbouring columns, with hours before them or not, and a fraction behind
+/// them or not: `h,m,s,ms`, `HH,MM,SS`.
+fn hours_to_seconds(format: &Format, sample: &Rows) -> Option<Vec<StampPart>> {
+    let axes = format.channels();
+    let unit_s = |c: usize| {
+        let unit = words(format.names.get(c)?).pop()?;
+        let unit_s = match unit.as_str() {
+            "hh" => 3600.0,
+            "m" | "mm" => 60.0,
+            "ss" => 1.0,
+            unit => TimeUnit::parse(unit)?.seconds(),
+        };
+        let end = if unit_s == 3600.0 { 24.0 } else { 60.0 };
+        let end = if unit_s < 1.0 { 1.0 / unit_s } else { end };
+        let is_open = !axes.contains(&c) && !format.columns[c].is_dropped;
+        (is_open && are_within(&sample.columns[c], end)).then_some(unit_s)
+    };
+    let is_whole = |c: usize| {
+        sample.columns[c]
+            .iter()
+            .all(|v| v.is_nan() || v.fract() == 0.0)
+    };
+    let has_unit = |c: usize, unit: f64| unit_s(c) == Some(unit);
+    let minutes = (0..format.columns.len())
+        .find(|c| has_unit(*c, 60.0) && is_whole(*c) && has_unit(c + 1, 1.0))?;
+    let hours = minutes.checked_sub(1);
+    let hours = hours.filter(|c| has_unit(*c, 3600.0) && is_whole(*c));
+    let fraction = unit_s(minutes + 2).filter(|u| *u < 1.0 && is_whole(minutes + 1));
+    let ends = [
+        hours.map(|c| (c, 3600.0)),
+        Some((minutes, 60.0)),
+        Some((minutes + 1, 1.0)),
+    ];
+    let parts = ends.into_iter().flatten();
+    let parts = parts.chain(fraction.map(|unit_s| (minutes + 2, unit_s)));
+    let parts: Vec<StampPart> = parts
+        .map(|(c, unit_s)| StampPart::Unit(c, unit_s))
+        .collect();
+    let (rises, falls) = trend(&StampPart::sum(&parts, sample));
+    (falls <= 0.2 * rises).then_some(parts)
+}
+
+/// Whole seconds, and the fraction in ms, µs or ns (`stamp.sec` and `nanosec`).
+fn second_and_fraction(format: &Format, sample: &Rows) -> Option<Vec<StampPart>> {
+    let is_time = |c: &usize| format.columns[*c].role == Role::Time;
+    let times = || (0..format.columns.len()).filter(is_time);
+    let unit_s = |c: usize| format.columns[c].stated_unit_s();
+    let mut wholes = times().filter(|c| unit_s(*c).is_none_or(|u| u == 1.0));
+    wholes.find_map(|whole| {
+        let mut fractions = times().filter_map(|c| Some((c, unit_s(c).filter(|u| *u < 1.0)?)));
+        fractions.find_map(|(below, unit_s)| {
+            let [seconds, fraction] = [whole, below].map(|c| sample.columns[c].as_slice());
+            let parts = vec![StampPart::Unit(whole, 1.0), StampPart::Unit(below, unit_s)];
+            let sum = StampPart::sum(&parts, sample);
+            are_parts(seconds, fraction, unit_s, &sum).then_some(parts)
+        })
+    })
+}
+
+/// Whether seconds and fraction add up: the sum rises. An independent clock falls where it begins again,
+/// and the duration of a loop at any time.
+fn are_parts(seconds: &[f64], fraction: &[f64], unit_s: f64, sum: &[f64]) -> bool {
+    let known = seconds.iter().zip(fraction);
+    let mut known = known.filter(|(s, f)| s.is_finite() && f.is_finite());
+    let ((rises, falls), (turns, _)) = (trend(sum), trend(seconds));
+    known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
+        && turns < 1.0
+        && rises >= 0.9
+        && falls <= 0.2 * turns
 }
 
 /// Whether a column without a name rises as a clock or a counter does.
