@@ -8,18 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
-pub use kinds::FindingKind;
-
-/// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Severity {
-    /// Worth knowing; the result does not suffer.
-    Note,
-    /// The result may suffer, or an assumption was made that can be wrong.
-    Warning,
-}
+pub use kinds::{FindingKind, Severity};
 
 /// One thing that was found, its lines, and what was done.
 #[must_use = "a finding is told"]

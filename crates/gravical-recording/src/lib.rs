@@ -43,6 +43,7 @@ pub mod full_scale;
 pub mod hash;
 mod join;
 pub mod judge;
+mod judging;
 mod memory;
 mod metadata;
 mod meter;

@@ -2,9 +2,9 @@
 
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, cut_hint};
 use crate::options::ReadOptions;
-use crate::text::{Format, cut_hint};
+use crate::text::Format;
 
 /// Share of the memory of the machine that a program may take for recordings: others run beside it.
 const SHARE: u64 = 2;

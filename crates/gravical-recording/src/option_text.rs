@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, de};
 
-use crate::Error;
+use crate::error::Error;
 
 /// The value of a text, or the error with its hint.
 fn parse<T: FromStr<Err = Error>, E: de::Error>(text: &str) -> Result<T, E> {

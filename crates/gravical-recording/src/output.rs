@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use tempfile::NamedTempFile;
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));

@@ -1,22 +1,25 @@
 //! A recording: its rows, and what was judged of them.
 
-pub(crate) mod judging;
-
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
+use crate::judge::Encoding;
 use crate::text::Ledger;
 use crate::units::{AccelScale, GyroScale, TimeUnit};
 use crate::utc::UtcTime;
 
-pub use judging::clean::ReadAs;
-pub use judging::findings::CALIBRATED;
-
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
+
+/// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
+/// g. Loggers use `ax_g` for what they measure.
+pub const CALIBRATED: [[&str; 3]; 2] = [
+    ["ax_mps2", "ay_mps2", "az_mps2"],
+    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
+];
 
 /// What a column of labels says.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -52,6 +55,19 @@ impl Timing {
     pub fn rate_hz(&self) -> Option<f64> {
         self.median_rate_hz.or(self.nominal_rate_hz)
     }
+}
+
+/// How the cells of a recording are read, as its rows show.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+pub struct ReadAs {
+    /// How the counts of the accelerometer are written
+    pub(crate) encoding: Option<Encoding>,
+    /// Column of the temperature
+    pub(crate) thermometer: Option<usize>,
+    /// Label of the rows of the sensor that is read, where rows of several take turns
+    pub(crate) sensor: Option<String>,
+    /// Most cells are empty: each channel is written when it arrives, and its last value holds
+    pub(crate) is_sparse: bool,
 }
 
 /// File that was joined to a recording.

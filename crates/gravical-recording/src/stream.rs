@@ -9,12 +9,12 @@ use crate::cwa::Samples;
 use crate::error::{Error, Result};
 use crate::finding::FindingKind;
 use crate::judge::{self, POSSIBLE_C};
+use crate::judging::clean::{add_gravity, cell_label, decode, to_celsius};
+use crate::judging::findings::of_lines;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::read::{Source, note_input, open_source, parse_whole};
 use crate::recording::Recording;
-use crate::recording::judging::clean::{add_gravity, cell_label, decode, to_celsius};
-use crate::recording::judging::findings::of_lines;
 use crate::spans::LineSpans;
 use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
 

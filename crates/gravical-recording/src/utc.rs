@@ -15,7 +15,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Time stamps from here on are dates; below they count from the start of a board.
 const EARLIEST_S: i64 = 946_684_800; // 2000-01-01

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::Samples;
+use super::samples::Samples;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::memory::Budget;

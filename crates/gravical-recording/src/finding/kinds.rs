@@ -5,7 +5,16 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::Severity;
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Worth knowing; the result does not suffer.
+    Note,
+    /// The result may suffer, or an assumption was made that can be wrong.
+    Warning,
+}
 
 /// How much a kind matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,10 +6,9 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use std::ops::Range;
 
 use super::cells::median;
-use crate::error::Error;
+use crate::error::{Error, cut_hint};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
-use crate::text::cut_hint;
 use crate::units::{AccelScale, AccelUnit, Origin};
 
 /// Rows of a block whose spread tells rest from motion.

@@ -85,6 +85,14 @@ fn split_unit(name: &str) -> (String, String) {
 }
 
 impl Column {
+    pub(crate) fn is_accel(&self) -> bool {
+        matches!(self.role, Role::Accel(_))
+    }
+
+    pub(crate) fn is_gyro(&self) -> bool {
+        matches!(self.role, Role::Gyro(_))
+    }
+
     /// Seconds of the unit of a clock, if the file states it.
     pub(crate) fn stated_unit_s(&self) -> Option<f64> {
         let seconds = self.is_dated.then_some(1.0);

@@ -18,7 +18,7 @@ use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows};
 use super::words::Sentences;
 use crate::board::BoardSettings;
-use crate::error::Error;
+use crate::error::{Error, cut_hint};
 
 /// A column with so many words may hold numbers wrapped in words.
 pub(crate) const MANY_WORDS: u8 = 32;
@@ -133,18 +133,6 @@ pub(crate) struct Parser {
     spans: Vec<(usize, usize)>,
     /// Text of the numbers of the row that is being read from sentences.
     slots: Vec<String>,
-}
-
-/// How to read a file whose rows from a line on cannot be read with those before them; the first
-/// `head_lines` belong to both parts.
-pub(crate) fn cut_hint(head_lines: usize, line: usize) -> String {
-    let after = match head_lines {
-        0 => format!("tail -n +{line} FILE"),
-        _ => format!("sed '{},{}d' FILE", head_lines + 1, line - 1),
-    };
-    format!(
-        "cut the file and read the parts: `sed '{line},$d' FILE > before.csv`, `{after} > after.csv`"
-    )
 }
 
 /// Rows that are written under other columns.

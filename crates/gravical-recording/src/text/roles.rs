@@ -3,6 +3,7 @@
 
 mod behaviour;
 mod clocks;
+mod errors;
 mod given;
 mod in_rows;
 mod named;
@@ -11,11 +12,13 @@ mod numbers;
 pub(crate) use clocks::is_counter;
 
 use super::format::Format;
-use super::names::{Column, sensor_of_file};
+use super::names::sensor_of_file;
 use super::rows::Rows;
 use crate::error::Error;
 use crate::role::Role;
 use behaviour::{Axes, Gravity};
+pub(crate) use errors::sensor_unknown;
+use errors::{columns_unknown, no_accelerometer, no_gyroscope};
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
 pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Error> {
@@ -25,7 +28,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
     let file = file.or(is_gyroscope.then_some(Role::Gyro(0)));
     named::add_roles_from_units(format, file, file_name);
     named::add_body_rates(format);
-    let has_axis = format.columns.iter().any(|c| is_accel(c) || is_gyro(c));
+    let has_axis = format.columns.iter().any(|c| c.is_accel() || c.is_gyro());
     let has_names = format.names.iter().filter(|n| n.is_empty()).count() < 3;
     let mut accel = named::triples(&format.columns, Role::Accel);
     let mut gyro = named::triples(&format.columns, Role::Gyro);
@@ -50,7 +53,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
     // Numbers may tell an axis where a name tells a clock.
     for column in format.channels() {
         let column = &mut format.columns[column];
-        if !is_accel(column) && !is_gyro(column) {
+        if !column.is_accel() && !column.is_gyro() {
             column.role = Role::Other;
         }
     }
@@ -119,80 +122,4 @@ fn choose_sensors(
     let gyro = gyro.iter().filter(is_number).rev().max_by_key(shared);
     format.gyro = gyro.copied();
     Ok(())
-}
-
-fn columns_unknown(format: &Format) -> Error {
-    let columns = format.columns.len();
-    let text = match &format.misfit {
-        Some(misfit) => format!("{misfit}, and the numbers do not show their meaning"),
-        None => format!(
-            "the file has no header and {columns} columns whose meaning the numbers do not show"
-        ),
-    };
-    Error::input("columns-unknown", text)
-        .with_hint("name them in order, as t,ax,ay,az,gx,gy,gz; - skips one")
-        .advise("columns", "")
-}
-
-fn no_gyroscope(names: &[String]) -> Error {
-    let text = "no three columns of this file are a gyroscope's x, y and z";
-    let columns = list_columns(names);
-    let columns = columns.split(';').next().unwrap_or_default();
-    Error::input("no-gyroscope", text)
-        .with_hint(format!(
-            "{columns}; give the file with the gyroscope, or name its columns, as gx=…,gy=…,gz=…"
-        ))
-        .advise("gyro", "")
-        .advise("columns", "")
-}
-
-fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
-    if has_gyroscope {
-        let text = "this file holds a gyroscope and no accelerometer";
-        let error = Error::input("gyroscope-alone", text);
-        return error
-            .with_hint("give the accelerometer's recording as the input, and this file beside it")
-            .advise("gyro", "");
-    }
-    let text = "no three columns are named as an accelerometer's x, y and z";
-    let error = Error::input("no-accelerometer", text)
-        .with_hint(list_columns(&format.names))
-        .advise("columns", "");
-    match format.header_line {
-        0 => error,
-        line => error.at_line(line),
-    }
-}
-
-/// `sensor-unknown`: there is no sensor `wanted` among these.
-pub(crate) fn sensor_unknown(wanted: &str, sensors: &[String]) -> Error {
-    let error = Error::usage("sensor-unknown", format!("there is no sensor {wanted}"));
-    error.of_option("sensor").with_hint(if sensors.len() < 2 {
-        "this file has one sensor: leave the option out".to_owned()
-    } else {
-        format!("give one of: {}", sensors.join(", "))
-    })
-}
-
-/// Names of columns that a hint lists.
-const MAX_LISTED: usize = 16;
-
-/// A hint that lists the columns of a file.
-fn list_columns(names: &[String]) -> String {
-    if names.is_empty() {
-        return "the file has no header: give the channels in order, as t,ax,ay,az".to_owned();
-    }
-    let names = names.iter().map(String::as_str);
-    let list: Vec<&str> = names.filter(|n| !n.is_empty()).collect();
-    let more = if list.len() > MAX_LISTED { ", …" } else { "" };
-    let shown = list[..list.len().min(MAX_LISTED)].join(", ");
-    format!("its columns are: {shown}{more}; assign them, as ax=…,ay=…,az=…")
-}
-
-fn is_accel(column: &Column) -> bool {
-    matches!(column.role, Role::Accel(_))
-}
-
-fn is_gyro(column: &Column) -> bool {
-    matches!(column.role, Role::Gyro(_))
 }

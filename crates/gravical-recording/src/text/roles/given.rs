@@ -1,6 +1,6 @@
 //! Columns that the user names.
 
-use super::list_columns;
+use super::errors::list_columns;
 use crate::error::Error;
 use crate::options::ColumnsSpec;
 use crate::role::Role;

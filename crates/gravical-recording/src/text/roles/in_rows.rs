@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use super::{is_accel, is_gyro};
 use crate::judge::median;
 use crate::role::Role;
 use crate::text::format::Format;
@@ -23,7 +22,7 @@ pub(super) fn find_column(format: &Format, sample: &Rows) -> Option<usize> {
     const NAMES: &str = "i id instance sensor device channel node type kind";
     (0..format.columns.len()).find_map(|c| {
         let (column, is_text) = (&format.columns[c], sample.is_text(c));
-        let is_read = is_accel(column) || is_gyro(column) || column.role == Role::Label;
+        let is_read = column.is_accel() || column.is_gyro() || column.role == Role::Label;
         if is_read || column.role != Role::Other && !is_text {
             return None;
         }
@@ -50,7 +49,7 @@ pub(super) fn find_column(format: &Format, sample: &Rows) -> Option<usize> {
         };
         let is_mixed = || {
             let axes = 0..format.columns.len();
-            let axes = axes.filter(|c| is_accel(&format.columns[*c]));
+            let axes = axes.filter(|c| format.columns[*c].is_accel());
             let axes = sample.slices(&axes.collect::<Vec<_>>());
             (2..=8).contains(&kinds)
                 && (is_text || is_named())

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{is_accel, is_gyro, sensor_unknown};
+use super::errors::sensor_unknown;
 use crate::error::Error;
 use crate::role::Role;
 use crate::text::format::Format;
@@ -16,8 +16,8 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
-    let has_accel = format.columns.iter().any(is_accel);
-    let has_gyro = format.columns.iter().any(is_gyro);
+    let has_accel = format.columns.iter().any(Column::is_accel);
+    let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
         if column.role != Role::Other || column.is_dropped {
             continue;
@@ -27,7 +27,7 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
             Some(role @ Role::Gyro(_)) if !has_gyro => column.role = role,
             _ => continue,
         }
-        column.is_linear = is_linear_file && is_accel(column)
+        column.is_linear = is_linear_file && column.is_accel()
             || words(name).iter().any(|w| w.starts_with("linea"));
     }
 }
@@ -39,10 +39,10 @@ pub(super) fn add_body_rates(format: &mut Format) {
         names.position(|(n, c)| words(n) == [name] && c.role == Role::Other && !c.is_dropped)
     };
     let rates = ["p", "q", "r"].map(find);
-    let has_accel = format.columns.iter().any(is_accel) || format.options.is_gyroscope;
+    let has_accel = format.columns.iter().any(Column::is_accel) || format.options.is_gyroscope;
     if let [Some(p), Some(q), Some(r)] = rates
         && has_accel
-        && !format.columns.iter().any(is_gyro)
+        && !format.columns.iter().any(Column::is_gyro)
     {
         for (axis, column) in [p, q, r].into_iter().enumerate() {
             format.columns[column].role = Role::Gyro(axis);

@@ -4,12 +4,12 @@ pub(crate) mod clean;
 pub(crate) mod findings;
 mod time;
 
-use super::{CALIBRATED, Labels, Recording};
 use crate::error::Error;
 use crate::finding::Finding;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
+use crate::recording::{CALIBRATED, Labels, Recording};
 use crate::role::Role;
 use crate::text::{Format, Rows};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};

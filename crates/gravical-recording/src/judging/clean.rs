@@ -3,13 +3,11 @@
 use std::collections::HashMap;
 
 use super::findings;
-use serde::{Deserialize, Serialize};
-
 use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::judge::{self, Cells, Encoding};
-use crate::recording::Labels;
+use crate::recording::{Labels, ReadAs};
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Format, Reason, Rows, no_rows, sensor_of_file, sensor_unknown};
@@ -19,19 +17,6 @@ const MAX_SENSORS: usize = 256;
 /// Names of the channels in messages.
 const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
 const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
-/// How the cells of a recording are read, as its rows show.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub struct ReadAs {
-    /// How the counts of the accelerometer are written
-    pub(crate) encoding: Option<Encoding>,
-    /// Column of the temperature
-    pub(crate) thermometer: Option<usize>,
-    /// Label of the rows of the sensor that is read, where rows of several take turns
-    pub(crate) sensor: Option<String>,
-    /// Most cells are empty: each channel is written when it arrives, and its last value holds
-    pub(crate) is_sparse: bool,
-}
-
 /// Rows that are measurements of one sensor, decoded and timed; units are not judged yet.
 pub(crate) struct CleanRows {
     /// The rows without the columns below.
@@ -302,10 +287,12 @@ fn take_temperature(
     let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0))?;
     let mut values = std::mem::take(&mut rows.columns[column]);
     to_celsius(format, column, &mut values);
-    let middle = judge::median(values.iter().copied())?;
-    if judge::POSSIBLE_C.contains(&middle) {
+    let finite = values.iter().filter(|t| t.is_finite());
+    let possible = finite.clone().filter(|t| judge::POSSIBLE_C.contains(*t));
+    if 2 * possible.count() > finite.count() {
         return Some((column, values));
     }
+    let middle = judge::median(values.iter().copied())?;
     let text = format!(
         "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
     );

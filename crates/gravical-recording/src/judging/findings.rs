@@ -2,17 +2,11 @@
 
 use crate::finding::{Finding, FindingKind};
 use crate::judge;
+use crate::recording::CALIBRATED;
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Format, Ledger, Reason, Rows};
 use crate::write::input_name;
-
-/// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
-/// g. Loggers use `ax_g` for what they measure.
-pub const CALIBRATED: [[&str; 3]; 2] = [
-    ["ax_mps2", "ay_mps2", "az_mps2"],
-    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
-];
 
 /// Columns that a finding names.
 const MAX_NAMED: usize = 12;
