@@ -45,11 +45,12 @@ mod transition;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
+pub use gravical_signal::resolutions;
 pub use noise::NoiseAtRest;
 pub use odd::{Bridged, bridge_odd};
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };
 pub use result::{Budget, Ends, Motion, Move, PathNode};
-pub use samples::{Samples, Unusable, resolutions};
+pub use samples::{Samples, Unusable};
 pub use states::SampleState;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, pieces, resolution, sampling_period};
+use gravical_signal::{Channels, pieces, sampling_period};
 
 use crate::odd::Bridged;
 
@@ -13,26 +13,12 @@ const MAX_RATE_RAD_S: f64 = 1e3;
 const MAX_TIME_S: f64 = 4e9;
 /// A period of zero makes no more samples of a duration.
 const MAX_COUNT: usize = 1 << 30;
-/// Values that the resolution is taken from: enough that most neighbouring ones occur.
-const RESOLUTION_VALUES: usize = 200_000;
 /// A hand moves by a few decimetres in so long, s: what it did in a longer gap is not known.
 const MAX_MISSING_S: f64 = 0.5;
 /// Standard deviation of the angle that a clipped gyroscope may have missed in a move, rad: 4°. Bands of
 /// simulated turns of 1 s hold where the range is 0.4 of the highest rate, whatever the angle. Where it is
 /// 0.24 they are too narrow by half; from 0.5 rad on that is 5° and more.
 const MAX_MISSED_TURN_RAD: f64 = 0.07;
-
-/// Steps that the values of each channel are written in, m/s² and rad/s; 0 where they are all the same.
-///
-/// Take it from values in the sensor's own axes: a cross-axis matrix mixes the steps.
-pub fn resolutions(force_mps2: &[[f64; 3]], rate_rad_s: &[[f64; 3]]) -> [f64; 6] {
-    std::array::from_fn(|c| {
-        let column = [force_mps2, rate_rad_s][c / 3];
-        let max = [MAX_FORCE_MPS2, MAX_RATE_RAD_S][c / 3];
-        let values = column.iter().map(|v| v[c % 3]).filter(|v| v.abs() < max);
-        resolution(values.take(RESOLUTION_VALUES))
-    })
-}
 
 /// Why nobody knows how far a move went: its deviations do not hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +55,7 @@ pub struct Samples {
 impl Samples {
     /// Takes rows of time (s), specific force (m/s²) and angular rate (rad/s; none without a gyroscope: what
     /// the first row has, all have). `bridged` holds rows whose values were replaced ([`crate::bridge_odd`]),
-    /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown ([`resolutions`]).
+    /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown ([`crate::resolutions`]).
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
     /// that do not increase. Where that leaves a hole there is a gap.
