@@ -34,7 +34,7 @@ const STEP: &str = "dt delta deltat timestep diff";
 const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.
 const FOREIGN: &str = "mag magnetometer baro pressure quat orientation euler cov covariance pos vel \
-    gravity grav angle angles roll pitch yaw std sd variance velocity3d position3d true";
+    light lux humidity battery gravity grav angle angles roll pitch yaw std sd variance velocity3d position3d true";
 const UNIT_WORDS: &str = "g mg mps mps2 ms2 m s2 rad deg dps s ms us ns c counts cal 2";
 
 /// `accX_raw` → `acc`, `x`, `raw`.
