@@ -29,16 +29,36 @@ const MIN_SHARE: f64 = 0.4;
 const SAME_DEG: f64 = 1.0;
 /// … and this near where no pose is asked for, or none is found.
 const HELD_DEG: f64 = 5.0;
+/// Share of the rows at rest below which rests may be shorter than those that were looked for, and above
+/// which short ones are those of a session: in a motion pauses are fewer.
+const HARDLY_STATIC: f64 = 0.1;
+const MOSTLY_STATIC: f64 = 0.5;
 /// Blocks of a second.
 const BLOCKS_PER_S: usize = 5;
 
 /// The rows of the static intervals of a recording, in order.
 ///
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
-/// are counted in readings. A recording without rests has none: what shows
+/// are counted in readings: 40, or 20 where that makes a recording a series of rests. A recording without rests has none: what shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let samples = Samples::new(recording);
+    let rests = rests_of(recording, &Samples::new(recording));
+    let share = |rests: &[Range<usize>]| {
+        let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
+        at_rest as f64 / recording.rows().max(1) as f64
+    };
+    if recording.timing.rate_hz().is_some() || share(&rests) > HARDLY_STATIC {
+        return rests;
+    }
+    let short = rests_of(recording, &Samples::for_short_rests(recording));
+    if share(&short) > MOSTLY_STATIC {
+        short
+    } else {
+        rests
+    }
+}
+
+fn rests_of(recording: &Recording, samples: &Samples) -> Vec<Range<usize>> {
     let channels = samples.channels();
     // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
     // little to matter for a pose.

@@ -23,6 +23,8 @@ const TURNING_RAD_S: f64 = 0.052;
 const MAX_RANGE_RATIO: f64 = 4.0;
 /// Readings of a block where no rate is known: 0.1 s at 100 Hz, 0.5 s at 20 Hz.
 const BLOCK_READINGS: f64 = 10.0;
+/// The least that have a variance.
+const FEWEST_READINGS: f64 = 5.0;
 /// Fraction of the blocks that is quiet in any recording.
 const QUIET_SHARE: f64 = 0.05;
 
@@ -48,9 +50,19 @@ impl Samples {
     }
 
     pub fn new(recording: &Recording) -> Samples {
+        Samples::of_blocks(recording, BLOCK_READINGS)
+    }
+
+    /// The same for the shortest rests of a recording without a rate: 20 readings.
+    pub fn for_short_rests(recording: &Recording) -> Samples {
+        Samples::of_blocks(recording, FEWEST_READINGS)
+    }
+
+    /// `readings`: those of a block where no rate is known.
+    fn of_blocks(recording: &Recording, readings: f64) -> Samples {
         let period_s = match recording.timing.rate_hz() {
             Some(rate_hz) => rate_hz.recip(),
-            None => BLOCK_S / (BLOCK_READINGS * rows_of_a_reading(recording)),
+            None => BLOCK_S / (readings * rows_of_a_reading(recording)),
         };
         let per_mps2 = recording
             .accel_scale
