@@ -55,7 +55,7 @@ pub struct ReadOptions {
     #[cfg_attr(feature = "clap", arg(long = "rate", value_name = "HZ"))]
     #[cfg_attr(feature = "clap", arg(hide_short_help = true))]
     pub rate_hz: Option<f64>,
-    /// s, ms, us or ns [default: from the header or steps]
+    /// s, ms, us, ns, min, h or d [default: from the header or steps]
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     #[cfg_attr(feature = "clap", arg(hide_possible_values = true))]
     #[cfg_attr(feature = "clap", arg(hide_short_help = true))]

@@ -153,7 +153,8 @@ def read(source: Any, *, name: str | None = None, **reading: Any) -> Recording:
     - ``columns``: what each holds: ``{"t": "Timestamp", "ax": "acc_x", "gx": None}``, or in order
       ``"t,ax,ay,az,_,-"``.
     - ``sensor``: which of several in the file.
-    - ``rate``, Hz, where there are no time stamps; ``time_unit``: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``.
+    - ``rate``, Hz, where there are no time stamps; ``time_unit``: ``"s"``, ``"ms"``, ``"us"``, ``"ns"``,
+      ``"min"``, ``"h"``, ``"d"``.
 
     >>> text = b"t_ms,ax,ay,az\\n0,0.1,0.0,9.8\\n10,0.1,0.1,9.8\\n20,0.1,0.0,9.7\\n"
     >>> gravical.read(text)

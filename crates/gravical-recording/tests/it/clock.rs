@@ -1,6 +1,9 @@
 //! Times and rates of stamps.
 
 use gravical_recording::judge::{Clock, ClockOptions, clock};
+use gravical_recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, read_bytes};
+
+use crate::support::{Row, has_rate, is_near, read, six_faces};
 
 fn judged(stamps: Vec<f64>) -> Clock {
     clock(stamps, ClockOptions::default()).unwrap()
@@ -110,4 +113,221 @@ fn samples_in_a_pause_are_not_missing() {
     let paused = marked(&stamps, &[], &[300]);
     assert!((paused.mean_rate_hz.unwrap() - 100.0).abs() < 0.1 && paused.missing == 0.0);
     assert_eq!(judged(stamps).missing, 5700.0);
+}
+
+/// A file of 300 rows: above them `header`, if there is one; `row` gives what stands before and behind
+/// the acceleration.
+fn file(header: &str, separator: &str, row: impl Fn(usize) -> [String; 2]) -> String {
+    let rows = six_faces(4);
+    let line = |(k, r): (usize, &Row)| {
+        let accel = r.accel_g.map(|v| format!("{:.4}", 9.80665 * v));
+        let [before, behind] = row(k);
+        let cells = [before, accel.join(separator), behind];
+        let cells = cells.iter().filter(|c| !c.is_empty());
+        cells.cloned().collect::<Vec<_>>().join(separator) + "\n"
+    };
+    let rows: String = rows.iter().enumerate().map(line).collect();
+    format!("{header}{rows}")
+}
+
+fn gaps(recording: &Recording) -> usize {
+    let is_gap = |f: &&Finding| f.kind == FindingKind::Gap;
+    recording
+        .findings
+        .iter()
+        .find(is_gap)
+        .map_or(0, |f| f.lines.len())
+}
+
+fn has(recording: &Recording, kind: FindingKind) -> bool {
+    recording.findings.iter().any(|f| f.kind == kind)
+}
+
+/// 10 Hz from 23:59:50 on the last of March.
+fn tenths(k: usize) -> (bool, String) {
+    let tenths = 863_900 + k;
+    let (is_next, of_day) = (tenths >= 864_000, tenths % 864_000);
+    let (s, f) = (of_day / 10, of_day % 10);
+    let time = format!("{:02}:{:02}:{:02}.{f}00", s / 3600, s / 60 % 60, s % 60);
+    (is_next, time)
+}
+
+#[test]
+fn date_and_time_in_two_columns_are_one_clock() {
+    for [day, next] in [
+        ["2024-03-31", "2024-04-01"],
+        ["31/03/2024", "01/04/2024"],
+        ["03/31/2024", "04/01/2024"],
+        ["31.03.2024", "01.04.2024"],
+        ["31-MAR-2024", "01-APR-2024"],
+    ] {
+        for separator in ["\t", ",", ";", " "] {
+            for (zone, is_apart) in [("", false), (" UTC", false), ("", true)] {
+                let row = |k: usize| {
+                    let (is_next, time) = tenths(k);
+                    let day = (if is_next { next } else { day }).to_owned();
+                    let zone = if separator == " " { "" } else { zone };
+                    if is_apart {
+                        [day, time]
+                    } else {
+                        [format!("{day}{separator}{time}{zone}"), String::new()]
+                    }
+                };
+                let names = ["Date", "Time", "ax", "ay", "az"].join(separator) + "\n";
+                let apart = ["Date", "ax", "ay", "az", "Time"].join(separator) + "\n";
+                for header in ["", if is_apart { &apart } else { &names }] {
+                    let text = file(header, separator, row);
+                    let recording = read(&text, "desk.csv");
+                    let about = &text[..100];
+                    let start = recording.recorded_at().map(|t| t.to_string());
+                    assert!(
+                        has_rate(&recording, 10.0),
+                        "{:?}\n{about}",
+                        recording.timing
+                    );
+                    assert!(
+                        start.is_some_and(|s| s.starts_with("2024-03-31T23:59:50")),
+                        "{about}"
+                    );
+                    assert_eq!(gaps(&recording), 0, "{about}");
+                    assert!(is_near(recording.accel[0][0], 10.0, 0.1), "{about}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn clocks_of_many_writings_are_read() {
+    let of = |cell: fn(usize) -> String| move |k| [cell(k), String::new()];
+    let hz = |rate: &str| format!("# {rate}\nax,ay,az\n");
+    type Cell = fn(usize) -> String;
+    let none: Cell = |_| String::new();
+    let names = |clock: &str| format!("{clock},ax,ay,az\n");
+    for (header, cell, rate_hz, gaps_there, finding) in [
+        // Threes of rows, and pauses of 72 s; bursts of 300 ms.
+        (
+            names("time_s"),
+            (|k| {
+                format!(
+                    "{:.2}",
+                    (k / 50) as f64 * 77.0 + (k % 50 / 3) as f64 * 0.3 + (k % 50 % 3) as f64 * 0.02
+                )
+            }) as Cell,
+            10.0,
+            5,
+            Some(FindingKind::BurstTime),
+        ),
+        (
+            names("Time (min)"),
+            |k| format!("{:.6}", k as f64 / 600.0),
+            10.0,
+            0,
+            None,
+        ),
+        (
+            names("Time (h)"),
+            |k| format!("{:.8}", k as f64 / 36_000.0),
+            10.0,
+            0,
+            None,
+        ),
+        (
+            names("time"),
+            |k| format!("{:.9}", 45_352.0 + k as f64 / 864_000.0),
+            10.0,
+            0,
+            None,
+        ),
+        (
+            names("h,m,s,ms"),
+            |k| format!("10,59,{},{}", 20 + k / 10, k % 10 * 100),
+            10.0,
+            0,
+            None,
+        ),
+        // A run of absurd stamps.
+        (
+            names("time_ms"),
+            |k| {
+                if (100..107).contains(&k) {
+                    "4294967295".to_owned()
+                } else {
+                    (100 * k).to_string()
+                }
+            },
+            10.0,
+            0,
+            Some(FindingKind::BadStamps),
+        ),
+        (
+            names("Time [frames]"),
+            |k| (k * 100).to_string(),
+            10.0,
+            0,
+            Some(FindingKind::TimeUnitUnknown),
+        ),
+        (hz("Data Rate: 100 Hz"), none, 100.0, 0, None),
+        (
+            format!("# Start time: 0, Unix epoch 00:00:15\n{}", names("time_ms")),
+            |k| (100 * k).to_string(),
+            10.0,
+            0,
+            None,
+        ),
+        // A counter of rows beside the clock.
+        (
+            names("t,time"),
+            |k| format!("{k},{}", 1000 + 100 * k + k % 3),
+            10.0,
+            0,
+            None,
+        ),
+    ] {
+        let text = file(&header, ",", of(cell));
+        let recording = read(&text, "desk.csv");
+        assert!(
+            has_rate(&recording, rate_hz),
+            "{header}{:?}",
+            recording.timing
+        );
+        assert_eq!(gaps(&recording), gaps_there, "{header}");
+        let odd = [
+            FindingKind::BurstTime,
+            FindingKind::BadStamps,
+            FindingKind::TimeUnitUnknown,
+        ];
+        for kind in odd {
+            assert_eq!(
+                has(&recording, kind),
+                finding == Some(kind),
+                "{header}{kind:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_clock_in_minutes_needs_its_unit_in_the_file_or_an_option() {
+    let row = |k| [format!("{:.6}", k as f64 / 600.0), String::new()];
+    let options = ReadOptions {
+        time_unit: Some(TimeUnit::Minute),
+        ..ReadOptions::default()
+    };
+    for header in ["time,ax,ay,az\n", "Time (min),ax,ay,az\n", ""] {
+        let text = file(header, ",", row);
+        let recording = read_bytes(text.as_bytes(), "desk.csv", &options).unwrap();
+        assert!(has_rate(&recording, 10.0), "{header}{:?}", recording.timing);
+    }
+}
+
+#[test]
+fn a_column_that_rises_is_the_clock_wherever_it_stands() {
+    for place in [[true, false], [false, true]] {
+        let stamp = |k: usize| (50_000 + 100 * k + k % 3).to_string();
+        let row = |k| place.map(|is_here| if is_here { stamp(k) } else { String::new() });
+        let recording = read(&file("", ",", row), "desk.csv");
+        assert!(has_rate(&recording, 10.0), "{:?}", recording.timing);
+        assert!(is_near(recording.accel[0][0], 10.0, 0.1));
+    }
 }
