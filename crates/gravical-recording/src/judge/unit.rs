@@ -121,6 +121,21 @@ pub fn accel_unit(
             let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
             AccelScale::new(AccelUnit::Counts, range_lsb, origin)
         }
+        Evidence::None if !has_rest(accel) => {
+            let likely = match norm {
+                ..=3.0 => "g",
+                ..=30.0 => "m/s^2",
+                ..=3000.0 => "mg",
+                _ => "counts",
+            };
+            let text = format!(
+                "the sensor is never at rest, and the magnitude where it is quietest, {}, need not be gravity: give the unit, likely this one",
+                short(norm)
+            );
+            let unknown = Finding::new(FindingKind::UnitUnknown, text);
+            rest.findings.push(unknown.advise("accel_unit", likely));
+            AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+        }
         Evidence::None => {
             let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
             let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
@@ -161,9 +176,8 @@ fn accel_evidence(norm: f64, integers: bool) -> Evidence {
     match norm {
         0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
         8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
-        // Whole numbers nearer to 1024 than to 1000 are counts; mg and cm/s² (980.665) cannot be
-        // distinguished within the scale error of a sensor.
-        1012.0..=1060.0 if integers => return Evidence::Unit(AccelUnit::Counts, Some(1024.0)),
+        // mg, cm/s² (980.665) and 1024 counts per g cannot be distinguished within the scale error and
+        // the bias of a sensor.
         800.0..=1250.0 => return Evidence::Ambiguous,
         _ => {}
     }
@@ -239,7 +253,7 @@ impl AtRest<'_> {
         AccelScale::new(unit, lsb, Origin::Data)
     }
 
-    /// Tells what the magnitude may mean; `units`: those that the user may give.
+    /// Reports what the magnitude may mean; `units`: those that the user may give.
     fn tell(&mut self, kind: FindingKind, what: &str, units: &[&str]) {
         let text = format!("the magnitude at rest is {}: {what}", short(self.norm));
         let found = Finding::new(kind, text);
@@ -316,6 +330,13 @@ const MAX_RESTLESS: f64 = 0.05;
 fn rest_norm(block: [&[f64]; 3], gravity: f64) -> Option<f64> {
     let (variance, norm) = spread_and_norm(block)?;
     (variance.sqrt() <= MAX_RESTLESS * norm.max(gravity) && norm > 0.0).then_some(norm)
+}
+
+/// Whether the sensor may lie still in some block.
+fn has_rest(accel: [&[f64]; 3]) -> bool {
+    let starts = (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS);
+    let mut blocks = starts.map(|start| accel.map(|c| &c[start..start + BLOCK_ROWS]));
+    accel[0].len() < BLOCK_ROWS || blocks.any(|block| rest_norm(block, 0.0).is_some())
 }
 
 /// Blocks at rest in a row that establish a magnitude.

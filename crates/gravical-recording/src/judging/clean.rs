@@ -63,6 +63,7 @@ impl CleanRows {
         rows.columns.push(std::mem::take(&mut time.time_s));
         rows.columns.push(temperature_c.unwrap_or_default());
         let emptied = set_aside_defects(format, &mut rows);
+        findings.extend(empty_invalid_counts(format, &mut rows));
         let accel = format.accel.map(|c| rows.columns[c].as_slice());
         let is_given = options.zero_offset.is_some() || options.is_gyroscope;
         read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
@@ -334,6 +335,36 @@ fn set_aside_defects(format: &Format, rows: &mut Rows) -> Option<Finding> {
     );
     let lines: LineSpans = emptied.into_iter().collect();
     (!lines.is_empty()).then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines))
+}
+
+/// Lowest count of 16 bits, with which drivers mark a sample as invalid.
+const INVALID_COUNT: f64 = -32_768.0;
+/// No neighbour of an invalid sample is so near to the end of the range.
+const NEAR_END: f64 = -30_000.0;
+
+/// Empties cells of counts that hold the lowest one alone among ordinary neighbours.
+fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> Option<Finding> {
+    let mut lines = Vec::new();
+    for column in format.channels() {
+        let values = &mut rows.columns[column];
+        let is_ordinary = |v: Option<&f64>| v.is_none_or(|v| *v > NEAR_END || v.is_nan());
+        let is_invalid = |row: &usize| {
+            let before = row.checked_sub(1).and_then(|before| values.get(before));
+            values[*row] == INVALID_COUNT && is_ordinary(before) && is_ordinary(values.get(row + 1))
+        };
+        let invalid: Vec<usize> = (0..values.len()).filter(is_invalid).collect();
+        for row in invalid {
+            values[row] = f64::NAN;
+            lines.push(u64::from(rows.lines[row]));
+        }
+    }
+    lines.sort_unstable();
+    let text = format!(
+        "{} cells hold -32768 between ordinary values, which marks an invalid sample; treated as empty",
+        lines.len()
+    );
+    let lines: LineSpans = lines.into_iter().collect();
+    (!lines.is_empty()).then(|| Finding::new(FindingKind::InvalidSamples, text).at_lines(&lines))
 }
 
 /// Undoes an encoding; that of the gyroscope only if it is written so, too.

@@ -218,3 +218,46 @@ fn a_download_cut_off_yields_what_it_holds() {
     let is_damage = |f: &Finding| f.kind == FindingKind::TruncatedFile;
     assert!(!recording.findings.iter().any(is_damage));
 }
+
+/// What is neither gravity nor a measurement decides on no unit.
+#[test]
+fn units_are_not_told_by_coincidence_motion_or_invalid_samples() {
+    let counts = |k: usize, a: [f64; 3], per_g: f64| {
+        let [x, y, z] = a.map(|g| (g * per_g).round());
+        format!("{},{x},{y},{z}", 40 * k)
+    };
+    // Between mg and 1024 counts per g nothing decides.
+    let text = table("ms,x,y,z", |k, a| counts(k, a, 1030.0));
+    let unknown = read(&text, "");
+    assert_eq!(unknown.accel_scale.unit.name(), "unknown");
+    let units = found(&unknown, FindingKind::UnitUnknown).options.iter();
+    let units: Vec<&str> = units.map(|advice| advice.value.as_str()).collect();
+    assert_eq!(units, ["mg", "counts"]);
+    // A walk in g is no gravity of another full scale.
+    let text = table("ms,x,y,z", |k, _| {
+        let t = k as f64;
+        let (x, y) = (0.5 * (1.3 * t).sin(), 0.4 * (0.9 * t).cos());
+        format!(
+            "{},{x:.4},{y:.4},{:.4}",
+            40 * k,
+            -1.3 + 0.7 * (1.7 * t).sin()
+        )
+    });
+    let walk = read(&text, "");
+    let message = &found(&walk, FindingKind::UnitUnknown).message;
+    assert!(
+        message.starts_with("the sensor is never at rest"),
+        "{message}"
+    );
+    // Of a driver that marks what it could not read.
+    let text = table("ms,ax,ay,az", |k, a| match k % 60 {
+        7 => format!("{},-32768,5,16384", 40 * k),
+        _ => counts(k, a, 16_384.0),
+    });
+    let recording = read(&text, "");
+    assert_eq!(recording.accel_scale.lsb_per_g, Some(16_384.0));
+    assert_eq!(found(&recording, FindingKind::InvalidSamples).count, 5);
+    let is_clipped = |f: &Finding| f.kind == FindingKind::Clipped;
+    assert!(!recording.findings.iter().any(is_clipped));
+    assert!(recording.accel[0][7].is_nan());
+}
