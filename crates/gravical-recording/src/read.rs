@@ -101,9 +101,9 @@ fn read_input(
             let rows = parse_whole(&format, text, &budget, &[]);
             rows.and_then(|rows| Recording::judge(&format, rows))
         }
-        (format, Source::Worn(samples)) if averages => cwa::read_means(&format, samples, &budget),
+        (format, Source::Worn(samples)) if averages => cwa::read_means(&format, *samples, &budget),
         (format, Source::Worn(samples)) => {
-            let rows = cwa::read_samples(&format, samples, &budget);
+            let rows = cwa::read_samples(&format, *samples, &budget);
             rows.and_then(|rows| Recording::judge(&format, rows))
         }
     };
@@ -134,7 +134,7 @@ pub(crate) enum Source {
     /// A text in UTF-8, from its first line on
     Text(Box<dyn Read + Send>),
     /// Blocks of samples of a worn device
-    Worn(Samples<Box<dyn Read + Send>>),
+    Worn(Box<Samples<Box<dyn Read + Send>>>),
 }
 
 /// The format of a recording of any kind, and its rows.
@@ -154,7 +154,7 @@ pub(crate) fn open_source(
     foreign::refuse_container(&magic, here)?;
     if cwa::is_one(&magic) {
         let opened = cwa::open(reader, options).map_err(|e| e.in_file(here))?;
-        return Ok((opened.0, Source::Worn(opened.1)));
+        return Ok((opened.0, Source::Worn(Box::new(opened.1))));
     }
     let mut text = bytes::utf8(reader).map_err(io)?;
     let head = bytes::read_head(&mut text, HEAD_BYTES).map_err(io)?;

@@ -57,7 +57,7 @@ pub struct Stream {
 /// The rows behind those by which a recording was judged.
 enum Rest {
     Text(LineBlocks<Box<dyn Read + Send>>, Box<Parser>),
-    Worn(Samples<Box<dyn Read + Send>>),
+    Worn(Box<Samples<Box<dyn Read + Send>>>),
 }
 
 impl Rest {
@@ -126,7 +126,7 @@ impl Stream {
                 let parser = Parser::new(&format, &copied);
                 Some(Rest::Text(blocks, Box::new(parser)))
             }
-            Source::Worn(samples) => Some(Rest::Worn(samples.with_text(&copied))),
+            Source::Worn(samples) => Some(Rest::Worn(Box::new(samples.with_text(&copied)))),
         };
         let is_enough = |rows: &Rows| {
             let channels = rows.slices(&format.channels());

@@ -183,10 +183,10 @@ fn burst_rate(stamps: &[f64], waits: Range<f64>) -> Option<f64> {
     for (row, step) in (1..).zip(stamps.windows(2).map(|w| w[1] - w[0])) {
         if step < 0.0 || step >= waits.end {
             begin = Some(row);
-        } else if step > waits.start {
-            if let Some(begin) = begin.replace(row) {
-                (rows, span) = (rows + row - begin, span + stamps[row] - stamps[begin]);
-            }
+        } else if step > waits.start
+            && let Some(begin) = begin.replace(row)
+        {
+            (rows, span) = (rows + row - begin, span + stamps[row] - stamps[begin]);
         }
     }
     (rows > 0).then(|| rows as f64 / span)

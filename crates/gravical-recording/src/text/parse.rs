@@ -67,7 +67,7 @@ impl Format {
         }
         // The next block, its number, and the lines before it.
         let source = Mutex::new((blocks, 0, whole.line_number));
-        let next = || -> Option<Result<(usize, Parser, Vec<u8>), Error>> {
+        let next = || -> Option<Result<Block, Error>> {
             let mut source = source.lock().ok()?;
             let (blocks, number, lines_before) = &mut *source;
             let lines = match blocks.next_of(BLOCK_BYTES).transpose()? {
@@ -78,7 +78,12 @@ impl Format {
             parser.line_number = *lines_before;
             *lines_before += memchr_iter(self.line_end, &lines).count();
             *number += 1;
-            Some(Ok((*number - 1, parser, lines)))
+            let number = *number - 1;
+            Some(Ok(Block {
+                number,
+                parser,
+                lines,
+            }))
         };
         let cores = thread::available_parallelism().map_or(1, NonZero::get);
         let (send, parsed) = mpsc::sync_channel(cores);
@@ -88,8 +93,9 @@ impl Format {
                 scope.spawn(move || {
                     while let Some(block) = next() {
                         // A fault in a block is one only if those before it have none.
-                        let parsed = block.map(|(number, mut parser, lines)| {
-                            (number, parser.read(&lines).map(|()| parser))
+                        let parsed = block.map(|mut block| {
+                            let read = block.parser.read(&block.lines);
+                            (block.number, read.map(|()| block.parser))
                         });
                         // Nobody receives any longer once a block has failed.
                         if send.send(parsed).is_err() {
@@ -112,6 +118,13 @@ impl Format {
             Ok(whole.take())
         })
     }
+}
+
+/// Lines that a thread parses.
+struct Block {
+    number: usize,
+    parser: Parser,
+    lines: Vec<u8>,
 }
 
 /// Lines on their way into rows.
