@@ -1,5 +1,7 @@
 //! Calibrated samples in, velocity and position with bands that hold out.
 //!
+//! The API is internal to gravical and may change.
+//!
 //! # Overview
 //!
 //! SI units; no files, no words.

@@ -1,5 +1,7 @@
 //! Text of any dialect, or blocks of a worn device, to columns, and what the columns say.
 //!
+//! The API is internal to gravical and may change.
+//!
 //! # Overview
 //!
 //! 1. [`source`]: a path, standard input or bytes; [`bytes`]: unpacked, in any encoding, as UTF-8;

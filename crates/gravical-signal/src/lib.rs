@@ -1,5 +1,7 @@
 //! Arrays in, arrays out: what samples of an IMU say about themselves.
 //!
+//! The API is internal to gravical and may change.
+//!
 //! # Overview
 //!
 //! SI units only: no files, no names of columns, no words.

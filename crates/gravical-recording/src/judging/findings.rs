@@ -20,14 +20,12 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
         let count = format.sensors.len();
         let all = format.sensors.join(", ");
         findings.push(raw_and_calibrated(format).unwrap_or_else(|| {
-            let why = if format.chosen > 0 {
-                ": of those before none answers and shows gravity at rest"
-            } else {
-                ""
-            };
-            let text = format!(
-                "{count} accelerometers: {all}; {read} is read, unless another is chosen{why}"
-            );
+            let text = format!("{count} accelerometers: {all}; {read} is read");
+            if format.chosen > 0 {
+                let why = "of those before none answers and shows gravity at rest";
+                return Finding::new(FindingKind::SeveralSensors, format!("{text}: {why}"));
+            }
+            let text = format!("{text}, unless another is chosen");
             Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
         }));
     }
