@@ -72,7 +72,7 @@ fn the_procedure_of_the_student_report() {
 /// A board whose clock is set in the middle; the search for slow moves once went through all the
 /// years.
 #[test]
-fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
+fn a_clock_that_is_set_by_thirty_years_begins_again() {
     let folder = tempfile::tempdir().unwrap();
     line(folder.path());
     let text = read(folder.path(), "line/line.csv");
@@ -86,7 +86,7 @@ fn a_clock_that_is_set_by_thirty_years_is_a_gap() {
     let text: String = text.lines().enumerate().map(later).collect();
     write(folder.path(), "set.csv", &text);
     let result = motion(folder.path(), "set.csv -c cal.json", 0);
-    finding(&result, "gap");
+    finding(&result, "restarted-time");
 }
 
 /// Calls that are refused, and write nothing.
