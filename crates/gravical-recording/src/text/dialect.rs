@@ -93,6 +93,14 @@ fn may_part_thousands(field: &str) -> bool {
     parts.is_some_and(|(whole, rest)| whole != "0" && rest.len() == 3)
 }
 
+/// Whether a field is a date without a time.
+fn is_day(field: &str) -> bool {
+    !field.contains(':')
+        && field.contains(['-', '/', '.'])
+        && fast_float2::parse::<f64, _>(field).is_err()
+        && parse_date(field, false).is_some()
+}
+
 /// Fields and finite numbers of a line, if it is a row.
 fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(usize, usize)> {
     if is_comment(line) {
@@ -104,6 +112,8 @@ fn count_row(line: &str, delimiter: Option<u8>, decimal_comma: bool) -> Option<(
         count += 1;
         let value = parse_cell(field, decimal_comma);
         match value.filter(|_| !is_quoted || !may_part_thousands(field)) {
+            // A date is one field with its time: apart they are not more than together.
+            Some(_) if is_day(field) => {}
             Some(v) if v.is_finite() => numbers += 1,
             Some(_) => {}
             None => texts += 1,

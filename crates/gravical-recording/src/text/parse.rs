@@ -115,7 +115,9 @@ impl Format {
                     due += 1;
                 }
             }
-            Ok(whole.take())
+            let mut rows = whole.take();
+            rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
+            Ok(rows)
         })
     }
 }
