@@ -24,7 +24,7 @@ use crate::error::{Error, cut_hint};
 pub(crate) const MANY_WORDS: u8 = 32;
 
 /// Text that a thread parses at once, bytes: its columns stay in memory that is used again.
-const BLOCK_BYTES: usize = 1 << 20;
+const BLOCK_BYTES: usize = 1 << 18;
 
 /// Rows that wait for the last lines of the last one: where these stay away, rows go on without.
 const MAX_WAITING: usize = 1 << 14;
