@@ -132,8 +132,8 @@ fn check_recording(r: &Recording) {
         assert!(!is_infinite, "an infinite value");
     }
     assert!(r.accel.iter().flatten().any(|v| v.is_finite()));
-    assert!(r.zero_offset.is_finite());
-    assert_eq!(r.gyro.is_some(), r.gyro_scale.is_some());
+    assert!(r.units.zero_offset.is_finite());
+    assert_eq!(r.gyro.is_some(), r.units.gyro.is_some());
     if let Some(labels) = &r.labels {
         assert_eq!(labels.of_row.len(), rows);
         let mut of_row = labels.of_row.iter();
@@ -159,7 +159,7 @@ fn check_recording(r: &Recording) {
     }
     assert!(before <= r.ledger.lines as u64);
 
-    let timing = &r.timing;
+    let timing = &r.clock;
     let rates = [
         timing.median_rate_hz,
         timing.mean_rate_hz,
@@ -174,8 +174,8 @@ fn check_recording(r: &Recording) {
     if let Some(share) = timing.missing_share {
         assert!((0.0..=1.0).contains(&share), "{timing:?}");
     }
-    let gyro = r.gyro_scale.and_then(|s| s.nominal());
-    for nominal in r.accel_scale.nominal().into_iter().chain(gyro) {
+    let gyro = r.units.gyro.and_then(|s| s.nominal());
+    for nominal in r.units.accel.nominal().into_iter().chain(gyro) {
         assert!(nominal > 0.0 && nominal.is_finite(), "a scale of {nominal}");
     }
     check_findings(&r.findings, r.ledger.lines as u64);

@@ -368,7 +368,7 @@ fn static_intervals(
     } = measure_intervals(recordings, intervals, &options.axes, findings);
     include_slow_noise(recordings, &held, &mut intervals);
     for interval in &mut intervals {
-        let offset = recordings[interval.recording].zero_offset;
+        let offset = recordings[interval.recording].units.zero_offset;
         interval.mean = interval.mean.map(|m| m + offset);
     }
     poses::leave_out_empty(&mut intervals, findings);
@@ -483,7 +483,7 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, int
 
 fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
     // Without a rate, or where a row is a mean itself, the duration is not known.
-    let speed = match recording.timing.rate_hz() {
+    let speed = match recording.clock.rate_hz() {
         Some(rate_hz) if interval.count > 1 => REST_SPEED_MPS * rate_hz / interval.count as f64,
         _ => 0.0,
     };

@@ -241,11 +241,17 @@ fn judge_gyroscope(
 /// One known unit of the accelerometer in all recordings.
 #[doc(hidden)]
 pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<()> {
-    let reads = |r: &Recording| (r.accel_scale.unit, r.accel_scale.lsb_per_g, r.zero_offset);
+    let reads = |r: &Recording| {
+        (
+            r.units.accel.unit,
+            r.units.accel.lsb_per_g,
+            r.units.zero_offset,
+        )
+    };
     let mut first: Option<&Recording> = None;
     for recording in recordings {
         let first = *first.get_or_insert(recording);
-        if recording.accel_scale.unit == AccelUnit::Unknown {
+        if recording.units.accel.unit == AccelUnit::Unknown {
             return Err(unknown_unit(recording));
         }
         if reads(recording) != reads(first) {
@@ -282,9 +288,9 @@ fn unknown_unit(recording: &Recording) -> Error {
 }
 
 fn describe(recording: &Recording) -> String {
-    match recording.accel_scale.lsb_per_g {
+    match recording.units.accel.lsb_per_g {
         Some(lsb) => format!("counts at {lsb} per g"),
-        None => recording.accel_scale.unit.name().to_owned(),
+        None => recording.units.accel.unit.name().to_owned(),
     }
 }
 
@@ -296,7 +302,7 @@ pub(crate) fn measure_intervals(
     findings: &mut Vec<Finding>,
 ) -> Measured {
     let held = without_spikes(recordings, &intervals, findings);
-    let steps = recordings.iter().map(|r| r.resolution[0]);
+    let steps = recordings.iter().map(|r| r.units.resolution[0]);
     let coarsest = steps.fold([0.0; 3], |most: [f64; 3], step| {
         std::array::from_fn(|i| step[i].max(most[i]))
     });
@@ -325,7 +331,7 @@ fn without_spikes(
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        counts[interval.recording] += spikes::take_out(&mut values, recording.resolution[0]);
+        counts[interval.recording] += spikes::take_out(&mut values, recording.units.resolution[0]);
         values
     };
     let held = intervals.iter().map(take_out).collect();
@@ -353,7 +359,7 @@ fn pose(
     let mean = pose_mean(&slices(held), noise, rate_hz, interval.is_found);
     let clipped = held
         .iter()
-        .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.accel_scale))
+        .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.units.accel))
         .sum();
     let rows = interval.rows;
     let temperatures = recording.temperature_c.as_ref();

@@ -19,7 +19,7 @@
 //! let csv = "t_ms,ax,ay,az\n0,0.1,0.0,9.8\n10,0.1,0.1,9.8\n20,0.1,0.0,9.7\n";
 //! let recording = read_bytes(csv.as_bytes(), "desk.csv", &ReadOptions::default())?;
 //! assert_eq!(recording.rows(), 3);
-//! assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
+//! assert_eq!(recording.units.accel.unit.name(), "m/s^2");
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
@@ -36,8 +36,8 @@ pub use gravical_recording::{
     max_bytes, source, units,
 };
 pub use gravical_recording::{
-    ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason, Recording,
-    TableColumn, TimeUnit, Timing, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
+    Clock, ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason,
+    Recording, TableColumn, TimeUnit, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
     read_head, read_joined, read_samples,
 };
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
@@ -49,7 +49,7 @@ pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
 /// `unit-unknown` for counts of unknown range.
 #[doc(hidden)]
 pub fn nominal_accel(recording: &Recording) -> Result<f64> {
-    recording.accel_scale.nominal().ok_or_else(|| {
+    recording.units.accel.nominal().ok_or_else(|| {
         let what = "counts of unknown range have no unit";
         Error::input("unit-unknown", what)
             .at(recording.name.as_ref(), None)
@@ -65,13 +65,13 @@ pub fn nominal_accel(recording: &Recording) -> Result<f64> {
 ///
 /// `sensors-differ` where they name several.
 pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> {
-    let named = recordings.iter().map(|r| (&r.name, r.serial.as_ref()));
+    let named = recordings.iter().map(|r| (&r.name, r.format.serial()));
     let mut named = named.filter_map(|(name, serial)| Some((name, serial?)));
     let Some((one, serial)) = named.next() else {
         return Ok(None);
     };
     let Some((other, another)) = named.find(|(_, another)| *another != serial) else {
-        return Ok(Some(serial.clone()));
+        return Ok(Some(serial));
     };
     let what =
         format!("{one} is of the sensor with the serial number {serial}, {other} of {another}");
@@ -111,10 +111,11 @@ pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
 /// That a recording is calibrated already, where what is `wanted` is another one.
 #[doc(hidden)]
 pub fn already_calibrated(recording: &Recording, wanted: &str) -> Option<Finding> {
-    let why = why_calibrated(recording.is_calibrated_by_board);
+    let why = why_calibrated(recording.format.is_calibrated_by_board());
     let finding = finding!(AlreadyCalibrated, "{why}: {wanted}");
     recording
-        .is_calibrated
+        .format
+        .is_calibrated()
         .then(|| finding.in_file(&recording.name))
 }
 

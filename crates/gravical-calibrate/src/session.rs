@@ -108,7 +108,7 @@ pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code",
 /// `motion`, or the summary of many sessions. What `convert` and `denoise` write is a recording.
 #[doc(hidden)]
 pub fn is_result_file(path: &Path) -> bool {
-    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.is_result())
+    read_head(path, &ReadOptions::default()).is_ok_and(|head| head.format.is_result())
         || is_summary(path)
         || CalibrationFile::read(path).is_ok()
 }
@@ -239,7 +239,7 @@ fn read_files<'a>(
         }
         match recording {
             // A result beside its sources is no placement.
-            Ok(recording) if of_folder && recording.is_result() => leave_out(finding!(
+            Ok(recording) if of_folder && recording.format.is_result() => leave_out(finding!(
                 AlreadyCalibrated,
                 "a result of this program, by its column names, not a recording; left out"
             )),
@@ -332,12 +332,10 @@ pub fn read_session(
 /// Apps write acceleration without gravity beside that with it: in a folder only the
 /// latter is meant.
 fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>) {
-    let is_linear = |f: &Finding| f.kind == FindingKind::WithoutGravity;
-    let linear = |r: &Recording| r.findings.iter().any(is_linear);
-    if recordings.iter().all(linear) {
+    if recordings.iter().all(|r| r.units.is_without_gravity) {
         return;
     }
-    for recording in recordings.extract_if(.., |r| linear(r)) {
+    for recording in recordings.extract_if(.., |r| r.units.is_without_gravity) {
         let why = finding!(
             NoRecording,
             "gravity was taken out of this acceleration, and another file holds it with gravity; left out"

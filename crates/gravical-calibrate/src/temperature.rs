@@ -195,9 +195,9 @@ fn fit_model(
 /// A drift with the name of its channel and the unit of the recordings.
 fn named(recordings: &[Recording], channel: usize, drift: ChannelDrift) -> ChannelDrift {
     let first = recordings.first();
-    let gyro_scale = first.and_then(|r| r.gyro_scale);
+    let gyro_scale = first.and_then(|r| r.units.gyro);
     let unit = match channel {
-        0..3 => first.map(|r| r.accel_scale.unit.name()),
+        0..3 => first.map(|r| r.units.accel.unit.name()),
         _ => gyro_scale.map(|g| g.unit.name()),
     };
     ChannelDrift {
@@ -389,7 +389,7 @@ pub fn not_applied(model: &TemperatureModel, why: &str) -> Finding {
 fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<()> {
     check_units(recordings.iter().take(1).chain(thermal))?;
     let unit = |recordings: &[Recording]| {
-        let unit = recordings.first()?.gyro_scale?.unit;
+        let unit = recordings.first()?.units.gyro?.unit;
         (unit != GyroUnit::Unknown).then_some(unit)
     };
     match (unit(recordings), unit(thermal)) {

@@ -439,13 +439,13 @@ impl Session {
         let Some(recording) = self.recording().transpose()? else {
             return Ok(());
         };
-        let rate_hz = recording.timing.rate_hz();
+        let rate_hz = recording.clock.rate_hz();
         self.rate_hz = rate_hz.unwrap_or(self.rate_hz);
-        let unit = recording.accel_scale.unit;
+        let unit = recording.units.accel.unit;
         let rate = rate_hz.map_or("rate unknown".to_owned(), |r| format!("{r:.1} Hz"));
         let columns = self.reading.form().map_or(0, |form| form.roles.len());
         let columns = count(columns, "column");
-        let gyro = recording.gyro_scale.map_or("no", |_| "with");
+        let gyro = recording.units.gyro.map_or("no", |_| "with");
         let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
         for finding in &recording.findings {
@@ -456,12 +456,12 @@ impl Session {
         let event = Event::Identified {
             rate_hz,
             unit,
-            gyro_unit: recording.gyro_scale.map(|g| g.unit),
+            gyro_unit: recording.units.gyro.map(|g| g.unit),
         };
         self.emit(event, &text);
         self.detector = Some(StillnessDetector::new(
             self.rate_hz,
-            recording.resolution,
+            recording.units.resolution,
             RUN_S + self.options.settle_s + self.options.capture_s,
         ));
         self.progress_s = self.now_s;
@@ -488,7 +488,7 @@ impl Session {
         let Some(Ok(recording)) = self.recording() else {
             return false;
         };
-        let scale = recording.accel_scale;
+        let scale = recording.units.accel;
         let gravity = self.options.gravity;
         // Counts of an unknown range are scaled by gravity itself.
         let counts = scale.unit == AccelUnit::Counts && scale.lsb_per_g.is_none();
@@ -502,10 +502,10 @@ impl Session {
             return false;
         };
         self.units = Some(Units {
-            zero_offset: recording.zero_offset,
+            zero_offset: recording.units.zero_offset,
             nominal,
             scale,
-            gyro_nominal: recording.gyro_scale.as_ref().and_then(GyroScale::nominal),
+            gyro_nominal: recording.units.gyro.as_ref().and_then(GyroScale::nominal),
             gyro_bias: means.gyro,
         });
         let [noise_mg, limit_mg] = [means.scatter[0], state.max_scatter[0]].map(|v| self.mg(v));

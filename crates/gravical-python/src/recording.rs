@@ -164,14 +164,14 @@ impl Recording {
         let r = &*self.shared;
         let facts = serde_json::json!({
             "name": r.name,
-            "description": r.description,
+            "description": r.format.describe(),
             "rows": r.rows(),
-            "column_names": r.column_names,
-            "accel_unit": r.accel_scale.unit.name(),
-            "gyro_unit": r.gyro_scale.map(|scale| scale.unit.name()),
-            "zero_offset": r.zero_offset,
+            "column_names": r.format.names,
+            "accel_unit": r.units.accel.unit.name(),
+            "gyro_unit": r.units.gyro.map(|scale| scale.unit.name()),
+            "zero_offset": r.units.zero_offset,
             "breaks": r.breaks,
-            "rate_hz": r.timing.rate_hz(),
+            "rate_hz": r.clock.rate_hz(),
             "recorded": r.recorded_at().map(|time| time.to_string()),
             "findings": r.findings,
         });

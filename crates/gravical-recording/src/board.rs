@@ -137,35 +137,35 @@ mod tests {
     #[test]
     fn settings_line_gives_the_units_of_counts() {
         let recording = file(&board(2), false, HEADER);
-        assert!(kinds(&recording).is_empty() && !recording.is_calibrated);
-        let (accel, gyro) = (&recording.accel_scale, recording.gyro_scale.unwrap());
+        assert!(kinds(&recording).is_empty() && !recording.format.is_calibrated());
+        let (accel, gyro) = (&recording.units.accel, recording.units.gyro.unwrap());
         let by_gravity = (Some(8192.0), Origin::Data);
         assert_eq!((accel.lsb_per_g, accel.origin), by_gravity);
         let by_line = (Some(65.5), Origin::Header);
         assert_eq!((gyro.lsb_per_deg_s, gyro.origin), by_line);
         let t = recording.temperature_c.as_ref().unwrap();
         assert!((t[0] - 25.0).abs() < 0.01 && (t[1] - t[0] - 1.0 / 340.0).abs() < 1e-9);
-        assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
-        assert!((recording.timing.rate_hz().unwrap() - 500.0).abs() < 1e-6);
-        assert_eq!(recording.timing.nominal_rate_hz, Some(500.0));
+        assert_eq!(recording.clock.unit, Some(TimeUnit::Microsecond));
+        assert!((recording.clock.rate_hz().unwrap() - 500.0).abs() < 1e-6);
+        assert_eq!(recording.clock.nominal_rate_hz, Some(500.0));
         // While the sensor is shaken, the magnitude does not show gravity.
-        let shaken = file(&board(1), true, HEADER).accel_scale;
+        let shaken = file(&board(1), true, HEADER).units.accel;
         assert_eq!(
             (shaken.lsb_per_g, shaken.origin),
             (Some(8192.0), Origin::Header)
         );
         // Gravity overrides the line.
         let recording = file(&board(2).replace("+-4 g", "+-2 g"), false, HEADER);
-        assert_eq!(recording.accel_scale.lsb_per_g, Some(8192.0));
+        assert_eq!(recording.units.accel.lsb_per_g, Some(8192.0));
         assert!(kinds(&recording).contains(&"range-mismatch"));
         // A board that calibrates says so, whatever its columns are called.
         let calibrated = file(&board(3), false, "t_us,ax,ay,az,temp,gx,gy,gz");
-        assert!(calibrated.is_calibrated && calibrated.is_calibrated_by_board);
+        assert!(calibrated.format.is_calibrated() && calibrated.format.is_calibrated_by_board());
         // A board that writes SI units, or a header with units.
         let si = "t_us,ax_mps2,ay_mps2,az_mps2,temp (C),gx_rad_s,gy_rad_s,gz_rad_s";
         for (board, header) in [(board(0), HEADER), (board(2), si)] {
             let recording = file(&board, false, header);
-            assert_eq!(recording.gyro_scale.unwrap().lsb_per_deg_s, None);
+            assert_eq!(recording.units.gyro.unwrap().lsb_per_deg_s, None);
             assert!(recording.temperature_c.is_none());
         }
     }

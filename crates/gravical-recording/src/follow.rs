@@ -236,9 +236,9 @@ impl Follow {
             rows: Rows::default(),
             returned: 0,
             last: (0, 0.0),
-            start_s: recording.time_origin_s.unwrap_or(f64::NAN),
+            start_s: recording.clock.start_s.unwrap_or(f64::NAN),
             clock,
-            rate_hz: recording.timing.rate_hz(),
+            rate_hz: recording.clock.rate_hz(),
             lines: Vec::new(),
             line_count: 0,
         };
@@ -270,7 +270,7 @@ impl Follow {
 
 /// Whether the format can be told by so many rows.
 fn is_enough(recording: &Recording) -> bool {
-    let min_rows = match recording.timing.rate_hz() {
+    let min_rows = match recording.clock.rate_hz() {
         Some(rate_hz) if recording.time_s.is_some() => (MIN_S * rate_hz).ceil() as usize,
         _ => MIN_ROWS,
     };
@@ -364,7 +364,7 @@ impl Opened {
         let known_s = first
             .checked_sub(1)
             .map(|row| value(&recording.time_s, row));
-        let since_start_s = recording.time_origin_s.unwrap_or(f64::NAN) - self.start_s;
+        let since_start_s = recording.clock.start_s.unwrap_or(f64::NAN) - self.start_s;
         let shift_s = known_s.map_or(since_start_s, |known_s| last_s - known_s);
         let sample = |row: usize| Sample {
             row: self.returned + row - first,

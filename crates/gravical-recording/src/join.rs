@@ -94,7 +94,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
     let read = head().and_then(|input| read_gyroscope(input, &name, &options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
-        let names = read.column_names;
+        let names = read.format.names;
         let is_told = !names.is_empty() && !names.iter().any(bare);
         is_told || is_named_gyroscope(path)
     })
@@ -120,7 +120,7 @@ fn join_input(
     }
     recording.refuse_averaged("cut the recording, and join its parts")?;
     let options = ReadOptions {
-        likely_time_unit: recording.timing.unit,
+        likely_time_unit: recording.clock.unit,
         ..options.clone()
     };
     let mut gyro = read_gyroscope(input, name, &options)?;
@@ -140,8 +140,8 @@ fn join_input(
         }
     };
     // Of the measured values, before interpolation.
-    recording.resolution[1] = gyro.resolution[1];
-    recording.gyro_scale = gyro.gyro_scale;
+    recording.units.resolution[1] = gyro.units.resolution[1];
+    recording.units.gyro = gyro.units.gyro;
     recording.gyro = Some(channels);
     recording.gyro_file = Some(JoinedFile {
         name: name.to_owned(),
@@ -154,12 +154,12 @@ fn join_input(
 
 /// Times of the rows on the recorder's clock.
 fn stamps_s(recording: &Recording) -> Option<Vec<f64>> {
-    let (time_s, origin_s) = (recording.time_s.as_ref()?, recording.time_origin_s?);
+    let (time_s, origin_s) = (recording.time_s.as_ref()?, recording.clock.start_s?);
     Some(time_s.iter().map(|t| t + origin_s).collect())
 }
 
 fn refuse_restart(recording: &Recording) -> Result<()> {
-    let Some((line, _)) = recording.restarts.first() else {
+    let Some((line, _)) = recording.clock.restarts.first() else {
         return Ok(());
     };
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
@@ -207,7 +207,7 @@ fn by_stamps(
         latest_s = latest_s.max(stamps_s[*row]);
         rises
     });
-    let period_s = gyro.timing.rate_hz().map_or(f64::NAN, f64::recip);
+    let period_s = gyro.clock.rate_hz().map_or(f64::NAN, f64::recip);
     let near_s = SAME_STAMP * period_s;
     // Rows of the gyroscope around a time, and where between them it is.
     let around = |t: &f64| -> Option<(usize, usize, f64)> {
@@ -254,8 +254,8 @@ fn by_stamps(
 
 fn no_overlap(recording: &Recording, gyro: &Recording) -> Error {
     let span = |r: &Recording| {
-        let start_s = r.time_origin_s.unwrap_or(f64::NAN);
-        let end_s = start_s + r.timing.duration_s.unwrap_or(f64::NAN);
+        let start_s = r.clock.start_s.unwrap_or(f64::NAN);
+        let end_s = start_s + r.clock.duration_s.unwrap_or(f64::NAN);
         format!("from {start_s:.3} to {end_s:.3} s")
     };
     let text = format!(

@@ -8,11 +8,11 @@ mod resolution;
 mod unit;
 
 pub(crate) use cells::{Cells, POSSIBLE_C, fill_cells, is_sparse, median, trend};
-pub use clock::{Clock, ClockFault, ClockOptions, clock};
+pub use clock::{ClockFault, ClockOptions, Times, clock};
 pub(crate) use clock::{
     RATES_HZ, breaks, counts_rows, holds_steps, regular_blanks, steadiness, sum_steps,
 };
-pub(crate) use defects::{detect_stuck, frozen_axes, repeated_rows, unread_runs};
+pub(crate) use defects::{count_changes, detect_stuck, frozen_axes, repeated_rows, unread_runs};
 pub(crate) use encoding::{Encoding, are_unsigned};
 pub use resolution::resolution;
 pub use unit::quiet_norm;

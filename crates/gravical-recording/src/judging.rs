@@ -5,14 +5,13 @@ pub(crate) mod findings;
 mod time;
 
 use crate::error::Error;
-use crate::finding::Finding;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
-use crate::recording::{CALIBRATED, Labels, Recording};
+use crate::recording::{Labels, Recording};
 use crate::role::Role;
 use crate::text::{Format, Rows};
-use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
+use crate::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
 
 use clean::{CleanRows, column_labels, names};
 
@@ -28,102 +27,85 @@ impl Recording {
         let (rows, time, accel, gyro) = (clean.rows, clean.time, clean.accel, clean.gyro);
         let read_as = clean.read_as;
         let mut findings = clean.findings;
-        let resolution = resolution(&accel, gyro.as_ref());
         let is_unsigned = read_as.encoding == Some(Encoding::OffsetBinary);
         let middle = if is_unsigned { 32_768.0 } else { 0.0 };
-        let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
-        let mut of_unit = Vec::new();
-        let accel_scale = judge::accel_unit(axes, is_unsigned, claim, options, &mut of_unit);
-        if !options.is_gyroscope {
-            findings.append(&mut of_unit);
-            if options.accel_unit.is_none() {
-                judge::refuse_jump(&accel, gyro.as_ref(), &rows.lines, format.head_lines)?;
-            }
-        }
         let read_gyro = if options.is_gyroscope {
             Some((format.accel, &accel))
         } else {
             format.gyro.zip(gyro.as_ref())
         };
-        let gyro_scale = read_gyro.map(|(c, gyro)| gyro_scale(format, c, gyro));
-        let is_calibrated_by_board = format.board.is_some_and(|b| b.is_calibrated());
-        let reads = |own: &[&str; 3]| {
-            let mut pairs = format.accel.iter().zip(own);
-            pairs.all(|(column, own)| format.names.get(*column).is_some_and(|n| n == own))
+        let mut units = Units {
+            accel: AccelScale::UNKNOWN,
+            gyro: read_gyro.map(|(c, gyro)| gyro_scale(format, c, gyro)),
+            zero_offset: options.zero_offset.unwrap_or(middle),
+            resolution: [
+                judge::resolution(&accel),
+                gyro.as_ref().map_or([0.0; 3], judge::resolution),
+            ],
+            contradicts_header: false,
+            contradicts_given: false,
+            is_without_gravity: false,
+            has_unknown_temperature: clean.has_unknown_temperature,
         };
-        let is_known = matches!(accel_scale.origin, Origin::Data | Origin::Given);
+        let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
+        let of_unit = judge::accel_unit(axes, is_unsigned, claim, options, &mut units);
+        if !options.is_gyroscope {
+            findings.extend(of_unit);
+            if options.accel_unit.is_none() {
+                judge::refuse_jump(&accel, gyro.as_ref(), &rows.lines, format.head_lines)?;
+            }
+        }
         let mut recording = Recording {
             name: String::new(),
             sha256: None,
-            description: format.describe(),
-            serial: metadata::serial(&format.metadata),
-            column_names: format.names.clone(),
-            is_calibrated: is_calibrated_by_board || CALIBRATED.iter().any(reads),
-            is_calibrated_by_board,
             gyro_file: None,
-            temperature_c: clean.temperature_c,
-            time_s: Some(time.time_s).filter(|time_s| !time_s.is_empty()),
-            time_origin_s: time.start_s,
-            stated_start_s: metadata::start_s(&format.metadata),
             labels: find_labels(format, &rows)?,
-            breaks: clean.breaks,
-            zero_offset: options.zero_offset.unwrap_or(middle),
-            accel_scale,
-            contradicts_header: is_known && claim.unit.is_some_and(|c| c != accel_scale.unit),
-            gyro_scale,
+            format: format.clone(),
             accel,
             gyro,
-            resolution,
-            timing: time.timing,
-            ledger: rows.ledger,
-            findings,
+            temperature_c: clean.temperature_c,
+            time_s: Some(time.time_s).filter(|time_s| !time_s.is_empty()),
             lines: rows.lines,
-            restarts: clean.restarts,
+            breaks: clean.breaks,
+            ledger: rows.ledger,
             read_as,
+            clock: time.clock,
+            units,
+            findings,
         };
-        recording.judge_samples(format);
+        recording.judge_samples();
         Ok(recording)
     }
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
-    fn judge_samples(&mut self, format: &Format) {
-        let mut findings = self.frozen_axes(format);
-        for (channel, name, mut clipping) in self.ends_of_ranges(format) {
+    fn judge_samples(&mut self) {
+        let names = names(&self.format);
+        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
+        let mut findings = Vec::new();
+        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.units.resolution) {
+            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
+        }
+        let accel_end = Clipping::of_accel(&self.units.accel);
+        let gyro_end = self.units.gyro.as_ref().map(Clipping::of_gyro);
+        let ends = std::iter::repeat_n(accel_end, 3).chain(gyro_end.into_iter().cycle());
+        let channels = self.accel.iter().chain(self.gyro.iter().flatten());
+        for ((channel, name), mut clipping) in channels.clone().zip(names).zip(ends) {
             clipping.observe(channel, &self.lines);
             findings.extend(clipping.finding(name));
         }
         if !self.read_as.is_sparse {
-            let channels = self.accel.iter().chain(self.gyro.iter().flatten());
             let channels: Vec<&[f64]> = channels.map(Vec::as_slice).collect();
-            let steps = self.resolution.as_flattened();
-            findings.extend(judge::repeated_rows(&channels, steps, &self.lines));
+            let steps = self.units.resolution.as_flattened();
+            if let Some(repeated) = judge::repeated_rows(&channels, steps, &self.lines) {
+                let readings = judge::count_changes(&channels[..3]);
+                self.clock.rows_per_reading = self.rows() as f64 / readings as f64;
+                findings.push(repeated);
+            }
         }
-        if format.is_guessed {
+        if self.format.is_guessed {
             findings.extend(findings::not_an_accelerometer(&self.accel));
         }
         self.findings.append(&mut findings);
-    }
-
-    pub(crate) fn frozen_axes(&self, format: &Format) -> Vec<Finding> {
-        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
-        let names = names(format);
-        let mut findings = Vec::new();
-        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.resolution) {
-            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
-        }
-        findings
-    }
-
-    /// Channels, their names and what detects the ends of their ranges.
-    pub(crate) fn ends_of_ranges(&self, format: &Format) -> Vec<(&[f64], &'static str, Clipping)> {
-        let accel_end = Clipping::of_accel(&self.accel_scale);
-        let gyro_end = self.gyro_scale.as_ref().map(Clipping::of_gyro);
-        let accel = self.accel.iter().map(|channel| (channel, &accel_end));
-        let gyro = self.gyro.iter().flatten().zip(gyro_end.iter().cycle());
-        let channels = accel.chain(gyro).zip(names(format));
-        channels
-            .map(|((channel, end), name)| (channel.as_slice(), name, end.clone()))
-            .collect()
     }
 }
 
@@ -175,11 +157,6 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
             .or_else(by_board),
         origin,
     }
-}
-
-pub(crate) fn resolution(accel: &[Vec<f64>; 3], gyro: Option<&[Vec<f64>; 3]>) -> [[f64; 3]; 2] {
-    let of_gyro = gyro.map_or([0.0; 3], judge::resolution);
-    [judge::resolution(accel), of_gyro]
 }
 
 fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {

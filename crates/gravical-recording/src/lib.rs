@@ -23,7 +23,7 @@
 //!
 //! let text = "ms,ax,ay,az\n0,0.01,-0.02,0.99\n10,0.01,-0.02,1.00\n20,0.00,-0.02,0.99\n";
 //! let recording = read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default())?;
-//! assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+//! assert_eq!(recording.units.accel.unit, AccelUnit::StandardGravity);
 //! assert_eq!(recording.time_s, Some(vec![0.0, 0.01, 0.02]));
 //! assert_eq!(recording.rows() + recording.ledger.total(), 4);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -80,14 +80,13 @@ pub use memory::max_bytes;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions};
 pub use read::{read, read_bytes, read_head, read_samples};
-pub use recording::{
-    CALIBRATED, HEAD_BYTES, JoinedFile, Labels, ReadAs, Recording, Timing, whole_lines,
-};
+pub use recording::{Clock, HEAD_BYTES, JoinedFile, Labels, ReadAs, Recording, whole_lines};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use stream::{Piece, Stream};
 pub use table::TableColumn;
 pub use text::{
-    AsideLines, Column, CopiedText, Format, Ledger, Reason, Rows, is_prose, sniff, sniff_table,
+    AsideLines, CALIBRATED, Column, CopiedText, Format, Ledger, Reason, Rows, is_prose, sniff,
+    sniff_table,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit, Units};

@@ -83,7 +83,7 @@ pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) ->
     };
     let mut read = read_input(input, name, &options, false)?;
     read.gyro = Some(std::mem::take(&mut read.accel));
-    read.resolution.reverse();
+    read.units.resolution.reverse();
     Ok(read)
 }
 
@@ -114,9 +114,7 @@ fn read_input(
 
 /// Adds what is known of the file once it is read; a finding if it is packed and cut off.
 pub(crate) fn note_input(recording: &mut Recording, input: &Input) {
-    if input.is_gzip {
-        recording.description.insert_str(0, "gzip, ");
-    }
+    recording.format.is_packed = input.is_gzip;
     recording.sha256 = input.sha256();
     if input.is_cut_off() {
         let rows = recording.ledger.rows();

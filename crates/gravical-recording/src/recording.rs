@@ -2,27 +2,20 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::judge::Encoding;
-use crate::text::Ledger;
-use crate::units::{AccelScale, GyroScale, TimeUnit};
+use crate::text::{Format, Ledger};
+use crate::units::{TimeUnit, Units};
 use crate::utc::UtcTime;
 
 /// Bytes of the text that decide on the format.
 pub const HEAD_BYTES: usize = 262_144;
 
-/// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
-/// g. Loggers use `ax_g` for what they measure.
-pub const CALIBRATED: [[&str; 3]; 2] = [
-    ["ax_mps2", "ay_mps2", "az_mps2"],
-    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
-];
-
 /// What a column of labels says.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Labels {
     /// The different labels in order of appearance
     pub names: Vec<String>,
@@ -30,9 +23,9 @@ pub struct Labels {
     pub of_row: Vec<u32>,
 }
 
-/// Timing of a recording.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Timing {
+/// When the rows of a recording were sampled.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Clock {
     /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 100 µs
     pub unit: Option<TimeUnit>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
@@ -48,9 +41,22 @@ pub struct Timing {
     pub jitter_s: Option<f64>,
     /// Share of samples that are missing, 0 to 1
     pub missing_share: Option<f64>,
+    /// The first time stamp, s, on the recorder's clock: it aligns two files from the same recorder
+    #[serde(skip)]
+    pub start_s: Option<f64>,
+    /// When the recording starts by the lines above the header, s since 1970; used where no time
+    /// stamp is a date
+    #[serde(skip)]
+    pub stated_start_s: Option<f64>,
+    /// Lines at which the clock begins again, and what would then be the first stamp, s
+    #[serde(skip)]
+    pub restarts: Vec<(u32, f64)>,
+    /// Rows for each reading of the sensor: more than one where it was read faster than it measures
+    #[serde(skip)]
+    pub rows_per_reading: f64,
 }
 
-impl Timing {
+impl Clock {
     /// The sampling rate to work with, in Hz: that of the time stamps, otherwise the claimed one.
     pub fn rate_hz(&self) -> Option<f64> {
         self.median_rate_hz.or(self.nominal_rate_hz)
@@ -58,7 +64,7 @@ impl Timing {
 }
 
 /// How the cells of a recording are read, as its rows show.
-#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct ReadAs {
     /// How the counts of the accelerometer are written
     pub(crate) encoding: Option<Encoding>,
@@ -71,7 +77,7 @@ pub struct ReadAs {
 }
 
 /// File that was joined to a recording.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct JoinedFile {
     /// Path of the file as given.
     pub name: String,
@@ -79,73 +85,43 @@ pub struct JoinedFile {
     pub sha256: Option<String>,
 }
 
-/// A recording in columns. All channels have the same number of rows; an empty
-/// cell is NaN.
-///
-/// It can be serialised in formats that hold NaN (JSON does not).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// A recording in columns. All channels have the same number of rows; an empty cell is NaN.
+#[derive(Debug, Clone)]
 pub struct Recording {
     /// Path of the file as given, `-` for standard input.
     pub name: String,
     /// SHA-256 of the file, if requested.
     pub sha256: Option<String>,
-    /// Text format of the file in words: `comma, header in line 1`.
-    pub description: String,
-    /// Serial number of the sensor, where the lines above the header name it.
-    pub serial: Option<String>,
-    /// Names of the columns; empty without a header.
-    pub column_names: Vec<String>,
-    /// The accelerometer is read from columns with the names that `gravical apply` writes, or a
-    /// board calibrated it.
-    pub is_calibrated: bool,
-    /// The board's settings line says that it sends calibrated values.
-    pub is_calibrated_by_board: bool,
-    /// Specific force along x, y, z in the unit of the file, less
-    /// [`zero_offset`](Self::zero_offset).
+    /// The file of the gyroscope, if it is a separate one ([`join_gyroscope`](crate::join_gyroscope)).
+    pub gyro_file: Option<JoinedFile>,
+    /// What its head says: columns, claims, the text format.
+    pub format: Format,
+    /// Specific force along x, y, z in the unit of the file, less the zero offset.
     pub accel: [Vec<f64>; 3],
     /// Angular rate about x, y, z in the unit of the file.
     pub gyro: Option<[Vec<f64>; 3]>,
-    /// The file of the gyroscope, if it is a separate one ([`join_gyroscope`](crate::join_gyroscope)).
-    pub gyro_file: Option<JoinedFile>,
     /// Temperature of the sensor, °C.
     pub temperature_c: Option<Vec<f64>>,
     /// Seconds since the first row; `None` without usable time stamps.
     pub time_s: Option<Vec<f64>>,
-    /// The first time stamp, s, on the recorder's clock: where [`time_s`](Self::time_s) is 0. It
-    /// aligns two files from the same recorder.
-    pub time_origin_s: Option<f64>,
-    /// When it starts by the lines above the header, s since 1970; used where no time stamp is a
-    /// date.
-    pub stated_start_s: Option<f64>,
     /// The label column.
     pub labels: Option<Labels>,
+    /// Line of each row, from 1.
+    pub lines: Vec<u32>,
     /// Rows that do not continue the row before: after blank lines, a named gap, a reset of the
     /// board or a repeated header. A single blank line or a header is not a break if the clock
     /// continues across it.
     pub breaks: Vec<usize>,
-    /// Value subtracted from the accelerometer's counts.
-    pub zero_offset: f64,
-    /// Unit of the accelerometer; a finding says why it is unknown.
-    pub accel_scale: AccelScale,
-    /// The header claims another unit of the accelerometer than the magnitude at rest or the user.
-    pub contradicts_header: bool,
-    /// Unit of the gyroscope; `None` without a gyroscope.
-    pub gyro_scale: Option<GyroScale>,
-    /// Resolution of the axes of accelerometer and gyroscope, each in its own unit; 0 where it is
-    /// unknown.
-    pub resolution: [[f64; 3]; 2],
-    /// Rates, gaps, jitter.
-    pub timing: Timing,
     /// The lines that were set aside.
     pub ledger: Ledger,
-    /// Faults found.
-    pub findings: Vec<Finding>,
-    /// Line of each row, from 1.
-    pub lines: Vec<u32>,
-    /// Lines at which the clock begins again, and what would then be the first stamp, s.
-    pub restarts: Vec<(u32, f64)>,
     /// How its cells are read.
     pub read_as: ReadAs,
+    /// Rates, gaps, jitter.
+    pub clock: Clock,
+    /// Units and resolution.
+    pub units: Units,
+    /// Faults found.
+    pub findings: Vec<Finding>,
 }
 
 impl Recording {
@@ -172,7 +148,10 @@ impl Recording {
     /// The same in s since 1970.
     pub fn start_unix_s(&self) -> Option<f64> {
         let is_date = |s: &f64| UtcTime::of_stamp(*s).is_some();
-        self.time_origin_s.filter(is_date).or(self.stated_start_s)
+        self.clock
+            .start_s
+            .filter(is_date)
+            .or(self.clock.stated_start_s)
     }
 
     /// Line number in the file, from 1, of row `row` (from 0).
@@ -230,18 +209,11 @@ impl Recording {
         Some([values.clone().reduce(f64::min)?, values.reduce(f64::max)?])
     }
 
-    /// True if there are columns with the names that `gravical apply` writes, whether they are
-    /// read or not: the file is a result, not a recording of a session.
-    pub fn is_result(&self) -> bool {
-        let has = |name: &&str| self.column_names.iter().any(|n| n == name);
-        CALIBRATED.iter().any(|own| own.iter().all(has))
-    }
-
     /// Time of a row since the first, s, by its stamp, or without stamps by the rate.
     pub fn time_at(&self, row: usize) -> Option<f64> {
         match &self.time_s {
             Some(t) => t.get(row).copied().filter(|t| t.is_finite()),
-            None => self.timing.rate_hz().map(|rate_hz| row as f64 / rate_hz),
+            None => self.clock.rate_hz().map(|rate_hz| row as f64 / rate_hz),
         }
     }
 
@@ -259,7 +231,7 @@ impl Recording {
 
     /// The sampling rate to work with, in Hz; assumed if it is unknown.
     pub fn working_rate_hz(&self) -> f64 {
-        self.timing.rate_hz().unwrap_or(Self::ASSUMED_RATE_HZ)
+        self.clock.rate_hz().unwrap_or(Self::ASSUMED_RATE_HZ)
     }
 
     /// Sampling rate assumed for window lengths if it is unknown, Hz.

@@ -7,7 +7,6 @@ use std::path::Path;
 use crate::bytes::Input;
 use crate::cwa::Samples;
 use crate::error::{Error, Result};
-use crate::finding::FindingKind;
 use crate::judge::{self, POSSIBLE_C};
 use crate::judging::clean::{add_gravity, cell_label, decode, to_celsius};
 use crate::judging::findings::of_lines;
@@ -273,8 +272,7 @@ impl Stream {
 
     /// The recording with the account of all lines; to be called after the last piece.
     pub fn finish(mut self) -> Recording {
-        let mut findings = of_lines(&self.ledger, &LineSpans::default());
-        findings.retain(|f| f.kind != FindingKind::BlankRows);
+        let mut findings = of_lines(&self.ledger, &LineSpans::default(), false);
         for finding in &mut findings {
             finding.message = format!("from line {} on: {}", self.first_line, finding.message);
             finding.file = Some(self.recording.name.clone());

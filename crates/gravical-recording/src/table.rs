@@ -51,8 +51,8 @@ impl Recording {
     /// let columns = [&time[..], &x, &x, &z].map(TableColumn::Numbers);
     /// let names = ["t [ms]", "acc_x", "acc_y", "acc_z"].map(str::to_owned);
     /// let recording = Recording::from_table("desk", &names, &columns, &ReadOptions::default())?;
-    /// assert_eq!(recording.accel_scale.unit.name(), "g");
-    /// assert_eq!(recording.timing.median_rate_hz.map(f64::round), Some(100.0));
+    /// assert_eq!(recording.units.accel.unit.name(), "g");
+    /// assert_eq!(recording.clock.median_rate_hz.map(f64::round), Some(100.0));
     /// # Ok::<(), gravical_recording::Error>(())
     /// ```
     pub fn from_table(
@@ -64,7 +64,9 @@ impl Recording {
         let rows = table(name, names, columns, options)?;
         let in_file = |e: Error| e.in_file(Path::new(name));
         let sample = rows.slice(0..SAMPLE_ROWS);
-        let format = Format::of_table(names, columns.len(), &sample, options).map_err(in_file)?;
+        let mut format =
+            Format::of_table(names, columns.len(), &sample, options).map_err(in_file)?;
+        format.device = Some("table in memory".to_owned());
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
                 let text = format!("column {} holds texts, not numbers", column + 1);
@@ -75,9 +77,7 @@ impl Recording {
             }
         }
         let judged = Recording::judge(&format, rows).map_err(in_file)?;
-        let mut recording = judged.with_name(name);
-        recording.description = "table in memory".to_owned();
-        Ok(recording)
+        Ok(judged.with_name(name))
     }
 }
 

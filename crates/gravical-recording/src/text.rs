@@ -12,8 +12,8 @@ mod rows;
 mod sniff;
 mod words;
 
-pub use format::Format;
 pub(crate) use format::StampPart;
+pub use format::{CALIBRATED, Format};
 pub(crate) use lines::LineBlocks;
 pub use names::Column;
 pub(crate) use names::sensor_of_file;

@@ -279,6 +279,13 @@ pub struct AccelScale {
 }
 
 impl AccelScale {
+    /// Neither header nor data tell the unit.
+    pub const UNKNOWN: AccelScale = AccelScale {
+        unit: AccelUnit::Unknown,
+        lsb_per_g: None,
+        origin: Origin::Assumed,
+    };
+
     pub(crate) fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
         AccelScale {
             unit,
@@ -321,6 +328,28 @@ impl GyroScale {
             GyroUnit::Unknown => None,
         }
     }
+}
+
+/// Units of a recording, as judged by what the user says, by gravity, and by the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Units {
+    /// Unit of the accelerometer; a finding says why it is unknown
+    pub accel: AccelScale,
+    /// Unit of the gyroscope; `None` without one
+    pub gyro: Option<GyroScale>,
+    /// Value subtracted from the accelerometer's counts
+    pub zero_offset: f64,
+    /// Resolution of the axes of accelerometer and gyroscope, each in its own unit; 0 where it is
+    /// unknown
+    pub resolution: [[f64; 3]; 2],
+    /// The header claims another unit of the accelerometer than the magnitude at rest or the user
+    pub contradicts_header: bool,
+    /// The magnitude at rest contradicts the unit that the user gives
+    pub contradicts_given: bool,
+    /// The device has subtracted gravity
+    pub is_without_gravity: bool,
+    /// There are temperatures, but not in °C, and they are not read
+    pub has_unknown_temperature: bool,
 }
 
 /// Counts per °/s of gyroscopes in use: InvenSense and Bosch at ±250, 500, 1000 and

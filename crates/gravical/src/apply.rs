@@ -62,8 +62,8 @@ use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
 use crate::recording::{
-    AccelScale, Finding, FindingKind, GyroUnit, Ledger, ReadOptions, Reason, Recording,
-    already_calibrated, join_gyroscope,
+    AccelScale, Finding, GyroUnit, Ledger, ReadOptions, Reason, Recording, already_calibrated,
+    join_gyroscope,
 };
 use crate::rewrite::write_rows;
 use crate::{Error, Result};
@@ -361,10 +361,6 @@ impl Application {
         options: &ApplyOptions,
     ) -> Result<Self> {
         let mut findings = std::mem::take(&mut recording.findings);
-        if calibration.drift_model().is_none() {
-            // Temperatures matter to the drift alone.
-            findings.retain(|f| f.kind != FindingKind::TemperatureUnit);
-        }
         let drift = Drift::new(calibration, recording, &mut findings);
         let quiet_norm_mps2 =
             judge_accelerometer(calibration, recording, drift.as_ref(), &mut findings)?;
@@ -379,7 +375,7 @@ impl Application {
             rows: 0,
             rows_without_acceleration: 0,
             set_aside: Vec::new(),
-            accelerometer: recording.accel_scale,
+            accelerometer: recording.units.accel,
             output_unit: options.output_unit,
             gyroscope: match gyro_unit {
                 Some(unit) => GyroscopeOutcome::Calibrated(unit),
@@ -396,7 +392,7 @@ impl Application {
             summary,
             accel: calibration.accelerometer_calibration(),
             gyro: gyro_unit.and(calibration.gyroscope_calibration()),
-            zero_offset: recording.zero_offset,
+            zero_offset: recording.units.zero_offset,
             axes: options.axes,
             drift,
         })
@@ -438,7 +434,7 @@ impl Application {
         for finding in &mut summary.findings {
             finding.file = Some(recording.name.clone());
         }
-        summary.description.clone_from(&recording.description);
+        summary.description.clone_from(&recording.format.describe());
         summary.lines = recording.ledger.lines as u64;
         summary.rows = rows as u64;
         summary.set_aside = set_aside(&recording.ledger);
@@ -461,7 +457,9 @@ fn judge_accelerometer(
     let accelerometer = calibration.accelerometer_calibration();
     let mut axes: [Vec<f64>; 3] = Default::default();
     for row in 0..recording.rows() {
-        let mut raw = recording.accel_at(row).map(|v| v + recording.zero_offset);
+        let mut raw = recording
+            .accel_at(row)
+            .map(|v| v + recording.units.zero_offset);
         let t_c = recording.temperature_c.as_ref().map(|t| t[row]);
         if let (Some(drift), Some(t_c)) = (drift, t_c.filter(|t| t.is_finite())) {
             let at = drift.model.drift_at(t_c);

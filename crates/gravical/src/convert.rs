@@ -142,13 +142,13 @@ pub fn convert_file(
     writer.finish().map_err(output)?;
     Ok(ConvertSummary {
         start_unix_s,
-        description: recording.description,
-        serial: recording.serial,
+        description: recording.format.describe(),
+        serial: recording.format.serial(),
         lines: recording.ledger.lines as u64,
         rows: rows as u64,
         set_aside: set_aside(&recording.ledger),
-        accelerometer: recording.accel_scale,
-        gyroscope: recording.gyro_scale,
+        accelerometer: recording.units.accel,
+        gyroscope: recording.units.gyro,
         output_unit: options.output_unit,
         columns: names,
         findings: recording.findings,
@@ -168,7 +168,7 @@ fn columns(recording: &mut Recording, options: &ConvertOptions) -> Result<Vec<(S
     let per_mps2 = nominal_accel(recording)?;
     let times_s = times_s(recording, options)?;
     let axes = |sensor: &str, unit: &str| ["x", "y", "z"].map(|a| format!("{sensor}{a}{unit}"));
-    let accel_names = match (recording.is_calibrated, in_g) {
+    let accel_names = match (recording.format.is_calibrated(), in_g) {
         (true, _) => options.output_unit.columns().map(str::to_owned),
         (false, true) => axes("a", "_g"),
         (false, false) => axes("a", "_m_s2"),
@@ -186,7 +186,7 @@ fn columns(recording: &mut Recording, options: &ConvertOptions) -> Result<Vec<(S
     columns.extend(accel_names.into_iter().zip(accel));
     if let Some(gyro) = recording.gyro.take() {
         // A unit that is not known stays.
-        let (factor, unit) = match recording.gyro_scale.and_then(|s| s.nominal()) {
+        let (factor, unit) = match recording.units.gyro.and_then(|s| s.nominal()) {
             None => (1.0, ""),
             Some(nominal) if in_g => (DEGREES_PER_RADIAN / nominal, "_deg_s"),
             Some(nominal) => (1.0 / nominal, "_rad_s"),
@@ -213,11 +213,11 @@ fn times_s(recording: &mut Recording, options: &ConvertOptions) -> Result<Option
         _ => 0.0,
     };
     let Some(mut times_s) = recording.time_s.take() else {
-        let rate_hz = recording.timing.rate_hz();
+        let rate_hz = recording.clock.rate_hz();
         let rows = 0..recording.rows();
         return Ok(rate_hz.map(|hz| rows.map(|row| start_s + row as f64 / hz).collect()));
     };
-    let mut restarts = recording.restarts.iter().peekable();
+    let mut restarts = recording.clock.restarts.iter().peekable();
     let mut shift_s = start_s;
     for (time_s, line) in times_s.iter_mut().zip(&recording.lines) {
         // Where the clock of the recorder was set back, dates are those of its stamps from there on.

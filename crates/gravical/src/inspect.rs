@@ -9,7 +9,7 @@ use crate::poses::face::{AxisMap, Face};
 use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
-use crate::recording::{AccelScale, Finding, FindingKind, GyroScale, Recording, Timing};
+use crate::recording::{AccelScale, Clock, Finding, FindingKind, GyroScale, Recording};
 use crate::stats::moments;
 use crate::temperature::study;
 
@@ -28,7 +28,7 @@ pub struct Inspection {
     /// Counts of lines.
     pub row_counts: LineCounts,
     /// Rates, duration, jitter.
-    pub timing: Timing,
+    pub timing: Clock,
     /// Unit of the accelerometer.
     pub accelerometer: AccelScale,
     /// Unit of the gyroscope.
@@ -111,9 +111,9 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         .collect();
     Inspection {
         file: recording.name.clone(),
-        description: recording.description.clone(),
-        serial: recording.serial.clone(),
-        columns: recording.column_names.clone(),
+        description: recording.format.describe().clone(),
+        serial: recording.format.serial().clone(),
+        columns: recording.format.names.clone(),
         row_counts: LineCounts {
             lines: recording.ledger.lines as u64,
             rows: recording.ledger.rows() as u64,
@@ -124,8 +124,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
                 .collect(),
             sum: recording.ledger.sum(),
         },
-        timing: recording.timing.clone(),
-        accelerometer: recording.accel_scale,
+        timing: recording.clock.clone(),
+        accelerometer: recording.units.accel,
         gyroscope,
         temperature_c: recording.temperature_range_c(),
         temperature_drift: study(std::slice::from_ref(recording)).ok(),

@@ -50,11 +50,11 @@ fn it_says_what_it_is_and_the_reader_reads_it() {
     assert_eq!(notices(whole).len(), 1, "{:?}", notices(whole));
     let recording = read_bytes(whole.as_bytes(), "board.csv", &ReadOptions::default()).unwrap();
     assert!(recording.rows() > 575);
-    assert_eq!(recording.accel_scale.unit.name(), "m/s^2");
-    assert_eq!(recording.gyro_scale.unwrap().unit.name(), "deg/s");
+    assert_eq!(recording.units.accel.unit.name(), "m/s^2");
+    assert_eq!(recording.units.gyro.unwrap().unit.name(), "deg/s");
     assert!(recording.temperature_c.is_some());
     assert!(recording.findings.is_empty(), "{:?}", recording.findings);
-    assert!((recording.timing.rate_hz().unwrap() - 100.0).abs() < 0.1);
+    assert!((recording.clock.rate_hz().unwrap() - 100.0).abs() < 0.1);
 
     // Every row is what the sensor was fed, within its rounding.
     let rows = rows(whole);
@@ -109,8 +109,8 @@ fn counts_at_200_hz_are_those_of_the_sensor_and_known_to_the_reader() {
     let text = &text[from..=text.rfind('\n').unwrap()];
     assert!(text.contains("rate 200.00 Hz, format 1\nTimestamp (ms),ax,ay,az,temp,gx,gy,gz\n"));
     let recording = read_bytes(text.as_bytes(), "counts.csv", &ReadOptions::default()).unwrap();
-    assert_eq!(recording.accel_scale.unit.name(), "counts", "{text}");
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
+    assert_eq!(recording.units.accel.unit.name(), "counts", "{text}");
+    assert_eq!(recording.units.accel.lsb_per_g, Some(16384.0));
     // To say the settings takes longer than two samples.
     let rows = &rows(text)[20..];
     let stamps: Vec<f64> = rows.iter().map(|r| r[0] * 1e3).collect();

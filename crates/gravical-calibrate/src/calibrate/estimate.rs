@@ -168,7 +168,7 @@ fn section(
     let first = session.recordings.first();
     AccelerometerSection {
         method: session.options.estimate.method,
-        input_unit: first.map_or(AccelUnit::Unknown, |r| r.accel_scale.unit),
+        input_unit: first.map_or(AccelUnit::Unknown, |r| r.units.accel.unit),
         output_unit: AccelUnit::MetrePerSecondSquared,
         bias: calibration.bias.map(|b| b + offset),
         matrix: calibration.matrix,

@@ -32,11 +32,11 @@ impl Session<'_> {
 
     /// What is taken off the readings of the accelerometer, input unit.
     pub fn zero_offset(&self) -> f64 {
-        self.recordings.first().map_or(0.0, |r| r.zero_offset)
+        self.recordings.first().map_or(0.0, |r| r.units.zero_offset)
     }
 
     pub fn nominal(&self) -> Option<f64> {
-        self.recordings.first()?.accel_scale.nominal()
+        self.recordings.first()?.units.accel.nominal()
     }
 
     /// Input units per m/s²: nominal, or as gravity reads.

@@ -87,7 +87,7 @@ pub fn find_calibration(
             .with_hint("name the sensor, or the file of its calibration")
             .advise("sensor_id", ""));
     }
-    let scale = recordings.first().map(|r| r.accel_scale);
+    let scale = recordings.first().map(|r| r.units.accel);
     let recorded = recordings.iter().filter_map(Recording::recorded_at).min();
     let fits = |(_, c): &(usize, &Found)| {
         (sensor.is_none() || c.sensor() == sensor.as_deref())

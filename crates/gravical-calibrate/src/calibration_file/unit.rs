@@ -6,7 +6,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::{AccelerometerSection, CalibrationFile};
 use crate::finding::finding;
-use crate::recording::{AccelScale, AccelUnit, Finding, FindingKind, Origin, Recording};
+use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 use crate::{Error, Result};
 
 /// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
@@ -35,7 +35,7 @@ pub fn judge_unit(
     gravity_mps2: f64,
     findings: &mut Vec<Finding>,
 ) -> Result<()> {
-    let (scale, name) = (recording.accel_scale, &recording.name);
+    let (scale, name) = (recording.units.accel, &recording.name);
     let section = &calibration.accelerometer;
     let (unit, wanted) = (scale.unit, section.input_unit);
     let refuse = |message: String, other: &str| {
@@ -86,11 +86,7 @@ pub fn judge_unit(
         return refuse(message, other);
     }
     // Already reported if the given unit itself has the wrong size.
-    let is_same = |f: &Finding| {
-        let file = f.file.as_deref();
-        f.kind == FindingKind::UnitMismatch && file.is_none_or(|f| f == name)
-    };
-    if !findings.iter().any(is_same) {
+    if !recording.units.contradicts_given {
         findings.push(finding!(UnitMismatch, "{message}").in_file(name));
     }
     Ok(())

@@ -55,7 +55,7 @@ pub(super) fn in_recording(
     if is_alone {
         let is_brief = rows_at_rest * 50 < recording.rows() && rests.len() < 6;
         // Without a rate a rest may be a pause of a motion.
-        let is_assumed = recording.timing.rate_hz().is_none();
+        let is_assumed = recording.clock.rate_hz().is_none();
         let rows = recording.rows();
         let what = match &rests[..] {
             [] if few => format!("{rows} rows: no recording of poses, and no table of means"),

@@ -80,7 +80,7 @@ pub fn judge(
 pub fn settle(recording: &mut Recording) -> Vec<Range<usize>> {
     let (rests, mut findings) = (find_rests(recording), Vec::new());
     if let Some(scale) = judge(recording, None, &rests, &mut findings) {
-        recording.gyro_scale = Some(scale);
+        recording.units.gyro = Some(scale);
         recording.findings.extend(findings);
     }
     rests
@@ -173,7 +173,7 @@ impl Evidence {
         section: Option<&GyroscopeSection>,
         findings: &mut Vec<Finding>,
     ) -> Option<GyroScale> {
-        let claimed = recording.gyro.as_ref().and(recording.gyro_scale)?;
+        let claimed = recording.gyro.as_ref().and(recording.units.gyro)?;
         let is_given = claimed.origin == Origin::Given;
         if is_given && claimed.nominal().is_some() {
             return Some(claimed);
@@ -202,7 +202,7 @@ impl Evidence {
         }
 
         let by_noise = self.by_noise();
-        let header_is_wrong = recording.contradicts_header;
+        let header_is_wrong = recording.units.contradicts_header;
         if let Some(section) = section {
             let wanted = section.input_unit;
             let is_other = claimed.unit != wanted;
@@ -279,7 +279,7 @@ fn steps(
     rests: &[Range<usize>],
 ) -> Option<Vec<[f64; 3]>> {
     let [before, after] = [0, 1].map(|i: usize| moments(gyro, rests[i].clone()).0);
-    let usual_s = recording.timing.rate_hz().map(f64::recip);
+    let usual_s = recording.clock.rate_hz().map(f64::recip);
     let mut rate = [0.0; 3];
     let step = |row: usize| {
         let reading: [f64; 3] =

@@ -47,7 +47,7 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
     };
-    if recording.timing.rate_hz().is_some() || share(&rests) > HARDLY_STATIC {
+    if recording.clock.rate_hz().is_some() || share(&rests) > HARDLY_STATIC {
         return rests;
     }
     let short = rests_of(recording, &Samples::for_short_rests(recording));
@@ -77,7 +77,7 @@ fn rests_of(recording: &Recording, samples: &Samples) -> Vec<Range<usize>> {
     // The sensor is worn: what rests for less does not count.
     let hours = channels.time_s.len() as f64 * samples.period_s / 3600.0;
     let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
-    let min_len = match recording.timing.rate_hz() {
+    let min_len = match recording.clock.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
         None => {
@@ -124,7 +124,7 @@ pub(crate) fn with_slow_ends(
 /// Why a recording has no static interval.
 #[doc(hidden)]
 pub fn why_never_static(recording: &Recording) -> String {
-    if recording.accel_scale.nominal().is_none() {
+    if recording.units.accel.nominal().is_none() {
         return "no second of it is quiet".to_owned();
     }
     let samples = Samples::new(recording);

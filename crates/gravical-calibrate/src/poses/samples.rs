@@ -10,8 +10,8 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{BLOCK_S, Channels, block_len, blocks, pieces, quantile, resolutions};
 
 use super::spikes;
+use crate::recording::Recording;
 use crate::recording::units::{MDPS_PER_DEG_S, Origin};
-use crate::recording::{Finding, FindingKind, Recording};
 
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
 /// 0.0016 rad/s, and this is their geometric mean.
@@ -60,12 +60,13 @@ impl Samples {
 
     /// `readings`: those of a block where no rate is known.
     fn of_blocks(recording: &Recording, readings: f64) -> Samples {
-        let period_s = match recording.timing.rate_hz() {
+        let period_s = match recording.clock.rate_hz() {
             Some(rate_hz) => rate_hz.recip(),
-            None => BLOCK_S / (readings * rows_of_a_reading(recording)),
+            None => BLOCK_S / (readings * recording.clock.rows_per_reading),
         };
         let per_mps2 = recording
-            .accel_scale
+            .units
+            .accel
             .nominal()
             .unwrap_or_else(|| typical_magnitude(recording) / STANDARD_GRAVITY_MPS2);
         let rows = 0..recording.rows();
@@ -73,7 +74,7 @@ impl Samples {
             .clone()
             .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
-        let step = recording.resolution[0].map(|step| step / per_mps2);
+        let step = recording.units.resolution[0].map(|step| step / per_mps2);
         take_out_spikes(&mut force, step, period_s);
         let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
         let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();
@@ -108,13 +109,13 @@ impl Samples {
     /// that; else the first unit in which it may. True if that is the range of counts.
     fn rate_scale(&self, recording: &Recording) -> (f64, bool) {
         let degrees = 1.0_f64.to_degrees();
-        let stated = recording.gyro_scale;
+        let stated = recording.units.gyro;
         let known = match stated.and_then(|s| Some((s.origin, s.nominal()?))) {
             Some((Origin::Given, nominal)) => return (nominal, false),
             Some((Origin::Data, nominal)) => Some(nominal),
             // A header that is wrong about the accelerometer says nothing about the gyroscope.
             Some((Origin::Header, nominal)) => {
-                Some(nominal).filter(|_| !recording.contradicts_header)
+                Some(nominal).filter(|_| !recording.units.contradicts_header)
             }
             Some((Origin::Assumed, _)) | None => None,
         };
@@ -168,18 +169,6 @@ fn held(gyro: &[Vec<f64>; 3], rows: &[usize]) -> Vec<[f64; 3]> {
         last
     };
     rows.iter().map(hold).collect()
-}
-
-/// Rows for each reading of a sensor that was read faster than it measures.
-fn rows_of_a_reading(recording: &Recording) -> f64 {
-    let is_repeat = |f: &Finding| f.kind == FindingKind::RepeatedRows;
-    if !recording.findings.iter().any(is_repeat) {
-        return 1.0;
-    }
-    let rows = recording.rows();
-    let same = |c: &Vec<f64>, row: usize| c[row] == c[row - 1];
-    let is_new = |row: &usize| !recording.accel.iter().all(|c| same(c, *row));
-    rows as f64 / (1 + (1..rows).filter(is_new).count()) as f64
 }
 
 /// Holds the row before in place of one with a spike, in blocks of a second: those that transmission errors

@@ -130,7 +130,7 @@ fn is_recorded(sketch: &Sketch) {
     let recording = recording(&path);
     assert!(text.contains(sketch.contains), "{text}");
     assert_eq!(recording.rows(), ROWS as usize, "{text}");
-    assert_eq!(recording.accel_scale.unit.name(), sketch.unit, "{text}");
+    assert_eq!(recording.units.accel.unit.name(), sketch.unit, "{text}");
     assert_eq!(recording.gyro.is_some(), sketch.has_gyro, "{text}");
     let rejected = text.matches("\n# rejected: ").count();
     assert_eq!(ended["rejected"], rejected, "{text}");

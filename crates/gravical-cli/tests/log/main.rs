@@ -125,7 +125,7 @@ fn a_clean_recording_has_no_finding_but_the_overflow_of_its_clock() {
     let recording = recording(&folder.path().join("y_axis.csv"));
     assert_eq!(recording.rows(), 300);
     assert!(kinds(&recording).is_empty(), "{:?}", kinds(&recording));
-    assert_eq!(recording.timing.nominal_rate_hz, Some(100.0));
+    assert_eq!(recording.clock.nominal_rate_hz, Some(100.0));
 }
 
 #[test]

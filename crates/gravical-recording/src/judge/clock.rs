@@ -83,7 +83,7 @@ pub enum ClockFault {
 
 /// Times and rate of a recording.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Clock {
+pub struct Times {
     /// Time of each row from the first on; NaN where a stamp is empty and its neighbours do not
     /// tell it
     pub time_s: Vec<f64>,
@@ -125,12 +125,12 @@ pub struct Clock {
 /// # Errors
 ///
 /// The stamps never advance, give a usual rate in no unit, or run backwards again and again.
-pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Clock, ClockFault> {
+pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Times, ClockFault> {
     let usual = median(positive_steps(&stamps)).ok_or(ClockFault::Frozen)?;
     let is_absent = |row: &usize| stamps[*row].is_nan();
-    let mut clock = Clock {
+    let mut clock = Times {
         absent: (0..stamps.len()).filter(is_absent).collect(),
-        ..Clock::default()
+        ..Times::default()
     };
     clock.bad = mend(&mut stamps, usual);
     let start = stamps.iter().copied().find(|s| s.is_finite());
@@ -300,7 +300,7 @@ fn day_of_1970(start: f64) -> Option<f64> {
     dated.map(|(_, zero)| *zero)
 }
 
-impl Clock {
+impl Times {
     /// Times from the first stamp on, in its unit, over counters that wrap, clocks without a date,
     /// and restarts.
     fn continue_over(&mut self, stamps: Vec<f64>, usual: f64, gaps: &[usize]) {

@@ -157,6 +157,13 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
     })
 }
 
+/// Rows that differ from the row before, the first included.
+pub fn count_changes(channels: &[&[f64]]) -> usize {
+    let rows = channels.first().map_or(0, |c| c.len());
+    let is_new = |row: &usize| channels.iter().any(|c| c[*row] != c[row - 1]);
+    1 + (1..rows).filter(is_new).count()
+}
+
 /// Rms step from row to row, in resolutions, at which a working axis next to it would change too:
 /// twice that of noise.
 const LIVE_STEP: f64 = 2.0 * std::f64::consts::SQRT_2;

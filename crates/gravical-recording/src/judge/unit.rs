@@ -9,7 +9,7 @@ use super::cells::median;
 use crate::error::{Error, cut_hint};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
-use crate::units::{AccelScale, AccelUnit, Origin};
+use crate::units::{AccelScale, AccelUnit, Origin, Units};
 
 /// Rows of a block whose spread tells rest from motion.
 const BLOCK_ROWS: usize = 20;
@@ -55,12 +55,27 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
-/// middle was subtracted.
+/// middle was subtracted. Of `units` what concerns the accelerometer is set.
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
     claim: AccelClaim,
     options: &ReadOptions,
+    units: &mut Units,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    units.accel = judge_unit(accel, is_unsigned, claim, options, units, &mut findings);
+    let is_known = matches!(units.accel.origin, Origin::Data | Origin::Given);
+    units.contradicts_header = is_known && claim.unit.is_some_and(|c| c != units.accel.unit);
+    findings
+}
+
+fn judge_unit(
+    accel: [&[f64]; 3],
+    is_unsigned: bool,
+    claim: AccelClaim,
+    options: &ReadOptions,
+    units: &mut Units,
     findings: &mut Vec<Finding>,
 ) -> AccelScale {
     let is_whole = |c: &&[f64]| c.iter().all(|v| v.is_nan() || v.fract() == 0.0);
@@ -77,7 +92,9 @@ pub fn accel_unit(
         let lsb = given_lsb.or(from_data).or(range_lsb);
         let lsb = lsb.filter(|_| unit == AccelUnit::Counts);
         let scale = AccelScale::new(unit, lsb, Origin::Given);
-        findings.extend(norm.and_then(|norm| given_disagrees(&scale, norm)));
+        let contradiction = norm.and_then(|norm| given_disagrees(&scale, norm));
+        units.contradicts_given = contradiction.is_some();
+        findings.extend(contradiction);
         return scale;
     }
     if is_unsigned {
@@ -98,6 +115,7 @@ pub fn accel_unit(
     match find_evidence(norm, integers, claim) {
         Evidence::Unit(unit, lsb) => rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
+            units.is_without_gravity = true;
             let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
             rest.unknown(FindingKind::WithoutGravity, text, &[])
         }
@@ -134,7 +152,7 @@ pub fn accel_unit(
             );
             let unknown = Finding::new(FindingKind::UnitUnknown, text);
             rest.findings.push(unknown.advise("accel_unit", likely));
-            AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+            AccelScale::UNKNOWN
         }
         Evidence::None => {
             let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
@@ -266,7 +284,7 @@ impl AtRest<'_> {
     /// The same of a unit that stays unknown.
     fn unknown(&mut self, kind: FindingKind, what: &str, units: &[&str]) -> AccelScale {
         self.tell(kind, what, units);
-        AccelScale::new(AccelUnit::Unknown, None, Origin::Assumed)
+        AccelScale::UNKNOWN
     }
 }
 

@@ -26,8 +26,8 @@ pub(crate) struct CleanRows {
     pub temperature_c: Option<Vec<f64>>,
     pub time: JudgedTime,
     pub breaks: Vec<usize>,
-    /// Lines at which the clock begins again, and what would then be the first stamp, s.
-    pub restarts: Vec<(u32, f64)>,
+    /// There are temperatures, but not in °C.
+    pub has_unknown_temperature: bool,
     pub findings: Vec<Finding>,
     pub read_as: ReadAs,
 }
@@ -48,14 +48,13 @@ impl CleanRows {
         add_gravity(format, &mut rows);
         check_values(format, &rows)?;
         let text_cells = findings::of_text_cells(format, &rows);
-        let temperature = take_temperature(format, &mut rows, &mut findings);
+        let (temperature, of_temperature) = take_temperature(format, &mut rows);
         let (thermometer, temperature_c) = temperature.unzip();
+        let has_unknown_temperature = of_temperature.is_some();
+        findings.extend(of_temperature);
         read_as.thermometer = thermometer;
         let mut of_time = Vec::new();
-        let mut time = JudgedTime::new(format, &rows, temperature_c.as_deref(), &mut of_time);
-        rows.breaks.extend(time.restarts.iter().map(|r| r.0));
-        let line = |(row, start_s): &(usize, f64)| (rows.lines[*row], *start_s);
-        let restarts = time.restarts.iter().map(line).collect();
+        let mut time = JudgedTime::new(format, &mut rows, temperature_c.as_deref(), &mut of_time);
         let columns = format.columns.iter().zip(&mut rows.columns);
         let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
         stamps.for_each(|(_, column)| *column = Vec::new());
@@ -75,9 +74,11 @@ impl CleanRows {
             ));
         }
         let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
-        let of_lines = findings::of_lines(&rows.ledger, &rows.nul_lines).into_iter();
-        let is_reported = |f: &Finding| f.kind != FindingKind::BlankRows || !is_regular;
-        findings.extend(of_lines.filter(is_reported));
+        findings.extend(findings::of_lines(
+            &rows.ledger,
+            &rows.nul_lines,
+            !is_regular,
+        ));
         findings.extend(text_cells);
         findings.append(&mut of_time);
 
@@ -85,7 +86,7 @@ impl CleanRows {
         time.time_s = rows.columns.pop().unwrap_or_default();
         let mut breaks = std::mem::take(&mut rows.breaks);
         let (headers, blanks) = (&rows.headers, &rows.blanks);
-        let (rate_hz, count) = (time.timing.median_rate_hz, rows.rows());
+        let (rate_hz, count) = (time.clock.median_rate_hz, rows.rows());
         breaks.extend(judge::breaks(headers, blanks, &time.time_s, rate_hz, count));
         breaks.sort_unstable();
         breaks.dedup();
@@ -116,7 +117,7 @@ impl CleanRows {
             temperature_c,
             time,
             breaks,
-            restarts,
+            has_unknown_temperature,
             findings,
             read_as,
         })
@@ -270,13 +271,12 @@ fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     Ok(())
 }
 
-/// The column of the thermometer, and the temperature in °C. Of several the first that changes, else
+/// The column of the thermometer, and the temperature in °C; a finding if it is in another unit. Of several the first that changes, else
 /// the first that is not zero.
 fn take_temperature(
     format: &Format,
     rows: &mut Rows,
-    findings: &mut Vec<Finding>,
-) -> Option<(usize, Vec<f64>)> {
+) -> (Option<(usize, Vec<f64>)>, Option<Finding>) {
     let find = |is_one: fn(f64, f64) -> bool| {
         let mut columns = format.columns.iter().zip(&rows.columns);
         columns.position(|(column, values)| {
@@ -285,20 +285,23 @@ fn take_temperature(
             column.role == Role::Temperature && known().next().is_some_and(shows)
         })
     };
-    let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0))?;
+    let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0));
+    let Some(column) = column else {
+        return (None, None);
+    };
     let mut values = std::mem::take(&mut rows.columns[column]);
     to_celsius(format, column, &mut values);
     let finite = values.iter().filter(|t| t.is_finite());
     let possible = finite.clone().filter(|t| judge::POSSIBLE_C.contains(*t));
     if 2 * possible.count() > finite.count() {
-        return Some((column, values));
+        return (Some((column, values)), None);
     }
-    let middle = judge::median(values.iter().copied())?;
+    let middle = judge::median(values.iter().copied()).unwrap_or(f64::NAN);
     let text = format!(
         "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
     );
-    findings.push(Finding::new(FindingKind::TemperatureUnit, text));
-    None
+    let unknown = Finding::new(FindingKind::TemperatureUnit, text);
+    (None, Some(unknown))
 }
 
 /// Counts of the thermometer of our board as °C.

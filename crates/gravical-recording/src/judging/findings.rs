@@ -2,10 +2,9 @@
 
 use crate::finding::{Finding, FindingKind};
 use crate::judge;
-use crate::recording::CALIBRATED;
 use crate::role::Role;
 use crate::spans::LineSpans;
-use crate::text::{Format, Ledger, Reason, Rows};
+use crate::text::{CALIBRATED, Format, Ledger, Reason, Rows};
 use crate::write::input_name;
 
 /// Columns that a finding names.
@@ -145,12 +144,13 @@ pub(super) fn of_text_cells(format: &Format, rows: &Rows) -> Option<Finding> {
     Some(Finding::new(FindingKind::NotANumber, text).at_lines(&lines.into_iter().collect()))
 }
 
-/// Lines that were set aside; none for those that every good file has.
-pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans) -> Vec<Finding> {
+/// Lines that were set aside; none for those that every good file has, `blanks`: unless blank lines are.
+pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (reason, aside) in &ledger.reasons {
         // Kinds have the names of the reasons.
-        let Some(kind) = FindingKind::of_name(reason.name()) else {
+        let kind = FindingKind::of_name(reason.name());
+        let Some(kind) = kind.filter(|_| blanks || *reason != Reason::Blank) else {
             continue;
         };
         let example = match reason {

@@ -1,8 +1,9 @@
 //! Times of the rows, and what was found of them.
 
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Clock, ClockFault, ClockOptions};
-use crate::recording::Timing;
+use crate::judge::{self, ClockFault, ClockOptions, Times};
+use crate::metadata;
+use crate::recording::Clock;
 use crate::role::Role;
 use crate::text::{Column, Format, Rows, StampPart};
 use crate::units::{TimeUnit, is_listed, is_unit};
@@ -19,23 +20,26 @@ const MISSING: f64 = 0.001;
 pub(crate) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
-    pub start_s: Option<f64>,
-    pub timing: Timing,
-    /// Rows at which the clock begins again, and what would then be the first stamp, s.
-    pub restarts: Vec<(usize, f64)>,
+    pub clock: Clock,
 }
 
 impl JudgedTime {
+    /// The rows break where the clock begins again.
     pub fn new(
         format: &Format,
-        rows: &Rows,
+        rows: &mut Rows,
         temperature_c: Option<&[f64]>,
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
         let mut judged = JudgedTime::default();
-        judged.timing.nominal_rate_hz = nominal_rate_hz;
-        judged.timing.duration_s = nominal_rate_hz.map(|r| rows.rows() as f64 / r);
+        judged.clock = Clock {
+            nominal_rate_hz,
+            duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
+            stated_start_s: metadata::start_s(&format.metadata),
+            rows_per_reading: 1.0,
+            ..Clock::default()
+        };
         let possible = temperature_c.into_iter().flatten();
         let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
         let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
@@ -55,10 +59,14 @@ impl JudgedTime {
             None => findings.extend(unread_stamps(format, rows)),
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
-        if judged.timing.rate_hz().is_none() && needs_rate {
+        if judged.clock.rate_hz().is_none() && needs_rate {
             let text = "no time stamps and no rate: static intervals are counted in rows";
             findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
+        let restarts = judged.clock.restarts.iter();
+        let row = |(line, _): &(u32, f64)| rows.lines.partition_point(|l| l < line);
+        let restarts: Vec<usize> = restarts.map(row).collect();
+        rows.breaks.extend(restarts);
         judged
     }
 
@@ -79,20 +87,20 @@ impl JudgedTime {
             ..options
         };
         let unknown = match judge::clock(stamps.values, options) {
-            Ok(clock) => {
-                self.timing.unit = TimeUnit::of_seconds(clock.unit_s);
-                let unit = self.timing.unit.map(TimeUnit::name);
+            Ok(times) => {
+                self.clock.unit = TimeUnit::of_seconds(times.unit_s);
+                let unit = self.clock.unit.map(TimeUnit::name);
                 let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
                 let is_odd = is_stated
                     && rows.rows() >= MIN_ROWS
-                    && !judge::RATES_HZ.contains(&clock.rate_hz);
+                    && !judge::RATES_HZ.contains(&times.rate_hz);
                 let source = if is_odd { "stated" } else { "assumed" };
                 let unknown = stamps.unknown_unit.filter(|_| options.unit_s.is_none());
-                let is_unsure = is_odd || clock.is_unit_assumed || unknown.is_some();
+                let is_unsure = is_odd || times.is_unit_assumed || unknown.is_some();
                 let what = unit
                     .filter(|_| is_unsure)
-                    .map(|unit| format!("{source} to be in {unit} ({:.2} Hz)", clock.rate_hz));
-                self.report(clock, rows, findings);
+                    .map(|unit| format!("{source} to be in {unit} ({:.2} Hz)", times.rate_hz));
+                self.report(times, rows, findings);
                 match (unknown, what) {
                     (Some(unknown), Some(what)) => {
                         let text = format!(
@@ -135,36 +143,36 @@ impl JudgedTime {
         findings.extend(unknown);
     }
 
-    fn report(&mut self, clock: Clock, rows: &Rows, findings: &mut Vec<Finding>) {
+    fn report(&mut self, times: Times, rows: &Rows, findings: &mut Vec<Finding>) {
         use FindingKind as Kind;
         let count = rows.rows() as f64;
-        let rate_hz = clock.rate_hz;
-        let missing_share = clock.missing / (clock.missing + count);
+        let rate_hz = times.rate_hz;
+        let missing_share = times.missing / (times.missing + count);
         let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
-        let stated = self.timing.nominal_rate_hz.filter(is_off);
+        let stated = self.clock.nominal_rate_hz.filter(is_off);
         let mut found = |kind, at: &[usize], text: String| {
             let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
             if !at.is_empty() {
                 findings.push(Finding::new(kind, text).at_lines(&lines));
             }
         };
-        let restarts: Vec<usize> = clock.restarts.iter().map(|r| r.0).collect();
+        let restarts: Vec<usize> = times.restarts.iter().map(|r| r.0).collect();
         let restarted = "the time stamps restart (the board was reset, or its clock set); a break";
         found(Kind::RestartedTime, &restarts, restarted.to_owned());
         let text = format!(
             "{} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept",
-            clock.bad.len()
+            times.bad.len()
         );
-        found(Kind::BadStamps, &clock.bad, text);
+        found(Kind::BadStamps, &times.bad, text);
         let text = format!(
             "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
-            clock.duplicates.len(),
-            100.0 * clock.duplicates.len() as f64 / count
+            times.duplicates.len(),
+            100.0 * times.duplicates.len() as f64 / count
         );
-        found(Kind::DuplicateTime, &clock.duplicates, text);
-        let text = format!("{} rows have no time stamp", clock.absent.len());
-        found(Kind::AbsentTime, &clock.absent, text);
-        let (gaps, steps_s): (Vec<usize>, Vec<f64>) = clock.gaps.iter().copied().unzip();
+        found(Kind::DuplicateTime, &times.duplicates, text);
+        let text = format!("{} rows have no time stamp", times.absent.len());
+        found(Kind::AbsentTime, &times.absent, text);
+        let (gaps, steps_s): (Vec<usize>, Vec<f64>) = times.gaps.iter().copied().unzip();
         let plural = if gaps.len() == 1 { "" } else { "s" };
         let text = format!(
             "{} gap{plural} of more than four samples, the longest {:.3} s",
@@ -173,29 +181,33 @@ impl JudgedTime {
         );
         found(Kind::Gap, &gaps, text);
         let of_all = [
-            (Kind::BurstTime, clock.bunched.map(|bunched| format!(
+            (Kind::BurstTime, times.bunched.map(|bunched| format!(
                 "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
                 rows.rows() - 1
             ))),
-            (Kind::RateMismatch, stated.filter(|_| clock.bunched.is_none()).map(|nominal| format!(
+            (Kind::RateMismatch, stated.filter(|_| times.bunched.is_none()).map(|nominal| format!(
                 "the claimed rate is {nominal} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used"
             ))),
             (Kind::MissingSamples, (missing_share > MISSING).then(|| format!(
                 "{:.0} samples ({:.1} %) are missing between the time stamps",
-                clock.missing,
+                times.missing,
                 100.0 * missing_share
             ))),
         ];
         let of_all = of_all.into_iter();
         findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
-        self.restarts = clock.restarts;
-        self.timing.median_rate_hz = Some(rate_hz);
-        self.timing.mean_rate_hz = clock.mean_rate_hz;
-        self.timing.duration_s = Some(clock.duration_s);
-        self.timing.jitter_s = clock.jitter_s;
-        self.timing.missing_share = clock.bunched.is_none().then_some(missing_share);
-        self.start_s = Some(clock.start_s);
-        self.time_s = clock.time_s;
+        let line = |(row, start_s): (usize, f64)| (rows.lines[row], start_s);
+        self.clock = Clock {
+            median_rate_hz: Some(rate_hz),
+            mean_rate_hz: times.mean_rate_hz,
+            duration_s: Some(times.duration_s),
+            jitter_s: times.jitter_s,
+            missing_share: times.bunched.is_none().then_some(missing_share),
+            start_s: Some(times.start_s),
+            restarts: times.restarts.into_iter().map(line).collect(),
+            ..std::mem::take(&mut self.clock)
+        };
+        self.time_s = times.time_s;
     }
 }
 

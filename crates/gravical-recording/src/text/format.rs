@@ -6,8 +6,16 @@ use super::rows::Rows;
 use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::date::compact_day_s;
+use crate::metadata;
 use crate::options::ReadOptions;
 use crate::role::Role;
+
+/// Names of the columns of calibrated specific force that `gravical apply` writes, in m/s² and in
+/// g. Loggers use `ax_g` for what they measure.
+pub const CALIBRATED: [[&str; 3]; 2] = [
+    ["ax_mps2", "ay_mps2", "az_mps2"],
+    ["ax_calibrated_g", "ay_calibrated_g", "az_calibrated_g"],
+];
 
 /// What the head of a file says: dialect, roles of columns, claims of units and clock.
 #[derive(Clone, Debug, Default)]
@@ -20,8 +28,10 @@ pub struct Format {
     pub(crate) head_lines: usize,
     /// Line that names the columns, from 1; 0 without one.
     pub(crate) header_line: usize,
-    /// The device and its settings in words, where it wrote no text
+    /// What it is in words, where it is no text: the device and its settings
     pub(crate) device: Option<String>,
+    /// The file is packed
+    pub(crate) is_packed: bool,
     /// Settings of our board, where the head has them.
     pub(crate) board: Option<BoardSettings>,
     /// Columns that are parsed.
@@ -104,6 +114,11 @@ impl Format {
 
     /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
     pub fn describe(&self) -> String {
+        let packing = if self.is_packed { "gzip, " } else { "" };
+        format!("{packing}{}", self.unpacked())
+    }
+
+    fn unpacked(&self) -> String {
         if let Some(device) = &self.device {
             return device.clone();
         }
@@ -127,6 +142,33 @@ impl Format {
             ""
         };
         format!("{delimiter} separated,{decimals} {header}")
+    }
+
+    /// Serial number of the sensor, where the lines above the header name it.
+    pub fn serial(&self) -> Option<String> {
+        metadata::serial(&self.metadata)
+    }
+
+    /// The board's settings line says that it sends calibrated values.
+    pub fn is_calibrated_by_board(&self) -> bool {
+        self.board.is_some_and(|board| board.is_calibrated())
+    }
+
+    /// The accelerometer is read from columns with the names that `gravical apply` writes, or a board
+    /// calibrated it.
+    pub fn is_calibrated(&self) -> bool {
+        let reads = |own: &[&str; 3]| {
+            let mut pairs = self.accel.iter().zip(own);
+            pairs.all(|(column, own)| self.names.get(*column).is_some_and(|n| n == own))
+        };
+        self.is_calibrated_by_board() || CALIBRATED.iter().any(reads)
+    }
+
+    /// There are columns with the names that `gravical apply` writes, whether they are read or not: the file is a
+    /// result, not a recording of a session.
+    pub fn is_result(&self) -> bool {
+        let has = |name: &&str| self.names.iter().any(|n| n == name);
+        CALIBRATED.iter().any(|own| own.iter().all(has))
     }
 
     /// What a column is read as.

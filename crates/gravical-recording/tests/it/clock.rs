@@ -1,15 +1,15 @@
 //! Times and rates of stamps.
 
-use gravical_recording::judge::{Clock, ClockOptions, clock};
+use gravical_recording::judge::{ClockOptions, Times, clock};
 use gravical_recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, read_bytes};
 
 use crate::support::{Row, has_rate, is_near, read, six_faces};
 
-fn judged(stamps: Vec<f64>) -> Clock {
+fn judged(stamps: Vec<f64>) -> Times {
     clock(stamps, ClockOptions::default()).unwrap()
 }
 
-fn is_rate(clock: &Clock, rate_hz: f64, tolerance: f64) -> bool {
+fn is_rate(clock: &Times, rate_hz: f64, tolerance: f64) -> bool {
     (clock.rate_hz / rate_hz - 1.0).abs() < tolerance
 }
 
@@ -82,7 +82,7 @@ fn the_temperature_resolves_an_ambiguous_unit() {
     assert_eq!(clock(stamps, options).unwrap().unit_s, 1e-6);
 }
 
-fn marked(stamps: &[f64], gaps: &[usize], pauses: &[usize]) -> Clock {
+fn marked(stamps: &[f64], gaps: &[usize], pauses: &[usize]) -> Times {
     let options = ClockOptions {
         gaps,
         pauses,
@@ -180,11 +180,7 @@ fn date_and_time_in_two_columns_are_one_clock() {
                     let recording = read(&text, "desk.csv");
                     let about = &text[..100];
                     let start = recording.recorded_at().map(|t| t.to_string());
-                    assert!(
-                        has_rate(&recording, 10.0),
-                        "{:?}\n{about}",
-                        recording.timing
-                    );
+                    assert!(has_rate(&recording, 10.0), "{:?}\n{about}", recording.clock);
                     assert!(
                         start.is_some_and(|s| s.starts_with("2024-03-31T23:59:50")),
                         "{about}"
@@ -289,7 +285,7 @@ fn clocks_of_many_writings_are_read() {
         assert!(
             has_rate(&recording, rate_hz),
             "{header}{:?}",
-            recording.timing
+            recording.clock
         );
         assert_eq!(gaps(&recording), gaps_there, "{header}");
         let odd = [
@@ -317,7 +313,7 @@ fn a_clock_in_minutes_needs_its_unit_in_the_file_or_an_option() {
     for header in ["time,ax,ay,az\n", "Time (min),ax,ay,az\n", ""] {
         let text = file(header, ",", row);
         let recording = read_bytes(text.as_bytes(), "desk.csv", &options).unwrap();
-        assert!(has_rate(&recording, 10.0), "{header}{:?}", recording.timing);
+        assert!(has_rate(&recording, 10.0), "{header}{:?}", recording.clock);
     }
 }
 
@@ -327,7 +323,7 @@ fn a_column_that_rises_is_the_clock_wherever_it_stands() {
         let stamp = |k: usize| (50_000 + 100 * k + k % 3).to_string();
         let row = |k| place.map(|is_here| if is_here { stamp(k) } else { String::new() });
         let recording = read(&file("", ",", row), "desk.csv");
-        assert!(has_rate(&recording, 10.0), "{:?}", recording.timing);
+        assert!(has_rate(&recording, 10.0), "{:?}", recording.clock);
         assert!(is_near(recording.accel[0][0], 10.0, 0.1));
     }
 }

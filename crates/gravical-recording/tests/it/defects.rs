@@ -38,7 +38,7 @@ fn clocks_are_dates_steps_and_whole_seconds() {
             has_rate(&recording, RATE_HZ),
             "{}: {:?}",
             stamp(1),
-            recording.timing.rate_hz()
+            recording.clock.rate_hz()
         );
         let time_s = recording.time_s.as_ref().unwrap();
         let mut steps = time_s.windows(2).map(|w| w[1] - w[0]);
@@ -171,7 +171,7 @@ fn the_head_states_a_rate() {
     });
     let recording = read(&text, "ACC.csv");
     assert!(has_rate(&recording, RATE_HZ));
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(64.0));
+    assert_eq!(recording.units.accel.lsb_per_g, Some(64.0));
     assert_eq!(recording.rows(), 6 * FACE_ROWS);
 }
 
@@ -208,7 +208,7 @@ fn a_download_cut_off_yields_what_it_holds() {
     packer.write_all(text.as_bytes()).unwrap();
     let packed = packer.finish().unwrap();
     let recording = try_read(packed[..packed.len() / 2].to_vec(), "cut.csv.gz").unwrap();
-    assert!(recording.rows() > 50 && recording.description.starts_with("gzip, "));
+    assert!(recording.rows() > 50 && recording.format.describe().starts_with("gzip, "));
     let cut = found(&recording, FindingKind::TruncatedFile);
     assert_eq!(cut.file.as_deref(), Some("cut.csv.gz"));
     // The blocks of a tape are filled with zeros; a log goes on in another member.
@@ -229,7 +229,7 @@ fn units_are_not_told_by_coincidence_motion_or_invalid_samples() {
     // Between mg and 1024 counts per g nothing decides.
     let text = table("ms,x,y,z", |k, a| counts(k, a, 1030.0));
     let unknown = read(&text, "");
-    assert_eq!(unknown.accel_scale.unit.name(), "unknown");
+    assert_eq!(unknown.units.accel.unit.name(), "unknown");
     let units = found(&unknown, FindingKind::UnitUnknown).options.iter();
     let units: Vec<&str> = units.map(|advice| advice.value.as_str()).collect();
     assert_eq!(units, ["mg", "counts"]);
@@ -255,7 +255,7 @@ fn units_are_not_told_by_coincidence_motion_or_invalid_samples() {
         _ => counts(k, a, 16_384.0),
     });
     let recording = read(&text, "");
-    assert_eq!(recording.accel_scale.lsb_per_g, Some(16_384.0));
+    assert_eq!(recording.units.accel.lsb_per_g, Some(16_384.0));
     assert_eq!(found(&recording, FindingKind::InvalidSamples).count, 5);
     let is_clipped = |f: &Finding| f.kind == FindingKind::Clipped;
     assert!(!recording.findings.iter().any(is_clipped));

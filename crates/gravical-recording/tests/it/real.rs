@@ -53,10 +53,10 @@ fn real_recordings_are_read_as_their_owners_describe_them() {
         let own = read(&data.join(file), &ReadOptions::default()).unwrap();
         assert_eq!(own.rows().to_string(), rows, "{file}");
         assert_eq!(own.rows() + own.ledger.total(), own.ledger.lines, "{file}");
-        assert_eq!(own.accel_scale.unit.name(), unit, "{file}");
+        assert_eq!(own.units.accel.unit.name(), unit, "{file}");
         assert_eq!(own.gyro.is_some(), gyro == "gyro", "{file}");
         let rate_hz: Option<f64> = rate_hz.parse().ok();
         let is_it = rate_hz.is_none_or(|r| has_rate(&own, r));
-        assert!(is_it, "{file}: {:?}", own.timing.rate_hz());
+        assert!(is_it, "{file}: {:?}", own.clock.rate_hz());
     }
 }

@@ -208,14 +208,14 @@ fn loggers_and_apps_are_read_without_options() {
         }
         let recording = read(&text, file_name.trim_start_matches('-'));
         assert_eq!(recording.rows(), rows.len(), "{name}");
-        let unit = recording.accel_scale.unit.name();
+        let unit = recording.units.accel.unit.name();
         let is_counts = accel.parse::<f64>().is_ok();
         assert_eq!(unit, if is_counts { "counts" } else { accel }, "{name}");
         assert_eq!(recording.gyro.is_some(), gyro != "-", "{name}");
         let mut stamps = ["$S", "$T", "$P", "$M", "$U", "$E", "$N", "$A"].iter();
         let (has_clock, rate_hz) = (
             stamps.any(|s| pattern.contains(s)),
-            recording.timing.rate_hz(),
+            recording.clock.rate_hz(),
         );
         let has_clock = has_clock || name.starts_with("steps");
         assert_eq!(rate_hz.is_some(), has_clock, "{name}: {rate_hz:?}");
@@ -223,7 +223,7 @@ fn loggers_and_apps_are_read_without_options() {
             !has_clock || has_rate(&recording, RATE_HZ),
             "{name}: {rate_hz:?}"
         );
-        let scale = recording.accel_scale.nominal().unwrap().recip() / G;
+        let scale = recording.units.accel.nominal().unwrap().recip() / G;
         let tolerance = if accel == "2048" { 5e-4 } else { 1e-4 };
         for (k, row) in rows.iter().enumerate() {
             for axis in 0..3 {
@@ -280,8 +280,8 @@ fn a_comment_above_the_rows_is_no_header() {
         "# Uno, at 25 Hz, on the table, Anna",
     ] {
         let recording = read(&format!("{comment}\n{rows}"), "desk.csv");
-        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.timing);
-        assert_eq!(recording.accel_scale.unit, AccelUnit::StandardGravity);
+        assert!(has_rate(&recording, RATE_HZ), "{:?}", recording.clock);
+        assert_eq!(recording.units.accel.unit, AccelUnit::StandardGravity);
     }
 }
 
@@ -308,7 +308,7 @@ fn a_first_row_without_measurements_leaves_the_header() {
         ("init,init,init,init", false),
     ] {
         let recording = read(&format!("t,az,ay,ax\n{first}\n{rows}"), "desk.csv");
-        assert_eq!(recording.column_names, clean.column_names, "{first}");
+        assert_eq!(recording.format.names, clean.format.names, "{first}");
         let from = usize::from(is_row);
         assert_eq!(recording.accel[0][from..], clean.accel[0], "{first}");
     }
@@ -337,7 +337,7 @@ fn stamps_that_are_no_clock_are_told_and_not_used() {
         ("t (s)", |k| 40 * k, FindingKind::TimeUnitAssumed, true),
     ] {
         let recording = stamped(header, stamp);
-        assert_eq!(recording.timing.rate_hz().is_some(), has_rate, "{kind:?}");
+        assert_eq!(recording.clock.rate_hz().is_some(), has_rate, "{kind:?}");
         let kinds: Vec<FindingKind> = recording.findings.iter().map(|f| f.kind).collect();
         assert!(kinds.contains(&kind), "{kinds:?}");
     }

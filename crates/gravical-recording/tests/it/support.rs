@@ -56,7 +56,7 @@ pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
 /// Whether the rates agree to one percent.
 pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
     recording
-        .timing
+        .clock
         .rate_hz()
         .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
 }

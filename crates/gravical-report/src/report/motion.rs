@@ -216,7 +216,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
     } else {
         "no gyroscope"
     };
-    let scale = &recording.accel_scale;
+    let scale = &recording.units.accel;
     let (unit, how) = (scale.unit, origin(scale.origin));
     let calibration = result.calibration.as_deref();
     let calibration = calibration.map_or("none, nominal scale".to_owned(), short_name);
@@ -235,7 +235,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         time += &format!("; {} rows skipped", result.rows_left_out);
     }
     Section::new("Timing and procedure")
-        .fact("read as", recording.description.clone())
+        .fact("read as", recording.format.describe().clone())
         .fact("unit", format!("accelerometer {unit} ({how}); {gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
 use crate::finding::finding;
-use crate::recording::{Finding, FindingKind, LineSpans, Recording};
+use crate::recording::{Finding, LineSpans, Recording};
 use crate::temperature::not_applied;
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
@@ -52,8 +52,7 @@ impl Drift {
         }
         let mut temperatures = recording.temperature_c.iter().flatten();
         let Some(first_c) = temperatures.find(|t| t.is_finite()) else {
-            let is_no_celsius = |f: &Finding| f.kind == FindingKind::TemperatureUnit;
-            let why = if findings.iter().any(is_no_celsius) {
+            let why = if recording.units.has_unknown_temperature {
                 "the recording's temperatures are not in °C"
             } else {
                 "the recording has no temperatures"

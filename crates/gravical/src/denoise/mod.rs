@@ -170,7 +170,7 @@ pub fn denoise_file(
     let mut summary = denoise(&mut stream.recording, options)?;
     // A filter that removes constants also removes the offset.
     let keeps_offset = options.filters.iter().all(FilterSpec::keeps_constants);
-    let offset = stream.recording.zero_offset * f64::from(keeps_offset);
+    let offset = stream.recording.units.zero_offset * f64::from(keeps_offset);
     // What was found is in the summary; what is still to be found is added to it.
     stream.recording.findings.clear();
     let (recording, _) = write_rows(stream, out, table, |piece| {
@@ -181,7 +181,7 @@ pub fn denoise_file(
         accel.into_iter().chain(gyro).collect()
     })?;
     summary.findings.extend(recording.findings.iter().cloned());
-    summary.description.clone_from(&recording.description);
+    summary.description.clone_from(&recording.format.describe());
     Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }
 
@@ -209,7 +209,7 @@ fn table(format: &Format) -> Table {
 pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<DenoiseSummary> {
     options.validate()?;
     let rests = settle(recording);
-    let rate_hz = recording.timing.rate_hz();
+    let rate_hz = recording.clock.rate_hz();
     let designed = options.filters.iter();
     let designed = designed.map(|spec| Filter::design(spec, rate_hz));
     let designed = designed.collect::<Result<Vec<Filter>>>()?;
@@ -233,7 +233,7 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
         findings.extend(filter_findings(
             filter,
             treatment,
-            recording.timing.duration_s,
+            recording.clock.duration_s,
         ));
         // A filter spreads motion into the ends of a static interval.
         reach += filter.reach;
@@ -251,11 +251,11 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
         ));
     }
     let findings = findings.into_iter().map(|f| f.in_file(&recording.name));
-    let (accel, gyro) = (recording.accel_scale, recording.gyro_scale);
+    let (accel, gyro) = (recording.units.accel, recording.units.gyro);
     let unknown_gyro = gyro.filter(|scale| scale.nominal().is_none());
     Ok(DenoiseSummary {
         input: recording.name.clone(),
-        description: recording.description.clone(),
+        description: recording.format.describe().clone(),
         rows: recording.rows(),
         rate_hz,
         segments: grid.starts.len(),
@@ -278,10 +278,10 @@ fn sigmas(recording: &Recording, at_rest: &[Range<usize>]) -> Sigmas {
         });
         sigmas.iter().all(|v| v.is_finite()).then_some(sigmas)
     };
-    let gyro_nominal = recording.gyro_scale.and_then(|scale| scale.nominal());
+    let gyro_nominal = recording.units.gyro.and_then(|scale| scale.nominal());
     let gyro = recording.gyro.as_ref();
     Sigmas {
-        accelerometer: sensor(&recording.accel, recording.accel_scale.nominal()),
+        accelerometer: sensor(&recording.accel, recording.units.accel.nominal()),
         gyroscope: gyro.and_then(|axes| sensor(axes, gyro_nominal)),
     }
 }

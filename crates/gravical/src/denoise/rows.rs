@@ -32,7 +32,7 @@ pub(super) struct Treatment {
 
 fn uneven(recording: &Recording, share: f64) -> Error {
     let percent = 100.0 * share;
-    let rate_hz = recording.timing.rate_hz().unwrap_or(f64::NAN);
+    let rate_hz = recording.clock.rate_hz().unwrap_or(f64::NAN);
     let what = format!(
         "{percent:.1} % of the steps between time stamps are no whole number of periods at {rate_hz:.6} Hz; filters need evenly spaced samples"
     );
@@ -60,7 +60,7 @@ impl Grid {
     /// `uneven-stamps` (input) if a filter needs even steps.
     pub fn new(recording: &Recording, filters: &[Filter]) -> Result<Self> {
         let needs_even = filters.iter().any(|f| f.spec.needs_even_steps());
-        let step_s = recording.timing.rate_hz().map_or(1.0, f64::recip);
+        let step_s = recording.clock.rate_hz().map_or(1.0, f64::recip);
         let stamps = recording.time_s.as_deref().unwrap_or_default();
         let whole_share = whole_share(stamps, step_s);
         let mut grid = Grid {

@@ -163,7 +163,7 @@ pub fn motion(
         start_s: t[rest.start],
         end_s: t[rest.end - 1],
     };
-    let timing = &recording.timing;
+    let timing = &recording.clock;
     let [procedure, frame] = summary::procedure(options, has_gyro);
     let result = MotionResult {
         input: recording.name.clone(),
@@ -256,8 +256,9 @@ impl Work<'_> {
             doubts += misfit.covariance();
         }
         // Raw columns of the same name show other gravity than calibrated ones.
-        let by_board = self.recording.is_calibrated_by_board;
-        let named = self.recording.is_calibrated && raw_misfit.is_none_or(|raw| !raw.contradicts);
+        let by_board = self.recording.format.is_calibrated_by_board();
+        let named =
+            self.recording.format.is_calibrated() && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             doubts += applied_twice(section, self.per_mps2, axes);
             let why = why_calibrated(by_board);

@@ -55,7 +55,7 @@ pub(super) fn prepare(
     }
     // Of unknown counts the calibration knows the scale.
     let by_file = || file.map(|file| file.accelerometer.mean_scale());
-    let per_mps2 = recording.accel_scale.nominal().or_else(by_file);
+    let per_mps2 = recording.units.accel.nominal().or_else(by_file);
     let per_mps2 = per_mps2.ok_or_else(|| {
         Error::input(
             "unit-unknown",
@@ -70,7 +70,7 @@ pub(super) fn prepare(
     // The recording's columns have their zero offset subtracted, a calibration file takes the file's numbers.
     let accel = Calibration {
         matrix: matrix3::diagonal([1.0 / per_mps2; 3]),
-        bias: [recording.zero_offset; 3],
+        bias: [recording.units.zero_offset; 3],
     };
     // Where nothing is turned the gyroscope has no part in the result.
     let [gyro, own_gyro] = if options.procedure == Procedure::Strapdown {
@@ -103,12 +103,12 @@ pub(super) fn prepare(
             ..b
         }));
         for axis in 0..3 {
-            steps[3 * k + axes.case_axis(axis)] = recording.resolution[k][axis] * units[k];
+            steps[3 * k + axes.case_axis(axis)] = recording.units.resolution[k][axis] * units[k];
         }
     }
     let [mut force, rate] = values;
     // Calibrations take the numbers of the file.
-    let offset = recording.zero_offset;
+    let offset = recording.units.zero_offset;
     force.iter_mut().flatten().for_each(|v| *v += offset);
     let temperature_c = recording.temperature_c.as_deref().unwrap_or_default();
     let first_c = temperature_c.iter().copied().find(|t| t.is_finite());
@@ -205,7 +205,7 @@ fn gyroscope(
 fn times(recording: &Recording) -> Result<Vec<f64>> {
     let by_rate = |rate: f64| (0..recording.rows()).map(|i| i as f64 / rate).collect();
     let stamps = recording.time_s.clone();
-    let times = stamps.or_else(|| recording.timing.rate_hz().map(by_rate));
+    let times = stamps.or_else(|| recording.clock.rate_hz().map(by_rate));
     times.ok_or_else(|| {
         let text = "there are no usable time stamps, and no rate is stated";
         Error::input("rate-unknown", text)
@@ -235,7 +235,7 @@ fn judge_unit(
         .iter()
         .map(|rows| {
             let (mean, _) = crate::stats::moments(&recording.accel, rows.clone());
-            matrix3::norm(&apply.apply(mean.map(|m| m + recording.zero_offset)))
+            matrix3::norm(&apply.apply(mean.map(|m| m + recording.units.zero_offset)))
         })
         .filter(|n| n.is_finite())
         .collect();

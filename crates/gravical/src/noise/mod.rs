@@ -103,10 +103,10 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     settle(&mut recording);
     let mut pieces = Pieces::new(&recording, &ranges, 1.0 / rate_hz);
     let width = block_len(1.0 / rate_hz, BLOCK_S);
-    pieces.leave_out_disturbances(&recording.accel, &recording.resolution[0], width);
+    pieces.leave_out_disturbances(&recording.accel, &recording.units.resolution[0], width);
     let period_s = pieces.period_s;
     let mut findings = recording.findings.clone();
-    let gyro_per_si = recording.gyro_scale.and_then(|scale| scale.nominal());
+    let gyro_per_si = recording.units.gyro.and_then(|scale| scale.nominal());
     if recording.gyro.is_some() && gyro_per_si.is_none() {
         let unknown = finding!(
             GyroNotUsed,
@@ -133,7 +133,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
             ));
             continue;
         }
-        let step = recording.resolution[i / 3][i % 3] / per_si;
+        let step = recording.units.resolution[i / 3][i % 3] / per_si;
         let hidden = hide_below_resolution(&mut channel, &segments, step, period_s);
         findings.extend(hidden);
         findings.extend(channel_findings(&channel));
@@ -158,9 +158,9 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         format: NOISE_FORMAT.to_owned(),
         tool: crate::TOOL.to_owned(),
         inputs: InputFile::of(std::slice::from_ref(&recording)),
-        description: recording.description,
+        description: recording.format.describe(),
         rate_hz: 1.0 / period_s,
-        recorded_s: recording.timing.duration_s.unwrap_or(rows_s),
+        recorded_s: recording.clock.duration_s.unwrap_or(rows_s),
         used_s: pieces.rows().count() as f64 * period_s,
         static_intervals: ranges.len(),
         segments: segment_count,
@@ -179,7 +179,7 @@ pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> Channe
 /// The rows at rest that are used, and the sampling rate, Hz.
 fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let here = Path::new(&recording.name);
-    let Some(rate_hz) = recording.timing.rate_hz() else {
+    let Some(rate_hz) = recording.clock.rate_hz() else {
         let what = "there are no time stamps and no sampling rate: averaging times are unknown";
         return Err(Error::usage("rate-unknown", what)
             .at(here, None)

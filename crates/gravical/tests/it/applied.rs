@@ -8,14 +8,14 @@ use crate::support::{data, files};
 
 /// A calibration that only converts the unit of a recording to m/s².
 fn nominal(recording: &Recording) -> CalibrationFile {
-    let scale = recording.accel_scale.nominal().unwrap_or(1.0);
+    let scale = recording.units.accel.nominal().unwrap_or(1.0);
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let unit = match recording.accel_scale.unit {
+    let unit = match recording.units.accel.unit {
         AccelUnit::Counts => Some("a.u."),
         AccelUnit::Unknown => None,
         unit => Some(unit.name()),
     };
-    let bias = [recording.zero_offset; 3];
+    let bias = [recording.units.zero_offset; 3];
     let file = serde_json::json!({
         "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": unit, "cal_type": "Ferraris",
         "K_a": identity.map(|row| row.map(|v| v * scale)), "b_a": bias, "R_a": identity,
@@ -79,7 +79,7 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
                 continue;
             }
         };
-        let scale = recording.accel_scale.nominal().unwrap_or(1.0);
+        let scale = recording.units.accel.nominal().unwrap_or(1.0);
         let is_whole = |row: &usize| recording.accel_at(*row).iter().all(|v| v.is_finite());
         let rows: Vec<usize> = (0..recording.rows()).filter(is_whole).collect();
         let table = calibrated(&table);

@@ -24,7 +24,7 @@ fn read_cwa(bytes: &[u8]) -> Recording {
 
 /// Absolute times of the rows, s since 1970.
 fn times_s(recording: &Recording) -> Vec<f64> {
-    let origin_s = recording.time_origin_s.unwrap();
+    let origin_s = recording.clock.start_s.unwrap();
     let times = recording.time_s.as_ref().unwrap();
     times.iter().map(|t| t + origin_s).collect()
 }
@@ -86,12 +86,12 @@ fn real_files_have_the_samples_and_times_of_another_decoder() {
             assert!((0.318_269 * raw - 54.424 - theirs).abs() < 0.006, "{raw}");
         }
         assert_eq!(lines.next(), None);
-        let mean_hz = recording.timing.mean_rate_hz.unwrap();
+        let mean_hz = recording.clock.mean_rate_hz.unwrap();
         assert!((mean_hz - rate_hz).abs() < 0.1, "{mean_hz}");
-        assert_eq!(recording.serial.as_deref(), Some(device));
-        let description = &recording.description;
+        assert_eq!(recording.format.serial().as_deref(), Some(device));
+        let description = &recording.format.describe();
         assert!(description.starts_with(words), "{description}");
-        let units = (recording.accel_scale.unit.name(), recording.breaks.len());
+        let units = (recording.units.accel.unit.name(), recording.breaks.len());
         assert_eq!(units, ("g", 0));
     }
 }
@@ -147,10 +147,10 @@ fn samples_times_and_temperatures_are_the_true_ones() {
             let read_c = recording.temperature_c.as_ref().unwrap()[i];
             assert!((read_c - celsius).abs() < 0.15, "{read_c} and {celsius}");
         }
-        let mean_hz = recording.timing.mean_rate_hz.unwrap();
+        let mean_hz = recording.clock.mean_rate_hz.unwrap();
         assert!((mean_hz - device.true_rate_hz).abs() < 0.01, "{mean_hz}");
-        assert_eq!(recording.accel_scale.unit.name(), "g");
-        let gyro = recording.gyro_scale.map(|g| g.unit.name());
+        assert_eq!(recording.units.accel.unit.name(), "g");
+        let gyro = recording.units.gyro.map(|g| g.unit.name());
         assert_eq!(gyro.is_some(), coding == Coding::WithGyro);
         assert!(gyro.is_none_or(|unit| unit == "deg/s"), "{gyro:?}");
         assert!(recording.breaks.is_empty(), "{:?}", kinds(&recording));
@@ -292,7 +292,7 @@ fn a_long_file_is_held_as_means_of_its_samples() {
         assert!((times[row] - mean(&all)).abs() < 1e-5, "{row}");
         assert!((means.accel[1][row] - mean(&samples.accel[1])).abs() < 1e-12);
     }
-    let rate_hz = means.timing.rate_hz().unwrap();
+    let rate_hz = means.clock.rate_hz().unwrap();
     assert!(
         (rate_hz - device.true_rate_hz / 39.0).abs() < 1e-3,
         "{rate_hz}"

@@ -67,7 +67,7 @@ fn read_as(text: &str, file: &str) -> Recording {
 /// Checks the samples, in the recognised unit; the gyroscope's unit; the rate, 100 Hz; the findings.
 fn is_the_session(r: &Recording, what: &str, gyro: Option<GyroUnit>, findings: &[&str]) {
     assert_eq!(r.rows(), ROWS, "{what}: {}", r.ledger.sum());
-    let nominal = r.accel_scale.nominal();
+    let nominal = r.units.accel.nominal();
     let nominal = nominal.unwrap_or_else(|| panic!("{what}: {:?}", r.findings));
     // Tolerance for the rounding of the samples, in g.
     let coarse = 0.51 / (nominal * G).min(50.0);
@@ -75,14 +75,15 @@ fn is_the_session(r: &Recording, what: &str, gyro: Option<GyroUnit>, findings: &
         let mean = mean(&r.accel[axis]) / nominal / G;
         assert!((mean - at_rest_g).abs() < 0.5 * coarse, "{what}: {mean}");
     }
-    let rate_hz = r.timing.rate_hz().unwrap_or(f64::NAN);
+    let rate_hz = r.clock.rate_hz().unwrap_or(f64::NAN);
     assert!((rate_hz / 100.0 - 1.0).abs() < 0.01, "{what}: {rate_hz} Hz");
     let mut reported = kinds(r);
     reported.retain(|k| !["repeated-rows", "frozen-axis"].contains(k));
     assert_eq!(reported, findings, "{what}");
     if let Some(unit) = gyro {
         let scale = r
-            .gyro_scale
+            .units
+            .gyro
             .unwrap_or_else(|| panic!("{what}: no gyroscope"));
         assert_eq!(scale.unit, unit, "{what}");
         let z = mean(&r.gyro.as_ref().unwrap()[2]);
@@ -124,7 +125,7 @@ fn tables_of_loggers() {
     }
     // The ticks are often empty: then the metadata give the rate.
     let text = written(xsens, |s| packet(s, ""));
-    assert_eq!(read_as(&text, "MT.txt").timing.rate_hz(), Some(100.0));
+    assert_eq!(read_as(&text, "MT.txt").clock.rate_hz(), Some(100.0));
 }
 
 #[test]
@@ -141,7 +142,7 @@ fn stamps_of_robots() {
     };
     is_the_session(&rounded(14), "EuRoC", Some(GyroUnit::RadianPerSecond), &[]);
     assert_eq!(kinds(&rounded(10)), ["burst-time"]);
-    close(rounded(10).timing.rate_hz().unwrap(), 100.0, 3.0);
+    close(rounded(10).clock.rate_hz().unwrap(), 100.0, 3.0);
     // ROS: the stamp, not the arrival.
     let ros = "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.orientation.x,field.orientation.y,field.orientation_covariance0,field.angular_velocity.x,field.angular_velocity.y,field.angular_velocity.z,field.angular_velocity_covariance0,field.linear_acceleration.x,field.linear_acceleration.y,field.linear_acceleration.z,field.linear_acceleration_covariance0\n";
     let text = written(ros, |s| {
@@ -152,7 +153,7 @@ fn stamps_of_robots() {
     });
     let recording = read_as(&text, "imu.csv");
     is_the_session(&recording, "ROS", Some(GyroUnit::Unknown), &[]);
-    assert!(recording.timing.jitter_s.unwrap() < 1e-6);
+    assert!(recording.clock.jitter_s.unwrap() < 1e-6);
 }
 
 /// ArduPilot has rows of two sensors in turn, Shimmer has them side by side.
@@ -206,7 +207,7 @@ fn wearables_say_when_and_which() {
         is_the_session(r, serial, None, findings);
         let own = r.recorded_at().map(gravical::utc::UtcTime::minute);
         assert_eq!(own.as_deref(), Some(start));
-        assert_eq!(r.serial.as_deref(), Some(serial));
+        assert_eq!(r.format.serial().as_deref(), Some(serial));
     };
     let actigraph = "MOS2D16114521";
     let metadata = "------------ Data File Created By ActiGraph GT3X+ ActiLife v6.11.9 Firmware v3.2.1 date format M/d/yyyy at 100 Hz  Filter Normal -----------\nSerial Number: MOS2D16114521\nStart Time 12:00:00\nStart Date 5/19/2017\nEpoch Period (hh:mm:ss) 00:00:00\nDownload Time 10:25:30\nDownload Date 5/22/2017\nCurrent Memory Address: 0\nCurrent Battery Voltage: 4.21     Mode = 12\n--------------------------------------------------\n";
@@ -338,7 +339,7 @@ fn units_that_are_multiples_of_others() {
     let text = written("ms,ax,ay,az\n", |s| {
         format!("{},{}", 10 * s.i, csv(&s.a.map(|v| v * 9806.65), 1))
     });
-    assert_eq!(read_as(&text, "x.csv").accel_scale.lsb_per_g, Some(9806.65));
+    assert_eq!(read_as(&text, "x.csv").units.accel.lsb_per_g, Some(9806.65));
 }
 
 #[test]
@@ -363,8 +364,8 @@ fn counts_of_other_parts() {
     for lsb in [64.0, 256.0] {
         let text = written("ax,ay,az\n", |s| csv(&counts(s.a, lsb), 0));
         let recording = read_as(&text, "x.csv");
-        assert_eq!(recording.accel_scale.unit, AccelUnit::Counts, "{lsb}");
-        assert_eq!(recording.accel_scale.lsb_per_g, Some(lsb));
+        assert_eq!(recording.units.accel.unit, AccelUnit::Counts, "{lsb}");
+        assert_eq!(recording.units.accel.lsb_per_g, Some(lsb));
     }
     // 1024 per g may as well be mg.
     let text = written("ax,ay,az\n", |s| csv(&counts(s.a, 1024.0), 0));

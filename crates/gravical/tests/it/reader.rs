@@ -113,7 +113,7 @@ fn faults_are_reported_with_their_lines_and_leave_the_rest() {
         let breaks: &[usize] = if kind == "blank-rows" { &[300] } else { &[] };
         assert_eq!(recording.breaks, breaks, "{kind}");
         let tolerance_hz = if kind == "burst-time" { 2.0 } else { 0.5 };
-        close(recording.timing.rate_hz().unwrap(), 100.0, tolerance_hz);
+        close(recording.clock.rate_hz().unwrap(), 100.0, tolerance_hz);
         if left == "all" {
             unharmed(&recording);
         } else if left == "mean" {
@@ -142,8 +142,8 @@ fn a_rate_other_than_the_claimed_one_is_reported() {
     let recording = read(&[&b"Fs,100\n"[..], &joined(&lines)].concat());
     let found = finding(&recording, "rate-mismatch");
     assert!(found.message.contains("62.50 Hz"), "{}", found.message);
-    assert_eq!(recording.timing.nominal_rate_hz, Some(100.0));
-    close(recording.timing.rate_hz().unwrap(), 62.5, 1e-9);
+    assert_eq!(recording.clock.nominal_rate_hz, Some(100.0));
+    close(recording.clock.rate_hz().unwrap(), 62.5, 1e-9);
     unharmed(&recording);
 }
 
@@ -175,7 +175,7 @@ fn impossible_temperatures_are_empty_cells() {
     };
     for driver in ["-3276.80", "-999", "1e9"] {
         let recording = read(text(driver).as_bytes());
-        assert_eq!(recording.timing.unit, Some(TimeUnit::Microsecond));
+        assert_eq!(recording.clock.unit, Some(TimeUnit::Microsecond));
         let temperatures = recording.temperature_c.as_ref().unwrap();
         assert!(temperatures[1000].is_nan() && temperatures[1001] == 25.2);
         let empty = finding(&recording, "empty-cells");
@@ -220,7 +220,7 @@ fn a_wrong_full_scale_setting_is_reported() {
         (Some(AccelUnit::Counts), "unit-mismatch", "0.53 g"),
     ] {
         let recording = read_with(&counts(4.0), &claim(unit));
-        assert_eq!(recording.accel_scale.lsb_per_g, Some(16384.0));
+        assert_eq!(recording.units.accel.lsb_per_g, Some(16384.0));
         let message = &finding(&recording, kind).message;
         assert!(message.contains(words), "{message}");
     }

@@ -151,9 +151,9 @@ fn the_reader_knows_that_the_board_calibrated() {
     let settings = BoardSettings::parse(said[0]).unwrap();
     assert!(settings.is_calibrated() && !settings.is_counts());
     let recording = read_bytes(text.as_bytes(), "board.csv", &ReadOptions::default()).unwrap();
-    assert!(recording.is_calibrated && recording.is_calibrated_by_board);
-    assert_eq!(recording.accel_scale.unit, AccelUnit::MetrePerSecondSquared);
-    let gyro = recording.gyro_scale.unwrap();
+    assert!(recording.format.is_calibrated() && recording.format.is_calibrated_by_board());
+    assert_eq!(recording.units.accel.unit, AccelUnit::MetrePerSecondSquared);
+    let gyro = recording.units.gyro.unwrap();
     assert_eq!(gyro.unit, GyroUnit::RadianPerSecond);
     assert!(recording.findings.is_empty(), "{:?}", recording.findings);
 }

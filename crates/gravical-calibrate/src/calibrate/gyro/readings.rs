@@ -84,7 +84,7 @@ impl<'a> Readings<'a> {
             let Some(gyro) = &recording.gyro else {
                 continue;
             };
-            let [_, finest] = recording.resolution;
+            let [_, finest] = recording.units.resolution;
             step = from_fn(|i| step[i].max(finest[i]));
             let first = rests.len();
             // Without a time the noise only weighs static intervals against each other.
@@ -178,7 +178,7 @@ fn rate_unknown(recording: &Recording) -> Finding {
 impl<'a> Track<'a> {
     fn new(recording: &'a Recording, scale: Option<GyroScale>) -> Option<Self> {
         let gyro = recording.gyro.as_ref()?;
-        let rate_hz = recording.timing.rate_hz()?;
+        let rate_hz = recording.clock.rate_hz()?;
         (!recording.is_averaged()).then(|| Track {
             recording,
             gyro,

@@ -179,7 +179,7 @@ pub struct Status {
 impl Status {
     /// Adds what the last rows say.
     pub fn observe(&mut self, recording: &Recording) {
-        self.rate_hz = recording.timing.rate_hz();
+        self.rate_hz = recording.clock.rate_hz();
         let rows = (RECENT_S * self.rate_hz.unwrap_or(1.0)).ceil().max(1.0);
         let mean = recording.accel.each_ref().map(|axis| {
             let recent = axis.iter().rev().take(rows as usize).copied();
@@ -188,7 +188,7 @@ impl Status {
         });
         self.norm = Some(norm(&mean)).filter(|norm| norm.is_finite());
         self.up = self.norm.map(|_| Face::nearest(mean).0.name());
-        self.accel = Some(recording.accel_scale);
+        self.accel = Some(recording.units.accel);
         let temperatures = recording.temperature_c.iter().flatten();
         self.temperature_c = temperatures.copied().rfind(|t| t.is_finite());
     }

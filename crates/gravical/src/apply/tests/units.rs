@@ -128,8 +128,8 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     assert!((z(&out) * 9.80665 - z(&si_text)).abs() < 1e-5);
     // Again: recognised, in its unit.
     let read = read_bytes(out.as_bytes(), "g.csv", &ReadOptions::default()).unwrap();
-    assert!(read.is_result() && read.is_calibrated);
-    assert_eq!(read.accel_scale.unit, AccelUnit::StandardGravity);
+    assert!(read.format.is_result() && read.format.is_calibrated());
+    assert_eq!(read.units.accel.unit, AccelUnit::StandardGravity);
     let in_unit = calibration(Some("g"), 0.101972, [0.0; 3]);
     let again = run_with(&in_unit, out.as_bytes(), &in_g);
     finding(&again.unwrap().1, "already-calibrated");
@@ -146,7 +146,7 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
             .any(|o| o.value.starts_with("ax=ax_calibrated_g"))
     };
     assert!(
-        read.is_result() && read.findings.iter().any(named),
+        read.format.is_result() && read.findings.iter().any(named),
         "{:?}",
         read.findings
     );

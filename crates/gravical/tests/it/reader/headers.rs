@@ -91,7 +91,7 @@ fn parts_of_a_board_with_other_ranges_or_formats_are_not_mixed() {
     }
     for (part, is_calibrated) in [(raw, false), (own, true)] {
         let whole = read(part.repeat(2).as_bytes());
-        assert_eq!(whole.is_calibrated, is_calibrated);
+        assert_eq!(whole.format.is_calibrated(), is_calibrated);
     }
 }
 
@@ -121,7 +121,7 @@ fn spellings_of_rates_and_serial_numbers() {
         ("Data rate: 115200", None),
         ("Look at 5 trees", None),
     ] {
-        assert_eq!(below(line).timing.nominal_rate_hz, rate_hz, "{line}");
+        assert_eq!(below(line).clock.nominal_rate_hz, rate_hz, "{line}");
     }
     for (line, serial) in [
         ("Serial Number: MOS2D12345678", Some("MOS2D12345678")),
@@ -130,6 +130,6 @@ fn spellings_of_rates_and_serial_numbers() {
         ("Serial number: unknown", None),
         ("Serial port: COM3", None),
     ] {
-        assert_eq!(below(line).serial.as_deref(), serial, "{line}");
+        assert_eq!(below(line).format.serial().as_deref(), serial, "{line}");
     }
 }

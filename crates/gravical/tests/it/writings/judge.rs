@@ -160,7 +160,7 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     }
     let axes = gravical::poses::face::AxisMap::default();
     let seen: Vec<Inspection> = recordings.iter().map(|r| inspect(r, &axes)).collect();
-    let nominal = recordings[0].accel_scale.nominal().unwrap_or(f64::NAN);
+    let nominal = recordings[0].units.accel.nominal().unwrap_or(f64::NAN);
     let mut findings: Vec<Finding> = seen.iter().flat_map(|s| s.findings.clone()).collect();
     let result = match writing.scene {
         Scene::Line => motion(&recordings[0], None, &MotionOptions::default())
