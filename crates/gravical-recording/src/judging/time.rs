@@ -16,7 +16,6 @@ const RATE_TOLERANCE: f64 = 0.02;
 const MISSING: f64 = 0.001;
 
 /// Times of the rows, and what was found of them.
-#[derive(Default)]
 pub(crate) struct JudgedTime {
     /// Empty without usable stamps.
     pub time_s: Vec<f64>,
@@ -32,13 +31,16 @@ impl JudgedTime {
         findings: &mut Vec<Finding>,
     ) -> Self {
         let nominal_rate_hz = format.options.rate_hz.or(format.rate_hz);
-        let mut judged = JudgedTime::default();
-        judged.clock = Clock {
+        let clock = Clock {
             nominal_rate_hz,
             duration_s: nominal_rate_hz.map(|r| rows.rows() as f64 / r),
             stated_start_s: metadata::start_s(&format.metadata),
             rows_per_reading: 1.0,
             ..Clock::default()
+        };
+        let mut judged = JudgedTime {
+            time_s: Vec::new(),
+            clock,
         };
         let possible = temperature_c.into_iter().flatten();
         let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
