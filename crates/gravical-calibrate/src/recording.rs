@@ -32,8 +32,8 @@ use crate::{Error, Result};
 pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
 #[doc(hidden)]
 pub use gravical_recording::{
-    BoardSettings, Follow, Form, LineKind, bytes, holds_gyroscope_alone, is_named_gyroscope,
-    max_bytes, source, units,
+    BoardSettings, Follow, Form, LineKind, bytes, full_scale, holds_gyroscope_alone,
+    is_named_gyroscope, max_bytes, source, units,
 };
 pub use gravical_recording::{
     Clock, ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason,

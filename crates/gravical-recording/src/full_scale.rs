@@ -13,6 +13,18 @@ const FULL_SCALES_G: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
 /// are added.
 pub const FULL_SCALES_DEG_S: [f64; 7] = [125.0, 245.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0];
 
+/// Ranges that converters of 16 bits have, g and °/s: what their counts per g or °/s stand for.
+const RANGES_OF_16_BITS: [f64; 15] = [
+    2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0,
+];
+
+/// The range of a 16-bit converter with so many counts per g or °/s, rounded as data sheets do; `None`
+/// for counts of any other.
+pub fn range_of_16_bits(lsb: f64) -> Option<f64> {
+    let is_it = |range: &f64| (32_768.0 / lsb / range - 1.0).abs() < 1e-3;
+    RANGES_OF_16_BITS.into_iter().find(is_it)
+}
+
 /// Counts at the end of a 16-bit converter: some end a few counts early. Larger values come from
 /// another converter, whose end is unknown.
 const COUNT_ENDS: [f64; 2] = [32764.0, 32768.0];
@@ -46,8 +58,7 @@ impl Clipping {
             return Self::new([COUNT_ENDS], true);
         }
         let per_g = scale.nominal().unwrap_or(f64::NAN) * STANDARD_GRAVITY_MPS2;
-        let given = scale.lsb_per_g.map(|lsb| 32768.0 / lsb);
-        let full = FULL_SCALES_G.into_iter().chain(given).map(|g| g * per_g);
+        let full = FULL_SCALES_G.map(|g| g * per_g).into_iter();
         // Within two counts of the full scale.
         let ends = full.map(|full| [full * (1.0 - 2.5 / 32768.0), full * 1.0005]);
         Self::new(ends, false)

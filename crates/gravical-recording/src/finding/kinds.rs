@@ -101,8 +101,7 @@ kinds! {
     Clipped "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`";
     FrozenAxis "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
     RepeatedRows "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)";
-    EmptyCells "empty-cells" Warning "cells without a value, and temperatures that no sensor can have (below −60 or above 150 °C)";
-    InvalidSamples "invalid-samples" Warning "cells hold -32768 alone between ordinary values: the driver marks a sample as invalid";
+    EmptyCells "empty-cells" Warning "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";

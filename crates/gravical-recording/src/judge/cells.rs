@@ -34,6 +34,8 @@ pub(crate) struct Cells<'a> {
     pub temperature_c: Option<&'a mut Vec<f64>>,
     /// Of each channel of the two sensors, not zero where a cell holds text; empty without any.
     pub texts: &'a [Vec<u8>],
+    /// Cells that are empty because they held what marks an invalid sample.
+    pub invalid: usize,
 }
 
 /// Counts empty cells and temperatures that no sensor can have, which become empty.
@@ -79,6 +81,12 @@ pub(crate) fn fill_cells(
     let total: usize = counts.iter().sum();
     let some = names.iter().zip(&counts).filter(|(_, n)| **n > 0);
     let mut parts: Vec<String> = some.map(|(name, n)| format!("{name} {n}")).collect();
+    if cells.invalid > 0 {
+        let invalid = cells.invalid;
+        parts.push(format!(
+            "{invalid} of them held -32768 alone, which marks an invalid sample"
+        ));
+    }
     if impossible > 0 {
         let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
         parts.push(format!("{impossible} of them outside {low} to {high} °C"));

@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::cells::median;
 use crate::error::{Error, cut_hint};
 use crate::finding::{Finding, FindingKind};
+use crate::full_scale::range_of_16_bits;
 use crate::options::ReadOptions;
 use crate::units::{AccelScale, AccelUnit, Origin, Units};
 
@@ -112,7 +113,16 @@ fn judge_unit(
         given_lsb,
         findings,
     };
-    match find_evidence(norm, integers, claim) {
+    let evidence = match find_evidence(norm, integers, claim) {
+        // In a motion any magnitude may be near that of some counts, and that of what lacks gravity near any.
+        Evidence::Unit(unit, _)
+            if (unit == AccelUnit::Counts || claim.without_gravity) && !has_rest(accel) =>
+        {
+            Evidence::None
+        }
+        evidence => evidence,
+    };
+    match evidence {
         Evidence::Unit(unit, lsb) => rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             units.is_without_gravity = true;
@@ -255,9 +265,13 @@ impl AtRest<'_> {
             && (stated / measured - 1.0).abs() > MAX_OFF
         {
             let text = if self.given_lsb.is_some() {
-                let [given_g, shown_g] = [stated, measured].map(|lsb| short(32768.0 / lsb));
+                let given_g = short(32_768.0 / stated);
+                let shown = match range_of_16_bits(measured) {
+                    Some(shown_g) => format!("±{} g", short(shown_g)),
+                    None => format!("{} counts per g", short(measured)),
+                };
                 format!(
-                    "±{given_g} g was given, but the magnitude at rest corresponds to ±{shown_g} g; the given range is used"
+                    "±{given_g} g was given, but the magnitude at rest corresponds to {shown}; the given range is used"
                 )
             } else {
                 let [claimed, shown] = [stated, measured].map(short);

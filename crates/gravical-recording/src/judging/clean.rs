@@ -62,7 +62,6 @@ impl CleanRows {
         rows.columns.push(std::mem::take(&mut time.time_s));
         rows.columns.push(temperature_c.unwrap_or_default());
         let emptied = set_aside_defects(format, &mut rows);
-        findings.extend(empty_invalid_counts(format, &mut rows));
         let accel = format.accel.map(|c| rows.columns[c].as_slice());
         let is_given = options.zero_offset.is_some() || options.is_gyroscope;
         read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
@@ -73,6 +72,7 @@ impl CleanRows {
                 encoding.meaning(),
             ));
         }
+        let invalid = empty_invalid_counts(format, &mut rows);
         let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
         findings.extend(findings::of_lines(
             &rows.ledger,
@@ -105,6 +105,7 @@ impl CleanRows {
             gyro: gyro.as_mut(),
             temperature_c: temperature_c.as_mut(),
             texts: &texts,
+            invalid,
         };
         let (empty, is_sparse) = judge::fill_cells(cells, &rows.lines, names(format));
         read_as.is_sparse = is_sparse;
@@ -345,9 +346,9 @@ const INVALID_COUNT: f64 = -32_768.0;
 /// No neighbour of an invalid sample is so near to the end of the range.
 const NEAR_END: f64 = -30_000.0;
 
-/// Empties cells of counts that hold the lowest one alone among ordinary neighbours.
-fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> Option<Finding> {
-    let mut lines = Vec::new();
+/// Empties cells of counts that hold the lowest one alone among ordinary neighbours; how many.
+fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> usize {
+    let mut count = 0;
     for column in format.channels() {
         let values = &mut rows.columns[column];
         let is_ordinary = |v: Option<&f64>| v.is_none_or(|v| *v > NEAR_END || v.is_nan());
@@ -356,18 +357,10 @@ fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> Option<Finding> {
             values[*row] == INVALID_COUNT && is_ordinary(before) && is_ordinary(values.get(row + 1))
         };
         let invalid: Vec<usize> = (0..values.len()).filter(is_invalid).collect();
-        for row in invalid {
-            values[row] = f64::NAN;
-            lines.push(u64::from(rows.lines[row]));
-        }
+        count += invalid.len();
+        invalid.into_iter().for_each(|row| values[row] = f64::NAN);
     }
-    lines.sort_unstable();
-    let text = format!(
-        "{} cells hold -32768 between ordinary values, which marks an invalid sample; treated as empty",
-        lines.len()
-    );
-    let lines: LineSpans = lines.into_iter().collect();
-    (!lines.is_empty()).then(|| Finding::new(FindingKind::InvalidSamples, text).at_lines(&lines))
+    count
 }
 
 /// Undoes an encoding; that of the gyroscope only if it is written so, too.

@@ -6,6 +6,7 @@ use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
 use gravical::recording::Origin;
+use gravical::recording::full_scale::range_of_16_bits;
 use gravical::recording::units::{AccelUnit, GyroUnit};
 
 use super::{drift, largest, short_name};
@@ -82,8 +83,9 @@ pub fn origin(origin: Origin) -> &'static str {
 /// A unit with the sensitivity of counts of known range, per g or °/s, and how it is known.
 fn scale(unit: impl Display, lsb: Option<f64>, per: &str, known: Origin) -> String {
     let counts = lsb.map(|lsb| {
-        let (lsb, range) = ((10.0 * lsb).round() / 10.0, 32768.0 / lsb);
-        format!(", {lsb} per {per} (±{range:.0} {per})")
+        let range = range_of_16_bits(lsb).map(|range| format!(" (±{range} {per})"));
+        let lsb = (10.0 * lsb).round() / 10.0;
+        format!(", {lsb} per {per}{}", range.unwrap_or_default())
     });
     format!("{unit}{}, {}", counts.unwrap_or_default(), origin(known))
 }
