@@ -8,8 +8,10 @@ use std::ops::Range;
 
 use crate::closure::REST_SPEED_MPS;
 use crate::filter::{Filter, Innovation, Recorder};
-use crate::samples::{Samples, Unusable};
+use gravical_signal::Samples;
+
 use crate::transition::Model;
+use crate::unusable::{Unusable, unusable};
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
@@ -105,12 +107,12 @@ pub(crate) fn chain(model: &Model<'_>, spans: &[Range<usize>]) -> Vec<Range<usiz
 
 /// Between two spans the sensor has another velocity than in the first.
 fn speeds_up(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
-    let rest = samples.channels().mean(a);
+    let rest = samples.mean(a);
     let mut velocity = [0.0; 3];
     (a.end..b.start).any(|i| {
         let h = samples.time_s[i] - samples.time_s[i - 1];
         for c in 0..3 {
-            velocity[c] += (samples.force[i][c] - rest[c]) * h;
+            velocity[c] += (samples.force_mps2[i][c] - rest[c]) * h;
         }
         velocity.iter().map(|v| v * v).sum::<f64>() > MAX_BUMP_MPS.powi(2)
     })
@@ -160,7 +162,7 @@ fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64
 
 /// Touching rests of one pose are one.
 fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    let (samples, channels) = (model.samples, model.samples.channels());
+    let (samples, channels) = (model.samples, model.samples);
     let distance2 = |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
     rests.dedup_by(|next, last| {
         let (a, b) = (channels.mean(last), channels.mean(next));
@@ -174,7 +176,7 @@ fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> 
         let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
         let calm = variance * samples.period_s < noise * (1.0 + chance);
         let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
-        let near = match samples.unusable(&(last.end - 1..next.start)) {
+        let near = match unusable(samples, &(last.end - 1..next.start)) {
             None => pause_s < MAX_PAUSE_S,
             Some(Unusable::Gap { .. }) => between.is_empty() && pause_s < MAX_HOLE_S,
             Some(_) => false,

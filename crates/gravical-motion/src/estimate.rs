@@ -10,10 +10,10 @@ use crate::moves::{Leg, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Ends, Motion, Move, PathNode};
-use crate::samples::Samples;
 use crate::smooth::Smoother;
 use crate::stance::{Stance, detect_stances, steps};
 use crate::transition::Model;
+use gravical_signal::Samples;
 
 /// Velocity and position of calibrated samples.
 ///
@@ -32,7 +32,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let found = match &options.rests {
         Some(given) => given.clone(),
-        None => detect_rests(&samples.channels()),
+        None => detect_rests(samples),
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
     // Edges of detected ones may overlap; they may be given to another estimate.

@@ -109,13 +109,14 @@ impl<'a> Filter<'a> {
     /// is zero, velocity unknown.
     pub fn new(model: Model<'a>, at: usize, rest: &Range<usize>) -> Self {
         let samples = model.samples;
-        let mean = samples.channels().mean(rest);
+        let mean = samples.mean(rest);
         let force = Vector3::from_column_slice(&mean[..3]);
         let rate_bias = Vector3::from_column_slice(&mean[3..]);
         let mut attitude = level(&force);
         if samples.has_gyro() {
             for i in (at..rest.start).rev() {
-                let sum = Vector3::from(samples.rate[i]) + Vector3::from(samples.rate[i + 1]);
+                let sum =
+                    Vector3::from(samples.rate_rad_s[i]) + Vector3::from(samples.rate_rad_s[i + 1]);
                 let h = samples.time_s[i + 1] - samples.time_s[i];
                 attitude *= Rotation3::new(-(sum * 0.5 - rate_bias) * h).into_inner();
             }
@@ -209,7 +210,7 @@ impl<'a> Filter<'a> {
 
     /// Mean square of the rate of a span, (rad/s)².
     pub fn mean_square_rate(&self, span: Range<usize>) -> f64 {
-        let rates = self.model.samples.rate.get(span).unwrap_or_default();
+        let rates = self.model.samples.rate_rad_s.get(span).unwrap_or_default();
         let correction = self.nominal.correction(self.model.directions);
         let squares = rates.iter().map(|r| correction.rate(r).norm_squared());
         squares.sum::<f64>() / rates.len().max(1) as f64
@@ -247,7 +248,7 @@ impl<'a> Filter<'a> {
     pub fn rest_innovation(&self, rest: &Range<usize>, speed_sd_mps: f64) -> Innovation {
         let (model, samples) = (self.model, self.model.samples);
         let seconds = samples.duration_s(rest).max(samples.period_s);
-        let mean = samples.channels().mean(rest);
+        let mean = samples.mean(rest);
         let reading = [mean[0], mean[1], mean[2]];
         let attitude = self.nominal.attitude;
         let force = attitude * self.nominal.correction(model.directions).force(&reading);

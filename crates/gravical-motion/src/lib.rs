@@ -38,21 +38,22 @@ mod noise;
 mod odd;
 mod options;
 mod result;
-mod samples;
 mod smooth;
 mod stance;
 mod state;
 mod states;
 mod transition;
+mod unusable;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
 pub use gravical_signal::resolutions;
+pub use gravical_signal::{Bridged, Samples};
 pub use noise::NoiseAtRest;
-pub use odd::{Bridged, bridge_odd};
+pub use odd::bridge_odd;
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };
 pub use result::{Budget, Ends, Motion, Move, PathNode};
-pub use samples::{Samples, Unusable};
 pub use states::SampleState;
+pub use unusable::Unusable;

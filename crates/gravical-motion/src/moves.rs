@@ -8,6 +8,7 @@ use crate::noise::{Density, tremor};
 use crate::result::Move;
 use crate::state::RATE_BIAS;
 use crate::transition::Model;
+use crate::unusable::unusable;
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
@@ -77,7 +78,7 @@ impl Leg {
         Move {
             closure: closed,
             stances: self.stances.len(),
-            unusable: samples.unusable(&span),
+            unusable: unusable(samples, &span),
             replaced: within.count(),
             samples: span,
             ..Move::default()

@@ -10,7 +10,7 @@ use gravical_signal::{BLOCK_S, Block, MIN_VARIANCE, block_len, blocks, quantile}
 use nalgebra::{DMatrix, Vector3};
 use serde::Serialize;
 
-use crate::samples::Samples;
+use gravical_signal::Samples;
 
 /// Samples that a variance takes.
 const MIN_BLOCK_LEN: usize = 5;
@@ -125,7 +125,7 @@ fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>)
     }
     // Noise that stays within a step dithers nothing.
     let rounding = Vector3::from_fn(|axis, _| {
-        let resolution = samples.channels().resolution[3 + axis];
+        let resolution = samples.resolution[3 + axis];
         let range = blocks().map(|b| b.range[3 + axis]).sum::<f64>() / count;
         if range < 1.5 * resolution {
             resolution.powi(2) / 12.0
@@ -138,14 +138,13 @@ fn at_rest(samples: &Samples, rests: &[Range<usize>]) -> (Density, Vector3<f64>)
 
 /// Blocks of each rest; of the quietest parts of the recording if no rest is long enough for a variance.
 fn quiet_blocks(samples: &Samples, rests: &[Range<usize>]) -> Vec<Vec<Block>> {
-    let channels = samples.channels();
     let size = block_len(samples.period_s, BLOCK_S);
     let longest = rests.iter().map(Range::len).max().unwrap_or(0);
     if longest >= MIN_BLOCK_LEN {
         let size = size.min(longest);
-        return rests.iter().map(|r| blocks(&channels, r, size)).collect();
+        return rests.iter().map(|r| blocks(samples, r, size)).collect();
     }
-    let mut all = blocks(&channels, &(0..samples.len()), size);
+    let mut all = blocks(samples, &(0..samples.len()), size);
     all.sort_by(|a, b| a.total_variance(0).total_cmp(&b.total_variance(0)));
     all.truncate((all.len() as f64 * QUIETEST).ceil() as usize);
     all.into_iter().map(|block| vec![block]).collect()
@@ -168,7 +167,7 @@ fn windows(samples: &Samples, quiet: &[Range<usize>]) -> Vec<(usize, [f64; 2])> 
     let window = |middle: usize| {
         let after = quiet.partition_point(|q| q.end <= middle);
         let is_quiet = quiet.get(after).is_some_and(|q| q.contains(&middle));
-        let density = [&samples.force, &samples.rate].map(|column| {
+        let density = [&samples.force_mps2, &samples.rate_rad_s].map(|column| {
             let rows = column.get(middle - rows / 2..middle + rows / 2);
             rows.filter(|_| !is_quiet)
                 .map_or(0.0, |rows| spectrum.density(rows))

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::quantile;
+use gravical_signal::{Bridged, quantile};
 
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
@@ -18,19 +18,6 @@ const RANGE_TOLERANCE: f64 = 1e-3;
 const BRIDGE_SD: f64 = 0.25;
 /// … and of the largest step at its ends: when it left the range is known to a tenth of a row.
 const ONSET_SD: f64 = 0.1;
-
-/// A run of one channel that was no measurement and was replaced.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bridged {
-    /// The rows.
-    pub rows: Range<usize>,
-    /// 0 to 2 for x, y, z of the accelerometer, 3 to 5 of the gyroscope.
-    pub channel: usize,
-    /// They stood at the end of the range, and the truth lies beyond it; else out of all others for a few rows.
-    pub is_clipped: bool,
-    /// What the mean of the bridge may be off, unit of the channel.
-    pub sd: f64,
-}
 
 /// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says
 /// what the bridges may be off.

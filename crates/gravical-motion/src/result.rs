@@ -9,8 +9,8 @@ use serde::Serialize;
 use crate::closure::Closure;
 use crate::filter::Node;
 use crate::noise::NoiseAtRest;
-use crate::samples::Unusable;
 use crate::state::{ATTITUDE, MOVING, POSITION, VELOCITY};
+use crate::unusable::Unusable;
 
 /// Relative error of the clock.
 pub(crate) const CLOCK_SD: f64 = 1e-3;

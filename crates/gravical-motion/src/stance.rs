@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::samples::Samples;
+use gravical_signal::Samples;
 
 /// Window of the root mean square of the rate, s: a stance lasts 0.3 s and more.
 const WINDOW_S: f64 = 0.1;
@@ -58,16 +58,16 @@ pub(crate) fn detect_stances(samples: &Samples, rest: &Range<usize>) -> Vec<Stan
     let mut found = Vec::new();
     let size = window_len(samples);
     let standing_len = samples.count_in(STANDING_S).max(size);
-    let [x, y, z, ..] = samples.channels().mean(rest);
+    let [x, y, z, ..] = samples.mean(rest);
     let gravity = norm(&[x, y, z]);
     let (mut swing, mut sum) = (0, 0.0);
     let mut quietest: Option<Stance> = None;
-    for (i, rate) in samples.rate.iter().enumerate() {
+    for (i, rate) in samples.rate_rad_s.iter().enumerate() {
         if let Some(before) = i.checked_sub(size) {
             // Σ ω² over the window around `sample`.
             let (sample, rms) = (i - size / 2, (sum / size as f64).max(0.0).sqrt());
-            let misfit = (norm(&samples.force[sample]) - gravity).abs();
-            if norm(&samples.rate[sample]) > MIN_SWING_RAD_S {
+            let misfit = (norm(&samples.force_mps2[sample]) - gravity).abs();
+            if norm(&samples.rate_rad_s[sample]) > MIN_SWING_RAD_S {
                 swing += usize::from(swing == 0 || quietest.is_some());
                 found.extend(quietest.take());
             } else if swing > 0 && rms < MAX_STANCE_RAD_S && misfit < MAX_FORCE_MISFIT_MPS2 {
@@ -82,7 +82,7 @@ pub(crate) fn detect_stances(samples: &Samples, rest: &Range<usize>) -> Vec<Stan
                     });
                 }
             }
-            sum -= norm(&samples.rate[before]).powi(2);
+            sum -= norm(&samples.rate_rad_s[before]).powi(2);
         }
         sum += norm(rate).powi(2);
     }

@@ -7,8 +7,8 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::result::{Motion, PathNode};
-use crate::samples::Samples;
 use crate::transition::turn;
+use gravical_signal::Samples;
 
 /// Standard gravity, m/s²: what another one differs from it is missing at the nodes.
 const GRAVITY_MPS2: f64 = 9.80665;
@@ -92,7 +92,10 @@ fn between<'a>(
     before: &mut Before,
 ) -> impl Iterator<Item = SampleState> + use<'a> {
     let (span, last) = (from.sample..=to.sample, to.sample - from.sample);
-    let (time_s, force) = (&samples.time_s[span.clone()], &samples.force[span.clone()]);
+    let (time_s, force) = (
+        &samples.time_s[span.clone()],
+        &samples.force_mps2[span.clone()],
+    );
     let seconds = time_s[last] - time_s[0];
     let step_s = |i: usize| time_s[i] - time_s[i - 1];
     let fraction = move |i: usize| (time_s[i] - time_s[0]) / seconds;
@@ -106,7 +109,10 @@ fn between<'a>(
     // Attitudes by the gyroscope; where it is not integrated the first alone.
     let mut attitude = quaternion(&from.attitude);
     let mut turned = vec![attitude];
-    let (rates, steps) = (samples.rate.get(span), if is_integrated { last } else { 0 });
+    let (rates, steps) = (
+        samples.rate_rad_s.get(span),
+        if is_integrated { last } else { 0 },
+    );
     for i in 1..=steps {
         if let Some(rates) = rates {
             let rate = [Vector3::from(rates[i - 1]), Vector3::from(rates[i])];

@@ -6,11 +6,11 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
 use crate::noise::{Density, Noise};
 use crate::options::{Directions, MotionOptions};
-use crate::samples::Samples;
 use crate::state::{
     ATTITUDE, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows, Nominal, POSITION,
     RATE_BIAS, RATE_PARAMETERS, VELOCITY, by_element, set_rows,
 };
+use gravical_signal::Samples;
 
 /// What of the bend of the force between three samples, (h/12) Δ²f, is an error of the trapezoid. Without
 /// it bands of simulated knocks hold 0.92 of the truths, with all of it they are 2.7 times too wide.
@@ -83,17 +83,17 @@ impl Model<'_> {
         let mut turned_rad = 0.0;
         // Without a gyroscope nothing turns.
         let rate_at = |i: usize| {
-            let reading = samples.rate.get(i);
+            let reading = samples.rate_rad_s.get(i);
             reading.map_or_else(Vector3::zeros, |reading| correction.rate(reading))
         };
         let mut rate = rate_at(span.start);
-        let mut force = nominal.attitude * correction.force(&samples.force[span.start]);
+        let mut force = nominal.attitude * correction.force(&samples.force_mps2[span.start]);
         for i in span.clone() {
             let h = samples.time_s[i + 1] - samples.time_s[i];
             let next_rate = rate_at(i + 1);
             let angle = turn(&[rate, next_rate], h);
             let next = nominal.attitude * Rotation3::new(angle).into_inner();
-            let next_force = next * correction.force(&samples.force[i + 1]);
+            let next_force = next * correction.force(&samples.force_mps2[i + 1]);
             let mean_force = (force + next_force) * 0.5;
             let acceleration = mean_force - Vector3::new(0.0, 0.0, nominal.gravity);
             nominal.position += nominal.velocity * h + acceleration * (0.5 * h * h);
@@ -106,7 +106,7 @@ impl Model<'_> {
             sums.force += mean_force.cross_matrix() * h;
             sums.attitude += (nominal.attitude + next) * (0.5 * h);
             let turn = nominal.attitude * h;
-            sums.by_force += by_element(&turn, &Vector3::from(samples.force[i]));
+            sums.by_force += by_element(&turn, &Vector3::from(samples.force_mps2[i]));
             sums.by_rate += by_element(&turn, &mean_rate);
             if i > 0 {
                 sums.trapezoid_error += self.trapezoid_error(i, h);
@@ -127,7 +127,7 @@ impl Model<'_> {
 
     /// Variance of the velocity by which the trapezoid is off at sample `i`.
     fn trapezoid_error(&self, i: usize, h: f64) -> Vector3<f64> {
-        let f = &self.samples.force;
+        let f = &self.samples.force_mps2;
         let factor = h.min(2.0 * self.samples.period_s) / 12.0 * UNRESOLVED;
         Vector3::from_fn(|c, _| ((f[i + 1][c] - 2.0 * f[i][c] + f[i - 1][c]) * factor).powi(2))
     }

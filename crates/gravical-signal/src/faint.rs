@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::channels::{Channels, rounded};
+use crate::blocks::rounded;
+use crate::samples::Samples;
 
 /// Durations of the moves that are looked for, s: one between two of them loses a tenth of its σ.
 const DURATIONS_S: [f64; 8] = [0.35, 0.5, 0.7, 1.0, 1.5, 2.5, 4.0, 8.0];
@@ -16,14 +17,14 @@ const PLACES: usize = 8;
 /// from rest to rest (minimum jerk, Flash and Hogan 1985), whose acceleration is known but for its size
 /// and direction. `density` is that of the force, (m/s²)² s.
 pub(crate) fn without_faint_moves(
-    channels: &Channels<'_>,
+    samples: &Samples,
     rest: Range<usize>,
     density: &[f64; 3],
     min_len: usize,
 ) -> Vec<Range<usize>> {
-    let size = rounded(DURATIONS_S[0] / channels.period_s / 8.0 - 0.5).max(1);
-    let force = means(channels, &rest, size);
-    let block_s = size as f64 * channels.period_s;
+    let size = rounded(DURATIONS_S[0] / samples.period_s / 8.0 - 0.5).max(1);
+    let force = means(samples, &rest, size);
+    let block_s = size as f64 * samples.period_s;
     let white: Vec<[f64; 3]> = force
         .iter()
         .map(|f| std::array::from_fn(|c| f[c] * (block_s / density[c]).sqrt()))
@@ -84,11 +85,11 @@ fn strongest(white: &[[f64; 3]], len: usize) -> Option<(f64, Range<usize>)> {
 }
 
 /// Means of the force over runs of `size` samples.
-fn means(channels: &Channels<'_>, span: &Range<usize>, size: usize) -> Vec<[f64; 3]> {
+fn means(samples: &Samples, span: &Range<usize>, size: usize) -> Vec<[f64; 3]> {
     let runs = span.clone().step_by(size);
     runs.filter(|from| from + size <= span.end)
         .map(|from| {
-            let mean = channels.mean(&(from..from + size));
+            let mean = samples.mean(&(from..from + size));
             [mean[0], mean[1], mean[2]]
         })
         .collect()

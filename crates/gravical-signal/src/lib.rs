@@ -6,7 +6,7 @@
 //!
 //! SI units only: no files, no names of columns, no words.
 //!
-//! 1. [`Channels`]: specific force and angular rate over time, in pieces without a gap.
+//! 1. [`Samples`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
 //! 3. [`detect_rests`]: where the sensor lay still; [`detect_quiet`]: where it was quiet, but may have turned
 //!    slowly.
@@ -14,18 +14,18 @@
 #![deny(missing_docs)]
 
 mod allan;
-mod channels;
+mod blocks;
 mod faint;
 mod noise;
 mod resolutions;
 mod rests;
+mod samples;
 
 pub use allan::{AllanVariance, allan_variances};
-pub use channels::{
-    Block, Channels, block_len, blocks, pieces, quantile, resolution, sampling_period,
-};
+pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
-pub use resolutions::resolutions;
+pub use resolutions::{quantile, resolution, resolutions};
 pub use rests::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet, detect_rests};
+pub use samples::{Bridged, Samples, pieces, sampling_period};

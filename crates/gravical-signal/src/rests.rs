@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
-use crate::channels::{Block, Channels, block_len, blocks, quantile};
+use crate::blocks::{Block, block_len, blocks};
 use crate::faint::without_faint_moves;
+use crate::resolutions::quantile;
+use crate::samples::Samples;
 
 /// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
 pub const BLOCK_S: f64 = 0.2;
@@ -49,25 +51,25 @@ const MARGIN_S: f64 = 0.03;
 ///
 /// It finds rests of 0.8 s and more, in order, in recordings of more than a second; of what is quiet for
 /// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
-pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
-    let size = block_len(channels.period_s, BLOCK_S);
+pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
+    let size = block_len(samples.period_s, BLOCK_S);
     let min_len = (MIN_BLOCKS - 1) * size;
-    let blocks = blocks(channels, &(0..channels.time_s.len()), size);
+    let blocks = blocks(samples, &(0..samples.time_s.len()), size);
     if blocks.len() <= MIN_BLOCKS {
         return Vec::new();
     }
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
     let mut rests = Vec::new();
-    for run in quiet_runs(channels, &blocks, level) {
-        let noise = Noise::new(run, level, size, &channels.resolution);
-        let mut partition = Partition::new(channels.count());
+    for run in quiet_runs(samples, &blocks, level) {
+        let noise = Noise::new(run, level, size, &samples.resolution);
+        let mut partition = Partition::new(samples.count());
         for block in run {
             partition.push(noise.scaled(&block.mean, &run[0].mean));
         }
         let joined = partition.joined(partition.segments(), &noise.slack);
-        let segments = if channels.count() == 3 {
+        let segments = if samples.count() == 3 {
             let mut longest = longest_of_touching(joined);
-            at_ends_of_piece(channels, run, &mut longest);
+            at_ends_of_piece(samples, run, &mut longest);
             longest
         } else {
             joined
@@ -75,14 +77,14 @@ pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
         let spans = segments
             .iter()
             .map(|s| run[s.start].span.start..run[s.end - 1].span.end)
-            .map(|span| with_edges(channels, &span, size, &noise.variance));
-        let density = std::array::from_fn(|c| noise.variance[c] * size as f64 * channels.period_s);
-        rests.extend(spans.flat_map(|s| without_faint_moves(channels, s, &density, min_len)));
+            .map(|span| with_edges(samples, &span, size, &noise.variance));
+        let density = std::array::from_fn(|c| noise.variance[c] * size as f64 * samples.period_s);
+        rests.extend(spans.flat_map(|s| without_faint_moves(samples, s, &density, min_len)));
     }
     rests.retain(|r| r.len() >= min_len);
     for rest in &mut rests {
         // What is left at the end of a piece is no block.
-        let end = channels.piece(rest.start).end;
+        let end = samples.piece(rest.start).end;
         if end - rest.end < size {
             rest.end = end;
         }
@@ -92,11 +94,11 @@ pub fn detect_rests(channels: &Channels<'_>) -> Vec<Range<usize>> {
 
 /// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
 /// the same: rests, and what a hand holds or turns slowly.
-pub fn detect_quiet(channels: &Channels<'_>) -> Vec<Range<usize>> {
-    let size = block_len(channels.period_s, BLOCK_S);
-    let blocks = blocks(channels, &(0..channels.time_s.len()), size);
+pub fn detect_quiet(samples: &Samples) -> Vec<Range<usize>> {
+    let size = block_len(samples.period_s, BLOCK_S);
+    let blocks = blocks(samples, &(0..samples.time_s.len()), size);
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
-    quiet_runs(channels, &blocks, level)
+    quiet_runs(samples, &blocks, level)
         .iter()
         .map(|run| run[0].span.start..run[run.len() - 1].span.end)
         .collect()
@@ -142,14 +144,10 @@ fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
 }
 
 /// Runs of adjacent blocks of a piece that are quiet enough.
-fn quiet_runs<'b>(
-    channels: &Channels<'_>,
-    blocks: &'b [Block],
-    level: [f64; 2],
-) -> Vec<&'b [Block]> {
+fn quiet_runs<'b>(samples: &Samples, blocks: &'b [Block], level: [f64; 2]) -> Vec<&'b [Block]> {
     let quiet = |b: &Block| is_quiet(b, level);
     let adjacent = |a: &Block, b: &Block| {
-        a.span.end == b.span.start && channels.piece(a.span.start).contains(&b.span.start)
+        a.span.end == b.span.start && samples.piece(a.span.start).contains(&b.span.start)
     };
     blocks
         .chunk_by(|a, b| adjacent(a, b) && quiet(a) == quiet(b))
@@ -308,8 +306,8 @@ fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
 
 /// What is shorter than a rest before the first in a piece, or after its last, belongs to it: a move does not
 /// end as quietly.
-fn at_ends_of_piece(channels: &Channels<'_>, run: &[Block], segments: &mut [Range<usize>]) {
-    let piece = channels.piece(run[0].span.start);
+fn at_ends_of_piece(samples: &Samples, run: &[Block], segments: &mut [Range<usize>]) {
+    let piece = samples.piece(run[0].span.start);
     if let Some(first) = segments.first_mut()
         && first.start < MIN_BLOCKS
         && run[0].span.start == piece.start
@@ -326,15 +324,15 @@ fn at_ends_of_piece(channels: &Channels<'_>, run: &[Block], segments: &mut [Rang
 
 /// The span with ends to the sample, by the seconds of rest next to each.
 fn with_edges(
-    channels: &Channels<'_>,
+    samples: &Samples,
     span: &Range<usize>,
     size: usize,
     variance: &[f64; 6],
 ) -> Range<usize> {
-    let piece = channels.piece(span.start);
-    let start = start_edge(channels, span, size, variance);
+    let piece = samples.piece(span.start);
+    let start = start_edge(samples, span, size, variance);
     let end = if span.end + size < piece.end {
-        end_edge(channels, span, span.end + size, size, variance)
+        end_edge(samples, span, span.end + size, size, variance)
     } else {
         span.end
     };
@@ -356,28 +354,23 @@ fn margin(size: usize) -> usize {
 }
 
 /// Where a rest begins, to the sample.
-fn start_edge(
-    channels: &Channels<'_>,
-    span: &Range<usize>,
-    size: usize,
-    variance: &[f64; 6],
-) -> usize {
-    let piece = channels.piece(span.start);
+fn start_edge(samples: &Samples, span: &Range<usize>, size: usize, variance: &[f64; 6]) -> usize {
+    let piece = samples.piece(span.start);
     if span.start <= piece.start + size {
         return span.start;
     }
     let near = span.len().min(NEAR_BLOCKS * size);
     let rest = span.start..span.start + near;
     let first = span.start.saturating_sub(size).max(piece.start);
-    let most = channels.time_s.len() - 1 - first;
+    let most = samples.time_s.len() - 1 - first;
     let reach = reach(near, size).min(most);
-    let onset = onset(channels, &rest, variance, reach, |u| first + u);
+    let onset = onset(samples, &rest, variance, reach, |u| first + u);
     first + onset + margin(size)
 }
 
 /// Where a rest ends, to the sample, looked for from sample `last` back.
 fn end_edge(
-    channels: &Channels<'_>,
+    samples: &Samples,
     span: &Range<usize>,
     last: usize,
     size: usize,
@@ -385,24 +378,24 @@ fn end_edge(
 ) -> usize {
     let near = span.len().min(NEAR_BLOCKS * size);
     let (rest, reach) = (span.end - near..span.end, reach(near, size).min(last));
-    let onset = onset(channels, &rest, variance, reach, |u| last - u);
+    let onset = onset(samples, &rest, variance, reach, |u| last - u);
     (last + 1).saturating_sub(onset + margin(size))
 }
 
 /// Samples from the first of `at` to the onset of a ramp: the one that explains most of what leaves the mean
 /// of `rest`.
 fn onset(
-    channels: &Channels<'_>,
+    samples: &Samples,
     rest: &Range<usize>,
     variance: &[f64; 6],
     reach: usize,
     at: impl Fn(usize) -> usize,
 ) -> usize {
-    let mean = channels.mean(rest);
+    let mean = samples.mean(rest);
     let (mut total, mut moment, mut squares) = ([0.0; 6], [0.0; 6], 0.0);
     let (mut best, mut onset) = (f64::MIN, 0);
     for u in 1..reach {
-        let x = channels.sample(at(u - 1));
+        let x = samples.sample(at(u - 1));
         squares += (u * u) as f64;
         let mut gain = 0.0;
         for c in 0..6 {

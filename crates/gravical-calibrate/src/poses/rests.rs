@@ -8,7 +8,7 @@ use gravical_signal::{
 };
 
 use super::MANY_POSES;
-use super::samples::Samples;
+use super::samples::Nominal;
 use crate::recording::Recording;
 use crate::stats::weighted_median;
 
@@ -42,7 +42,7 @@ const BLOCKS_PER_S: usize = 5;
 /// are counted in readings: 40, or 20 where that makes a recording a series of rests. A recording without rests has none: what shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let rests = rests_of(recording, &Samples::new(recording));
+    let rests = rests_of(recording, &Nominal::new(recording));
     let share = |rests: &[Range<usize>]| {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
@@ -50,7 +50,7 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     if recording.clock.rate_hz().is_some() || share(&rests) > HARDLY_STATIC {
         return rests;
     }
-    let short = rests_of(recording, &Samples::for_short_rests(recording));
+    let short = rests_of(recording, &Nominal::for_short_rests(recording));
     if share(&short) > MOSTLY_STATIC {
         short
     } else {
@@ -58,35 +58,35 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
 }
 
-fn rests_of(recording: &Recording, samples: &Samples) -> Vec<Range<usize>> {
-    let channels = samples.channels();
+fn rests_of(recording: &Recording, nominal: &Nominal) -> Vec<Range<usize>> {
+    let channels = &nominal.samples;
     // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
     // little to matter for a pose.
-    let one_way = |span: &Range<usize>| samples.stays(span, SAME_DEG);
+    let one_way = |span: &Range<usize>| nominal.stays(span, SAME_DEG);
     let (mut rests, others): (Vec<_>, Vec<_>) =
-        detect_quiet(&channels).into_iter().partition(one_way);
+        detect_quiet(channels).into_iter().partition(one_way);
     if !others.is_empty() {
         let inside = |rest: &Range<usize>| {
             let meets = |span: &Range<usize>| span.start < rest.end && rest.start < span.end;
             others.iter().any(meets)
         };
-        rests.extend(detect_rests(&channels).into_iter().filter(inside));
+        rests.extend(detect_rests(channels).into_iter().filter(inside));
         rests.sort_by_key(|rest| rest.start);
     }
-    let rests = samples.without_turns(rests);
+    let rests = nominal.without_turns(rests);
     // The sensor is worn: what rests for less does not count.
-    let hours = channels.time_s.len() as f64 * samples.period_s / 3600.0;
+    let hours = channels.time_s.len() as f64 * channels.period_s / 3600.0;
     let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
     let min_len = match recording.clock.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
         None => {
             let lengths = rests.iter().map(|r| r.len() as f64).collect();
-            (MIN_SHARE * quantile(lengths, 0.5)).max(MIN_REST_BLOCKS * BLOCK_S / samples.period_s)
+            (MIN_SHARE * quantile(lengths, 0.5)).max(MIN_REST_BLOCKS * BLOCK_S / channels.period_s)
         }
     };
     let long = rests.into_iter().filter(|r| r.len() as f64 >= min_len);
-    long.map(|rest| samples.in_rows(&samples.without_ends(rest)))
+    long.map(|rest| nominal.in_rows(&nominal.without_ends(rest)))
         .collect()
 }
 
@@ -94,12 +94,11 @@ fn rests_of(recording: &Recording, samples: &Samples) -> Vec<Range<usize>> {
 /// rest while a bias drifts with the temperature.
 #[doc(hidden)]
 pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
-    let samples = Samples::new(recording);
-    let channels = samples.channels();
-    detect_quiet(&channels)
+    let nominal = Nominal::new(recording);
+    detect_quiet(&nominal.samples)
         .iter()
-        .filter(|span| samples.stays(span, HELD_DEG))
-        .map(|span| samples.in_rows(span))
+        .filter(|span| nominal.stays(span, HELD_DEG))
+        .map(|span| nominal.in_rows(span))
         .collect()
 }
 
@@ -127,9 +126,9 @@ pub fn why_never_static(recording: &Recording) -> String {
     if recording.units.accel.nominal().is_none() {
         return "no second of it is quiet".to_owned();
     }
-    let samples = Samples::new(recording);
+    let nominal = Nominal::new(recording);
     let max_rms = MAX_VARIANCE.map(|variance| (variance / 3.0).sqrt());
-    match [0, 1].map(|sensor| samples.quietest_rms(sensor)) {
+    match [0, 1].map(|sensor| nominal.quietest_rms(sensor)) {
         [force, _] if force > max_rms[0] => format!(
             "where it is quietest each axis moves by {force:.1} m/s² rms, at rest by less than 0.3"
         ),
@@ -144,10 +143,10 @@ pub fn why_never_static(recording: &Recording) -> String {
     }
 }
 
-impl Samples {
+impl Nominal {
     /// Mean specific force and angular rate of a span.
     fn mean(&self, span: &Range<usize>) -> ([f64; 3], [f64; 3]) {
-        let [x, y, z, u, v, w] = self.channels().mean(span);
+        let [x, y, z, u, v, w] = self.samples.mean(span);
         ([x, y, z], [u, v, w])
     }
 
@@ -155,7 +154,7 @@ impl Samples {
     /// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
     /// trembles faster.
     fn stays(&self, span: &Range<usize>, max_deg: f64) -> bool {
-        let channels = &self.channels();
+        let channels = &self.samples;
         let (force, rate) = self.mean(span);
         let limit = max_deg.to_radians() * norm(&force);
         let size = block_len(channels.period_s, BLOCK_S);
@@ -173,11 +172,11 @@ impl Samples {
     /// A rest without the block at each end that borders on motion, while the sensor rocks and the hand
     /// lets go; a short rest is left as it is.
     fn without_ends(&self, rest: Range<usize>) -> Range<usize> {
-        let size = block_len(self.period_s, BLOCK_S);
+        let size = block_len(self.samples.period_s, BLOCK_S);
         if rest.len() < MIN_BLOCKS_TO_TRIM * size {
             return rest;
         }
-        let piece = self.channels().piece(rest.start);
+        let piece = self.samples.piece(rest.start);
         let trim = |borders: bool| size * usize::from(borders);
         rest.start + trim(rest.start > piece.start)..rest.end - trim(rest.end < piece.end)
     }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{BLOCK_S, Channels, block_len, blocks, pieces, quantile, resolutions};
+use gravical_signal::{BLOCK_S, Samples, block_len, blocks, pieces, quantile, resolutions};
 
 use super::spikes;
 use crate::recording::Recording;
@@ -29,37 +29,30 @@ const FEWEST_READINGS: f64 = 5.0;
 const QUIET_SHARE: f64 = 0.05;
 
 /// Rows of a recording as the detector takes them, without rows that are no measurement.
-pub(super) struct Samples {
-    /// Row of each sample.
-    rows: Vec<usize>,
-    time_s: Vec<f64>,
-    force: Vec<[f64; 3]>,
-    /// Empty without a gyroscope.
-    rate: Vec<[f64; 3]>,
-    pub period_s: f64,
-    pieces: Vec<Range<usize>>,
-    resolution: [f64; 6],
+pub(super) struct Nominal {
+    pub samples: Samples,
     /// A rest whose mean rate is off the bias by more is a turn.
     pub turning_rad_s: f64,
 }
 
-impl Samples {
+impl Nominal {
     /// Rows of a span of samples.
     pub fn in_rows(&self, span: &Range<usize>) -> Range<usize> {
-        self.rows[span.start]..self.rows[span.end - 1] + 1
+        let rows = &self.samples.rows;
+        rows[span.start]..rows[span.end - 1] + 1
     }
 
-    pub fn new(recording: &Recording) -> Samples {
-        Samples::of_blocks(recording, BLOCK_READINGS)
+    pub fn new(recording: &Recording) -> Nominal {
+        Nominal::of_blocks(recording, BLOCK_READINGS)
     }
 
     /// The same for the shortest rests of a recording without a rate: 20 readings.
-    pub fn for_short_rests(recording: &Recording) -> Samples {
-        Samples::of_blocks(recording, FEWEST_READINGS)
+    pub fn for_short_rests(recording: &Recording) -> Nominal {
+        Nominal::of_blocks(recording, FEWEST_READINGS)
     }
 
     /// `readings`: those of a block where no rate is known.
-    fn of_blocks(recording: &Recording, readings: f64) -> Samples {
+    fn of_blocks(recording: &Recording, readings: f64) -> Nominal {
         let period_s = match recording.clock.rate_hz() {
             Some(rate_hz) => rate_hz.recip(),
             None => BLOCK_S / (readings * recording.clock.rows_per_reading),
@@ -83,26 +76,32 @@ impl Samples {
         let after = |row: &usize| rows.partition_point(|r| r < row);
         let breaks: Vec<usize> = recording.breaks.iter().map(after).collect();
         let gyro = recording.gyro.as_ref();
-        let mut samples = Samples {
+        let samples = Samples {
             pieces: pieces(&time_s, period_s, &breaks),
             time_s,
-            force,
-            rate: gyro.map_or(Vec::new(), |gyro| held(gyro, &rows)),
+            force_mps2: force,
+            rate_rad_s: gyro.map_or(Vec::new(), |gyro| held(gyro, &rows)),
             period_s,
             resolution: [0.0; 6],
-            turning_rad_s: TURNING_RAD_S,
             rows,
+            breaks,
+            bridged: Vec::new(),
         };
-        if !samples.rate.is_empty() {
-            let (per_rad_s, is_guessed) = samples.rate_scale(recording);
+        let mut nominal = Nominal {
+            samples,
+            turning_rad_s: TURNING_RAD_S,
+        };
+        if nominal.samples.has_gyro() {
+            let (per_rad_s, is_guessed) = nominal.rate_scale(recording);
             if is_guessed {
-                samples.turning_rad_s /= MAX_RANGE_RATIO;
+                nominal.turning_rad_s /= MAX_RANGE_RATIO;
             }
-            let rates = samples.rate.iter_mut().flatten();
+            let rates = nominal.samples.rate_rad_s.iter_mut().flatten();
             rates.for_each(|v| *v /= per_rad_s);
         }
-        samples.resolution = resolutions(&samples.force, &samples.rate);
-        samples
+        let samples = &mut nominal.samples;
+        samples.resolution = resolutions(&samples.force_mps2, &samples.rate_rad_s);
+        nominal
     }
 
     /// Units of the file per rad/s: what is known of it, if the gyroscope may be as quiet as it is in
@@ -122,7 +121,12 @@ impl Samples {
         // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
         // file are interpolated, and no whole numbers.
         let counts = [131.0 * degrees, MDPS_PER_DEG_S * degrees];
-        let is_whole = self.rate.iter().flatten().all(|v| v.fract() == 0.0);
+        let is_whole = self
+            .samples
+            .rate_rad_s
+            .iter()
+            .flatten()
+            .all(|v| v.fract() == 0.0);
         let units = [1.0, degrees].into_iter().filter(|_| !is_whole);
         let scales: Vec<f64> = known.into_iter().chain(units).chain(counts).collect();
         let level = self.quietest_rms(1);
@@ -136,21 +140,10 @@ impl Samples {
     /// Standard deviation of each axis in the quietest twentieth of the blocks: of the accelerometer (0) or the
     /// gyroscope (1).
     pub fn quietest_rms(&self, sensor: usize) -> f64 {
-        let size = block_len(self.period_s, BLOCK_S);
-        let blocks = blocks(&self.channels(), &(0..self.rows.len()), size);
+        let size = block_len(self.samples.period_s, BLOCK_S);
+        let blocks = blocks(&self.samples, &(0..self.samples.len()), size);
         let variances = blocks.iter().map(|b| b.total_variance(sensor)).collect();
         (quantile(variances, QUIET_SHARE) / 3.0).sqrt()
-    }
-
-    pub fn channels(&self) -> Channels<'_> {
-        Channels {
-            time_s: &self.time_s,
-            force_mps2: &self.force,
-            rate_rad_s: &self.rate,
-            period_s: self.period_s,
-            pieces: &self.pieces,
-            resolution: self.resolution,
-        }
     }
 }
 

@@ -26,7 +26,7 @@ fn states_agree_with_each_other_and_with_the_nodes() {
         let motion = estimate_motion(&samples, &options());
         let states: Vec<SampleState> = motion.states(&samples).collect();
         assert_eq!(states.len(), samples.len());
-        let time_s = samples.channels().time_s;
+        let time_s = samples.time_s;
         for one in &motion.moves {
             let mut velocity = states[one.samples.start].velocity_mps;
             let (mut peak, mut worst, mut slip) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -69,7 +69,7 @@ fn a_simulated_move_is_in_the_bands_all_the_way() {
         let samples = samples(&recording, scene.ranges);
         let motion = estimate_motion(&samples, &options());
         let (from_s, to_s) = recording.moves_s[0];
-        for (state, t) in motion.states(&samples).zip(samples.channels().time_s) {
+        for (state, t) in motion.states(&samples).zip(&samples.time_s) {
             let u = ((t - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
             let share = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
             let speed = 30.0 * (u * (1.0 - u)).powi(2) / (to_s - from_s);
@@ -99,7 +99,7 @@ fn nothing_is_integrated_over_a_gap_nor_known_without_a_rest() {
     let hung = samples(&recording, scene.ranges);
     let motion = estimate_motion(&hung, &options());
     let states: Vec<SampleState> = motion.states(&hung).collect();
-    let after = hung.channels().pieces[1].start;
+    let after = hung.pieces[1].start;
     let still = |s: &SampleState| s.acceleration_mps2.iter().all(|a| a.abs() < 5.0);
     assert!(states[after - 5..after + 5].iter().all(still));
     assert!(states.iter().all(|s| norm(s.velocity_mps) < 3.0));

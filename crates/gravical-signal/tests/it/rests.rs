@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, detect_rests, pieces, sampling_period};
+use gravical_signal::{Samples, detect_rests};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -53,16 +53,10 @@ impl Recording {
     }
 
     fn rests(&self) -> Vec<Range<usize>> {
-        let period_s = sampling_period(&self.time_s);
-        let channels = Channels {
-            time_s: &self.time_s,
-            force_mps2: &self.force,
-            rate_rad_s: &self.rate,
-            period_s,
-            pieces: &pieces(&self.time_s, period_s, &[]),
-            resolution: [self.step, self.step, self.step, 0.0, 0.0, 0.0],
-        };
-        detect_rests(&channels)
+        let row = |i: usize| (self.time_s[i], self.force[i], self.rate.get(i).copied());
+        let rows = (0..self.time_s.len()).map(row);
+        let resolution = [self.step, self.step, self.step, 0.0, 0.0, 0.0];
+        detect_rests(&Samples::new(rows, Vec::new(), resolution))
     }
 }
 

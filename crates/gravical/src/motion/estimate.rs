@@ -23,16 +23,15 @@ impl Estimate {
     ///
     /// None that can happen: the filter is one that can be designed.
     pub fn by_report(samples: Samples) -> Result<Self> {
-        let channels = samples.channels();
-        let t = channels.time_s;
+        let t = &samples.time_s;
         let savgol = FilterSpec::SavitzkyGolay {
             window: 5,
             order: 2,
         };
         let filter = Filter::design(&savgol, None)?;
         let columns: [Vec<f64>; 3] = std::array::from_fn(|c| {
-            let mut column: Vec<f64> = channels.force_mps2.iter().map(|f| f[c]).collect();
-            for piece in channels.pieces {
+            let mut column: Vec<f64> = samples.force_mps2.iter().map(|f| f[c]).collect();
+            for piece in &samples.pieces {
                 filter.apply(&mut column[piece.clone()]);
             }
             let rows = &column[..ROWS.min(column.len())];

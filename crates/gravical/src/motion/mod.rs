@@ -110,7 +110,7 @@ pub fn motion(
     } = prepare(recording, file, options, &mut findings)?;
     findings.extend(summary::rows_left_out(recording, &samples));
     let rests = options.rests.as_ref();
-    let given = rests.map(|r| r.spans(samples.channels().time_s));
+    let given = rests.map(|r| r.spans(&samples.time_s));
     let by_file = file.map(|file| Gravity {
         value_mps2: file.gravity_mps2,
         source: file.gravity_source,
@@ -144,14 +144,14 @@ pub fn motion(
     let end = summary::end(&own, &moves, options);
     let rests = &own.motion.rests;
     let no_rest = rests.is_empty() && !by_report;
-    let t = own.samples.channels().time_s;
+    let t = &own.samples.time_s;
     let visible_moves = summary::visible_moves(&own, options);
-    let has_gyro = !own.samples.channels().rate_rad_s.is_empty();
+    let has_gyro = !own.samples.rate_rad_s.is_empty();
     findings.extend(summary::circumstances(has_gyro, &moves, options));
     if file.is_none()
         && let Some(rest) = rests.first()
     {
-        let [x, y, z, ..] = own.samples.channels().mean(rest);
+        let [x, y, z, ..] = own.samples.mean(rest);
         findings.extend(summary::size([x, y, z], &gravity));
     }
     for finding in &mut findings {
@@ -308,7 +308,7 @@ impl Work<'_> {
 /// Median of each axis, m/s²: about gravity.
 fn typical(samples: &Samples) -> [f64; 3] {
     std::array::from_fn(|c| {
-        let mut axis: Vec<f64> = samples.channels().force_mps2.iter().map(|f| f[c]).collect();
+        let mut axis: Vec<f64> = samples.force_mps2.iter().map(|f| f[c]).collect();
         crate::stats::median(&mut axis).unwrap_or_default()
     })
 }

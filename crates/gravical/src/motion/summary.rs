@@ -26,7 +26,7 @@ pub(super) fn moves(
     uncalibrated: Option<&Estimate>,
     options: &MotionOptions,
 ) -> Vec<Move> {
-    let t = own.samples.channels().time_s;
+    let t = &own.samples.time_s;
     let others = uncalibrated.map_or(&[][..], |plain| &plain.motion.moves);
     // The only rest of a recording may be constant speed.
     let lone_rest_s = match &own.motion.rests[..] {
@@ -79,7 +79,7 @@ pub(super) fn moves(
 pub(super) fn end(own: &Estimate, moves: &[Move], options: &MotionOptions) -> FinalState {
     let mut unusable = moves.iter().filter(|m| m.unusable.is_some());
     let is_known = unusable.clone().next().is_none();
-    let last_s = own.samples.channels().time_s.last();
+    let last_s = own.samples.time_s.last();
     let ends_unknown = unusable.any(|m| Some(&m.end_s) == last_s);
     // At rest it is what may hide in the rest, not the noise.
     let has_band = is_known && options.has_bands() && !moves.is_empty();
@@ -99,7 +99,7 @@ pub(super) fn visible_moves(own: &Estimate, options: &MotionOptions) -> Vec<Visi
     if options.rests.is_some() {
         return Vec::new();
     }
-    let t = own.samples.channels().time_s;
+    let t = &own.samples.time_s;
     let rests = own.motion.rests.iter();
     let longest_s = rests.map(|r| t[r.end - 1] - t[r.start]).fold(0.0, f64::max);
     let fits = REPORTED_S.into_iter().filter(|s| *s <= longest_s);
@@ -194,7 +194,7 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> [String; 2] {
 
 /// Rows that are no samples: incomplete, or behind in time.
 pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<Finding> {
-    let mut kept = samples.rows().iter().peekable();
+    let mut kept = samples.rows.iter().peekable();
     let left_out = (0..recording.rows()).filter(|row| kept.next_if(|k| *k == row).is_none());
     let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
     let finding = finding!(

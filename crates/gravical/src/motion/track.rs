@@ -65,9 +65,9 @@ impl MotionSample {
 impl Motion {
     /// The samples, in order: computed as they are asked for.
     pub fn samples(&self) -> impl Iterator<Item = MotionSample> {
-        let own = self.own.samples.channels();
+        let own = &self.own.samples;
         let plain = self.uncalibrated.as_ref();
-        let raw = plain.map_or(own, |plain| plain.samples.channels());
+        let raw = plain.map_or(own, |plain| &plain.samples);
         let states = self.states(&self.own).enumerate();
         states.map(move |(i, state)| MotionSample {
             t_s: own.time_s[i],
@@ -110,7 +110,7 @@ impl Motion {
 
     /// Samples before which others are missing, or the recording is parted.
     pub fn breaks(&self) -> impl Iterator<Item = usize> {
-        let pieces = self.own.samples.channels().pieces;
+        let pieces = &self.own.samples.pieces;
         pieces.iter().skip(1).map(|p| p.start)
     }
 }

@@ -182,7 +182,7 @@ fn position_columns(names: &[String], same_file: bool) -> Option<([usize; 3], f6
 /// `truth-overlap` (input) when the two have no time in common.
 pub fn add_comparison(motion: &mut Motion, reference: &Reference) -> Result<()> {
     let position_m: Vec<[f64; 3]> = motion.samples().map(|s| s.state.position_m).collect();
-    let own = Line::new(motion.own.samples.channels().time_s, &position_m);
+    let own = Line::new(&motion.own.samples.time_s, &position_m);
     let mut findings = reference.findings.clone();
     let (comparison, aligned) = compare(&own, &motion.result.moves, reference, &mut findings)?;
     motion.reference = Some(aligned);

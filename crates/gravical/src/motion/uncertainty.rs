@@ -148,7 +148,7 @@ impl GravityMisfit {
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
-        let (channels, t) = (samples.channels(), samples.channels().time_s);
+        let (channels, t) = (samples, &samples.time_s);
         rests
             .map(|rest| {
                 let [x, y, z, ..] = channels.mean(rest);

@@ -1,60 +1,58 @@
-//! Calibrated samples, and what is known of the sensor that made them.
+//! Samples in pieces without a gap.
 
 use std::ops::Range;
 
-use gravical_signal::{Channels, pieces, sampling_period};
+use crate::resolutions::{MAX_FORCE_MPS2, MAX_RATE_RAD_S, quantile};
 
-use crate::odd::Bridged;
-
-/// No MEMS sensor reads more, m/s² and rad/s: a row beyond it is no measurement.
-const MAX_FORCE_MPS2: f64 = 1e4;
-const MAX_RATE_RAD_S: f64 = 1e3;
+/// A step longer than this many periods, and than [`MIN_GAP_S`], is a gap: lost rows up to that length
+/// are bridged by the trapezoid.
+const MIN_GAP_PERIODS: f64 = 5.0;
+/// A slow motion does not change more within this time than a trapezoid follows.
+const MIN_GAP_S: f64 = 0.1;
 /// Times beyond it, s, lose the microsecond in an f64.
 const MAX_TIME_S: f64 = 4e9;
 /// A period of zero makes no more samples of a duration.
 const MAX_COUNT: usize = 1 << 30;
-/// A hand moves by a few decimetres in so long, s: what it did in a longer gap is not known.
-const MAX_MISSING_S: f64 = 0.5;
-/// Standard deviation of the angle that a clipped gyroscope may have missed in a move, rad: 4°. Bands of
-/// simulated turns of 1 s hold where the range is 0.4 of the highest rate, whatever the angle. Where it is
-/// 0.24 they are too narrow by half; from 0.5 rad on that is 5° and more.
-const MAX_MISSED_TURN_RAD: f64 = 0.07;
 
-/// Why nobody knows how far a move went: its deviations do not hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unusable {
-    /// More than half a second is missing.
-    Gap {
-        /// The longest gap, less a period, s.
-        missing_s: f64,
-    },
-    /// It was interrupted for an unknown time ([`crate::Samples::with_breaks`]).
-    Interrupted,
-    /// The gyroscope was clipped, and the turn that it missed has a standard deviation above 4°: bands may
-    /// be too narrow by half. They hold smaller ones.
-    Turn,
+/// A run of one channel that was no measurement and was replaced.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bridged {
+    /// The rows.
+    pub rows: Range<usize>,
+    /// 0 to 2 for x, y, z of the accelerometer, 3 to 5 of the gyroscope.
+    pub channel: usize,
+    /// They stood at the end of the range, and the truth lies beyond it; else out of all others for a few rows.
+    pub is_clipped: bool,
+    /// What the mean of the bridge may be off, unit of the channel.
+    pub sd: f64,
 }
 
-/// Calibrated samples of an IMU, m/s² and rad/s, sensor axes.
+/// Samples of an IMU, m/s² and rad/s.
 #[derive(Debug, Clone)]
 pub struct Samples {
-    pub(crate) time_s: Vec<f64>,
-    pub(crate) force: Vec<[f64; 3]>,
-    /// Empty without a gyroscope.
-    pub(crate) rate: Vec<[f64; 3]>,
-    pub(crate) period_s: f64,
-    pub(crate) pieces: Vec<Range<usize>>,
-    resolution: [f64; 6],
-    /// In the order of their ends.
-    pub(crate) bridged: Vec<Bridged>,
-    rows: Vec<usize>,
+    /// Times, s, increasing.
+    pub time_s: Vec<f64>,
+    /// Specific force, m/s², one for each time.
+    pub force_mps2: Vec<[f64; 3]>,
+    /// Angular rate, rad/s, one for each time; empty without a gyroscope.
+    pub rate_rad_s: Vec<[f64; 3]>,
+    /// Usual step, s: [`sampling_period`].
+    pub period_s: f64,
+    /// Spans without a gap: [`pieces`].
+    pub pieces: Vec<Range<usize>>,
+    /// Steps that the channels are written in, SI; 0 where they are fine: [`resolution`](crate::resolution).
+    pub resolution: [f64; 6],
+    /// Row of the recording of each sample.
+    pub rows: Vec<usize>,
     /// Samples before which something is missing, whatever the times say.
-    pub(crate) breaks: Vec<usize>,
+    pub breaks: Vec<usize>,
+    /// Values that were replaced, in the order of their ends.
+    pub bridged: Vec<Bridged>,
 }
 
 impl Samples {
     /// Takes rows of time (s), specific force (m/s²) and angular rate (rad/s; none without a gyroscope: what
-    /// the first row has, all have). `bridged` holds rows whose values were replaced ([`crate::bridge_odd`]),
+    /// the first row has, all have). `bridged` holds rows whose values were replaced,
     /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown ([`crate::resolutions`]).
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
@@ -67,8 +65,8 @@ impl Samples {
         let count = rows.size_hint().0;
         let mut samples = Samples {
             time_s: Vec::with_capacity(count),
-            force: Vec::with_capacity(count),
-            rate: Vec::with_capacity(count),
+            force_mps2: Vec::with_capacity(count),
+            rate_rad_s: Vec::with_capacity(count),
             period_s: 0.0,
             pieces: Vec::new(),
             resolution,
@@ -85,8 +83,8 @@ impl Samples {
                 && rate.iter().flatten().all(|v| v.abs() < MAX_RATE_RAD_S);
             if is_like_the_others && is_later && is_possible {
                 samples.time_s.push(time_s);
-                samples.force.push(force);
-                samples.rate.extend(rate);
+                samples.force_mps2.push(force);
+                samples.rate_rad_s.extend(rate);
                 samples.rows.push(row);
             }
         }
@@ -113,15 +111,15 @@ impl Samples {
     /// The same rows with other values, each given by its row.
     pub fn with_values(&self, values: impl Fn(usize) -> ([f64; 3], Option<[f64; 3]>)) -> Samples {
         let mut force = Vec::with_capacity(self.len());
-        let mut rate = Vec::with_capacity(self.rate.len());
+        let mut rate = Vec::with_capacity(self.rate_rad_s.len());
         for row in &self.rows {
             let (of_force, of_rate) = values(*row);
             force.push(of_force);
             rate.extend(of_rate);
         }
         Samples {
-            force,
-            rate,
+            force_mps2: force,
+            rate_rad_s: rate,
             time_s: self.time_s.clone(),
             pieces: self.pieces.clone(),
             bridged: self.bridged.clone(),
@@ -146,41 +144,25 @@ impl Samples {
         self.time_s.is_empty()
     }
 
-    /// The row of each sample.
-    pub fn rows(&self) -> &[usize] {
-        &self.rows
-    }
-
-    /// Times, values and pieces.
-    pub fn channels(&self) -> Channels<'_> {
-        Channels {
-            time_s: &self.time_s,
-            force_mps2: &self.force,
-            rate_rad_s: &self.rate,
-            period_s: self.period_s,
-            pieces: &self.pieces,
-            resolution: self.resolution,
-        }
-    }
-
-    pub(crate) fn has_gyro(&self) -> bool {
-        !self.rate.is_empty()
+    /// True with a gyroscope.
+    pub fn has_gyro(&self) -> bool {
+        !self.rate_rad_s.is_empty()
     }
 
     /// Samples in `seconds`.
-    pub(crate) fn count_in(&self, seconds: f64) -> usize {
+    pub fn count_in(&self, seconds: f64) -> usize {
         ((seconds / self.period_s.max(f64::MIN_POSITIVE)) as usize).min(MAX_COUNT)
     }
 
     /// The first sample that is `seconds` or more after sample `from`.
-    pub(crate) fn after_s(&self, from: usize, seconds: f64) -> usize {
+    pub fn after_s(&self, from: usize, seconds: f64) -> usize {
         let until_s = self.time_s[from] + seconds;
         self.time_s.partition_point(|t| *t < until_s)
     }
 
     /// Samples after the first of a span, its end included, before which there is a gap; with its length by
     /// the times, s, and true if that is not all.
-    pub(crate) fn gaps(&self, span: &Range<usize>) -> impl Iterator<Item = (f64, bool)> + '_ {
+    pub fn gaps(&self, span: &Range<usize>) -> impl Iterator<Item = (f64, bool)> + '_ {
         let (start, end) = (span.start, span.end);
         let first = self.pieces.partition_point(|p| p.start <= start);
         let starts = self.pieces[first..].iter().map(|p| p.start);
@@ -190,26 +172,9 @@ impl Samples {
         })
     }
 
-    /// Whether so much is missing in a span that nobody knows how far the sensor went.
-    pub(crate) fn unusable(&self, span: &Range<usize>) -> Option<Unusable> {
-        if self.gaps(span).any(|(_, interrupted)| interrupted) {
-            return Some(Unusable::Interrupted);
-        }
-        let gaps = self.gaps(span).map(|(seconds, _)| seconds);
-        let missing_s = gaps.fold(0.0, f64::max) - self.period_s;
-        if missing_s > MAX_MISSING_S {
-            return Some(Unusable::Gap { missing_s });
-        }
-        let turns = self
-            .bridged_in(span)
-            .filter(|(b, _)| b.channel >= 3 && b.is_clipped);
-        let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
-        (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)
-    }
-
     /// What was bridged and ends in a span, its first sample left out and its end included, with the
     /// standard deviation of its integral over time.
-    pub(crate) fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
+    pub fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
         let (start, end) = (span.start, span.end);
         let first = self.bridged.partition_point(|b| b.rows.end <= start);
         let within = self.bridged[first..].iter();
@@ -221,10 +186,65 @@ impl Samples {
     }
 
     /// Seconds from the first to the last sample of a span.
-    pub(crate) fn duration_s(&self, span: &Range<usize>) -> f64 {
+    pub fn duration_s(&self, span: &Range<usize>) -> f64 {
         if span.is_empty() {
             return 0.0;
         }
         self.time_s[span.end - 1] - self.time_s[span.start]
     }
+
+    /// All channels of a sample; the rate is zero without a gyroscope.
+    pub fn sample(&self, i: usize) -> [f64; 6] {
+        let [x, y, z] = self.force_mps2[i];
+        let [p, q, r] = self.rate_rad_s.get(i).copied().unwrap_or_default();
+        [x, y, z, p, q, r]
+    }
+
+    /// Three channels, or six with a gyroscope.
+    pub fn count(&self) -> usize {
+        if self.rate_rad_s.is_empty() { 3 } else { 6 }
+    }
+
+    /// Mean of the channels; zero over an empty span.
+    pub fn mean(&self, span: &Range<usize>) -> [f64; 6] {
+        let mut sum = [0.0; 6];
+        for i in span.clone() {
+            let x = self.sample(i);
+            (0..6).for_each(|c| sum[c] += x[c]);
+        }
+        sum.map(|s| s / span.len().max(1) as f64)
+    }
+
+    /// The piece that holds a sample.
+    pub fn piece(&self, i: usize) -> Range<usize> {
+        let after = self.pieces.partition_point(|p| p.end <= i);
+        self.pieces.get(after).cloned().unwrap_or(i..i + 1)
+    }
+}
+
+/// Median step of the times, s; 0 with fewer than two.
+pub fn sampling_period(time_s: &[f64]) -> f64 {
+    quantile(time_s.windows(2).map(|w| w[1] - w[0]).collect(), 0.5)
+}
+
+/// True if a step of the times is a gap. The last digit of a time decides nothing.
+fn is_gap(step_s: f64, period_s: f64) -> bool {
+    step_s > (1.0 + 1e-6) * (MIN_GAP_PERIODS * period_s).max(MIN_GAP_S)
+}
+
+/// Spans between gaps, and `breaks`: samples, in order, before which something is missing whatever the times
+/// say.
+pub fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usize>> {
+    let mut out = Vec::new();
+    let mut from = 0;
+    for i in 1..=time_s.len() {
+        if i == time_s.len()
+            || is_gap(time_s[i] - time_s[i - 1], period_s)
+            || breaks.binary_search(&i).is_ok()
+        {
+            out.push(from..i);
+            from = i;
+        }
+    }
+    out
 }
