@@ -162,14 +162,14 @@ fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64
 
 /// Touching rests of one pose are one.
 fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    let (samples, channels) = (model.samples, model.samples);
+    let samples = model.samples;
     let distance2 = |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
     rests.dedup_by(|next, last| {
-        let (a, b) = (channels.mean(last), channels.mean(next));
+        let (a, b) = (samples.mean(last), samples.mean(next));
         let between = last.end.min(next.start)..next.start;
         let variance = between
             .clone()
-            .map(|i| distance2(&channels.sample(i), &a))
+            .map(|i| distance2(&samples.sample(i), &a))
             .sum::<f64>()
             / between.len().max(1) as f64;
         let noise = model.noise.rest.force.sum();
