@@ -1,10 +1,10 @@
 //! A session as the estimators see it, and what makes it impossible to estimate: recordings of different
 //! sensors, and poses that leave parameters open.
 
-use gravical_core::matrix3;
+use gravical_core::matrix3::{norm, sub};
 use gravical_fit::later::compare;
 use gravical_fit::model::{BIAS, DRIFT};
-use gravical_fit::{Options, Sensor, Undetermined, fit};
+use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
@@ -41,8 +41,10 @@ impl Session<'_> {
 
     /// Input units per m/s²: nominal, or as gravity reads.
     pub fn scale(&self) -> f64 {
-        let placements = self.segmentation.poses.iter();
-        let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
+        let poses = &self.segmentation.poses;
+        let centre = centre(poses.iter().map(|p| &p.mean));
+        let lengths = poses.iter().map(|p| norm(&sub(&p.mean, &centre)));
+        let mut lengths: Vec<f64> = lengths.collect();
         let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
         self.nominal().unwrap_or_else(usual)
     }
@@ -113,7 +115,12 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
             .with_hint("`gravical inspect` shows what is in the recording");
         return at_only(session.recordings, none);
     }
-    let nearest = |pose: &Pose| Face::nearest(session.axes().to_case(pose.mean)).0.axis;
+    let centre = centre(poses.iter().map(|p| &p.mean));
+    let nearest = |pose: &Pose| {
+        Face::nearest(session.axes().to_case(sub(&pose.mean, &centre)))
+            .0
+            .axis
+    };
     let is_up = |axis: usize| poses.iter().any(|pose| nearest(pose) == axis);
     let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
     let mut message = format!(

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3;
+use gravical_fit::Sphere;
 
 use crate::finding::finding;
 use crate::numfmt::count;
@@ -240,8 +241,6 @@ fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
 fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
-    /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
-    const ON_SPHERE: f64 = 0.05;
     let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
     let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
@@ -251,25 +250,7 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     }
     let wanted = if few { 6 } else { 12 };
     count_directions(&rows, wanted) == wanted
-        && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
-}
-
-/// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
-/// linear in the centre c.
-fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
-    let squares = rows.iter().map(|u| matrix3::dot(u, u));
-    let right = nalgebra::DVector::from_iterator(rows.len(), squares);
-    let left = nalgebra::DMatrix::from_fn(rows.len(), 4, |k, i| match i {
-        3 => 1.0,
-        _ => 2.0 * rows[k][i],
-    });
-    let normal = left.tr_mul(&left).cholesky()?;
-    let x = normal.solve(&left.tr_mul(&right));
-    let centre = [x[0], x[1], x[2]];
-    let radius = (x[3] + matrix3::dot(&centre, &centre)).sqrt();
-    let off = |u: &[f64; 3]| matrix3::norm(&matrix3::sub(u, &centre)) / radius - 1.0;
-    let sum: f64 = rows.iter().map(|u| off(u).powi(2)).sum();
-    Some((sum / rows.len() as f64).sqrt()).filter(|off| off.is_finite())
+        && Sphere::nearest(&rows).is_some_and(|sphere| sphere.is_near())
 }
 
 /// Rests that a twitch of less than a second parts and that point the same way
