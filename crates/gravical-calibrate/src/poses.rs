@@ -20,9 +20,9 @@ mod samples;
 pub mod sections;
 mod spikes;
 
-pub(crate) use found::intervals_of;
 #[doc(hidden)]
 pub use found::is_too_short;
+pub(crate) use found::{advise_rate, intervals_of};
 
 use std::ops::Range;
 
@@ -332,7 +332,8 @@ fn without_spikes(
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        counts[interval.recording] += spikes::take_out(&mut values, recording.resolution[0]);
+        counts[interval.recording] +=
+            spikes::take_out(&mut values, recording.resolution[0], 0..interval.rows.len());
         values
     };
     let held = intervals.iter().map(take_out).collect();

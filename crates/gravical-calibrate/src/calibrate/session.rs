@@ -9,7 +9,7 @@ use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where, in_words};
-use crate::poses::{Pose, Segmentation};
+use crate::poses::{Pose, Segmentation, advise_rate};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -140,6 +140,8 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let error = Error::input("underdetermined", message).with_hint(format!(
         "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
     ));
+    let found = poses.iter().filter(|pose| pose.is_found);
+    let error = advise_rate(error, found.map(|pose| &session.recordings[pose.recording]));
     at_only(session.recordings, error)
 }
 
