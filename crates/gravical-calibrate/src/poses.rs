@@ -20,12 +20,13 @@ mod samples;
 pub mod sections;
 mod spikes;
 
-pub(crate) use found::intervals_of;
 #[doc(hidden)]
 pub use found::is_too_short;
+pub(crate) use found::{advise_rate, intervals_of};
 
 use std::ops::Range;
 
+use gravical_core::matrix3::sub;
 use serde::Deserialize;
 
 use crate::finding::{after, finding};
@@ -86,7 +87,7 @@ pub struct Pose {
     pub temperature_c: Option<f64>,
     /// The face that is up, in axes of the case; none when it lies oblique.
     pub face: Option<Face>,
-    /// Angle of the raw mean to the nearest face, degrees.
+    /// Angle of the mean to the nearest face as seen from [`gravical_fit::centre`], degrees.
     pub angle_deg: f64,
     /// What its name claims.
     pub claim: Option<Claim>,
@@ -309,9 +310,15 @@ pub(crate) fn measure_intervals(
     let channels: Vec<[&[f64]; 3]> = held.iter().map(slices).collect();
     let noise = pooled_noise(&channels, coarsest, Recording::samples_per_row(recordings));
     let measured = intervals.into_iter().zip(&held);
-    let poses = measured
-        .map(|(interval, held)| pose(interval, held, &noise, recordings, axes))
+    let mut poses: Vec<Pose> = measured
+        .map(|(interval, held)| pose(interval, held, &noise, recordings))
         .collect();
+    let centre = gravical_fit::centre(poses.iter().map(|pose| &pose.mean));
+    for pose in &mut poses {
+        let (nearest, angle_deg) = Face::nearest(axes.to_case(sub(&pose.mean, &centre)));
+        pose.face = (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest);
+        pose.angle_deg = angle_deg;
+    }
     Measured { poses, held, noise }
 }
 
@@ -331,7 +338,11 @@ fn without_spikes(
         let recording = &recordings[interval.recording];
         let accel = recording.accel.each_ref();
         let mut values = accel.map(|c| c[interval.rows.clone()].to_vec());
-        counts[interval.recording] += spikes::take_out(&mut values, recording.units.resolution[0]);
+        counts[interval.recording] += spikes::take_out(
+            &mut values,
+            recording.units.resolution[0],
+            0..interval.rows.len(),
+        );
         values
     };
     let held = intervals.iter().map(take_out).collect();
@@ -352,7 +363,6 @@ fn pose(
     held: &[Vec<f64>; 3],
     noise: &PoseNoise,
     recordings: &[Recording],
-    axes: &AxisMap,
 ) -> Pose {
     let recording = &recordings[interval.recording];
     let rate_hz = recording.working_rate_hz();
@@ -364,7 +374,6 @@ fn pose(
     let rows = interval.rows;
     let temperatures = recording.temperature_c.as_ref();
     let temperature_c = temperatures.map(|t| mean_of_finite(&t[rows.clone()]));
-    let (nearest, angle_deg) = Face::nearest(axes.to_case(mean.mean));
     Pose {
         label: interval.label,
         source: recording.name.clone(),
@@ -375,8 +384,8 @@ fn pose(
         standard_error: mean.standard_error,
         count: mean.rows,
         temperature_c: temperature_c.filter(|t| t.is_finite()),
-        face: (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest),
-        angle_deg,
+        face: None,
+        angle_deg: 0.0,
         claim: interval.claim,
         clipped,
         rows,

@@ -9,6 +9,7 @@ use crate::pose::{Face, Pose};
 use crate::rows::{Held, Linear, Placed};
 use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
 use crate::sensor::{Gravity, Sensor};
+use crate::sphere::centre;
 
 /// What is known beside the poses.
 #[derive(Debug, Clone, Copy)]
@@ -184,7 +185,10 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
     if poses.is_empty() || !poses.iter().all(is_finite) {
         return None;
     }
-    let lengths = poses.iter().map(|p| matrix3::norm(&p.mean));
+    let centre = centre(poses.iter().map(|p| &p.mean));
+    let lengths = poses
+        .iter()
+        .map(|p| matrix3::norm(&matrix3::sub(&p.mean, &centre)));
     let usual = median(lengths.collect()) / options.gravity;
     if usual.is_nan() || usual <= 0.0 {
         return None;
@@ -231,7 +235,11 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
         typical_bend: USUAL_BEND.0,
         tilt: options.tilt,
         channel_of: std::array::from_fn(|axis| start.column(axis).iamax()),
-        x: Parameters::from_fn(|i, _| if i < BIAS { start[(i / 3, i % 3)] } else { 0.0 }),
+        x: Parameters::from_fn(|i, _| match i {
+            0..BIAS => start[(i / 3, i % 3)],
+            BIAS..DRIFT => centre[i - BIAS] / scale,
+            _ => 0.0,
+        }),
     };
     search.assign_first_roles();
     Some(search)

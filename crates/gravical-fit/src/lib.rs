@@ -26,6 +26,7 @@ mod pose;
 mod rows;
 mod search;
 mod sensor;
+mod sphere;
 pub mod temperature;
 mod trust;
 
@@ -40,6 +41,7 @@ pub use pose::{Face, Hint, Pose, angle_deg};
 pub use sensor::{
     Claim, Deviations, Gravity, Sensor, WorstDirection, covariance_by_gravity, deviations,
 };
+pub use sphere::{Sphere, centre};
 pub use trust::{
     Budget, CONTRADICTION, FAIR_MPS2, GOOD_MPS2, Grade, LeftOut, NextPose, Trust, UNVERIFIED_MPS2,
     Undetected,

@@ -10,7 +10,7 @@ use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
 use crate::poses::face::{Face, angle_deg, in_words};
-use crate::poses::{MAX_FACE_ANGLE_DEG, Pose};
+use crate::poses::{MAX_FACE_ANGLE_DEG, Pose, advise_rate};
 use crate::recording::Recording;
 use crate::stats::rms;
 use crate::{Error, Result};
@@ -99,10 +99,13 @@ fn incomplete(placements: &[Pose], missing: &[Face], recordings: &[Recording]) -
         );
     }
     let next: Vec<String> = missing.iter().map(|f| in_words(f.direction())).collect();
-    at_only(recordings, Error::input("missing-face", what)).with_hint(format!(
+    let found = placements.iter().filter(|p| p.is_found);
+    let error = Error::input("missing-face", what).with_hint(format!(
         "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
         next.join(", ")
-    ))
+    ));
+    let error = advise_rate(error, found.map(|p| &recordings[p.recording]));
+    at_only(recordings, error)
 }
 
 impl Faces {

@@ -1,15 +1,15 @@
 //! A session as the estimators see it, and what makes it impossible to estimate: recordings of different
 //! sensors, and poses that leave parameters open.
 
-use gravical_core::matrix3;
+use gravical_core::matrix3::{norm, sub};
 use gravical_fit::later::compare;
 use gravical_fit::model::{BIAS, DRIFT};
-use gravical_fit::{Options, Sensor, Undetermined, fit};
+use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
 use crate::calibrate::CalibrateOptions;
 use crate::numfmt::{count, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where, in_words};
-use crate::poses::{Pose, Segmentation};
+use crate::poses::{Pose, Segmentation, advise_rate};
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -41,8 +41,10 @@ impl Session<'_> {
 
     /// Input units per m/s²: nominal, or as gravity reads.
     pub fn scale(&self) -> f64 {
-        let placements = self.segmentation.poses.iter();
-        let mut lengths: Vec<f64> = placements.map(|p| matrix3::norm(&p.mean)).collect();
+        let poses = &self.segmentation.poses;
+        let centre = centre(poses.iter().map(|p| &p.mean));
+        let lengths = poses.iter().map(|p| norm(&sub(&p.mean, &centre)));
+        let mut lengths: Vec<f64> = lengths.collect();
         let usual = || crate::stats::median(&mut lengths).unwrap_or(1.0) / self.gravity_mps2();
         self.nominal().unwrap_or_else(usual)
     }
@@ -113,7 +115,12 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
             .with_hint("`gravical inspect` shows what is in the recording");
         return at_only(session.recordings, none);
     }
-    let nearest = |pose: &Pose| Face::nearest(session.axes().to_case(pose.mean)).0.axis;
+    let centre = centre(poses.iter().map(|p| &p.mean));
+    let nearest = |pose: &Pose| {
+        Face::nearest(session.axes().to_case(sub(&pose.mean, &centre)))
+            .0
+            .axis
+    };
     let is_up = |axis: usize| poses.iter().any(|pose| nearest(pose) == axis);
     let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
     let mut message = format!(
@@ -133,6 +140,8 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let error = Error::input("underdetermined", message).with_hint(format!(
         "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
     ));
+    let found = poses.iter().filter(|pose| pose.is_found);
+    let error = advise_rate(error, found.map(|pose| &session.recordings[pose.recording]));
     at_only(session.recordings, error)
 }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use gravical_core::matrix3;
+use gravical_fit::Sphere;
 
 use crate::finding::finding;
 use crate::numfmt::count;
@@ -240,8 +241,6 @@ fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
 fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
-    /// Deviation of means from a sphere that scale and misalignment make, of its radius, rms.
-    const ON_SPHERE: f64 = 0.05;
     let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
     let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
@@ -251,25 +250,7 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     }
     let wanted = if few { 6 } else { 12 };
     count_directions(&rows, wanted) == wanted
-        && off_sphere(&rows).is_some_and(|off| off < ON_SPHERE)
-}
-
-/// Deviation of rows from the sphere that is nearest to them, of its radius, rms: ‖u‖² = 2 c·u + d is
-/// linear in the centre c.
-fn off_sphere(rows: &[[f64; 3]]) -> Option<f64> {
-    let squares = rows.iter().map(|u| matrix3::dot(u, u));
-    let right = nalgebra::DVector::from_iterator(rows.len(), squares);
-    let left = nalgebra::DMatrix::from_fn(rows.len(), 4, |k, i| match i {
-        3 => 1.0,
-        _ => 2.0 * rows[k][i],
-    });
-    let normal = left.tr_mul(&left).cholesky()?;
-    let x = normal.solve(&left.tr_mul(&right));
-    let centre = [x[0], x[1], x[2]];
-    let radius = (x[3] + matrix3::dot(&centre, &centre)).sqrt();
-    let off = |u: &[f64; 3]| matrix3::norm(&matrix3::sub(u, &centre)) / radius - 1.0;
-    let sum: f64 = rows.iter().map(|u| off(u).powi(2)).sum();
-    Some((sum / rows.len() as f64).sqrt()).filter(|off| off.is_finite())
+        && Sphere::nearest(&rows).is_some_and(|sphere| sphere.is_near())
 }
 
 /// Rests that a twitch of less than a second parts and that point the same way
@@ -307,13 +288,25 @@ pub(super) fn never_still(recording: &Recording) -> Error {
     never_static(recording, format!("never at rest: {why}"))
 }
 
+/// Advises to give the rate of recordings whose rests are counted in rows.
+pub(crate) fn advise_rate<'a>(
+    error: Error,
+    recordings: impl IntoIterator<Item = &'a Recording>,
+) -> Error {
+    let mut recordings = recordings.into_iter();
+    if recordings.any(|r| r.clock.rate_hz().is_none()) {
+        error.advise("rate", "")
+    } else {
+        error
+    }
+}
+
 fn never_static(recording: &Recording, what: String) -> Error {
     let hint = if recording.rows() < FEW_ROWS {
         "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
     } else {
-        "lay the sensor down for 3 s or more in each of six poses or more, or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
+        "lay the sensor down for 3 s or more, and 20 rows, in each of six poses or more, or name the rows of each in a column \"label\", or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
     };
-    Error::input("never-static", what)
-        .at(Path::new(&recording.name), None)
-        .with_hint(hint)
+    let error = Error::input("never-static", what).at(Path::new(&recording.name), None);
+    advise_rate(error.with_hint(hint), [recording])
 }

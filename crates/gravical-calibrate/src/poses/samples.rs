@@ -68,7 +68,12 @@ impl Nominal {
             .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
         let step = recording.units.resolution[0].map(|step| step / per_mps2);
-        take_out_spikes(&mut force, step, period_s);
+        // In a second that is counted in few rows, a motion that begins at its end would be few enough for spikes.
+        let reach = match recording.clock.rate_hz() {
+            Some(_) => 0,
+            None => spikes::REACH,
+        };
+        take_out_spikes(&mut force, step, period_s, reach);
         let is_whole = |force: &[f64; 3]| force.iter().all(|v| v.is_finite());
         let rows: Vec<usize> = rows.filter(|row| is_whole(&force[*row])).collect();
         force.retain(is_whole);
@@ -165,17 +170,19 @@ fn held(gyro: &[Vec<f64>; 3], rows: &[usize]) -> Vec<[f64; 3]> {
 }
 
 /// Holds the row before in place of one with a spike, in blocks of a second: those that transmission errors
-/// make hide rests.
-fn take_out_spikes(force: &mut [[f64; 3]], step: [f64; 3], period_s: f64) {
+/// make hide rests. `reach` rows around a block are neighbours of its rows.
+fn take_out_spikes(force: &mut [[f64; 3]], step: [f64; 3], period_s: f64, reach: usize) {
     let block = ((period_s.recip() + 1e-6).round() as usize).max(1);
     for from in (0..force.len()).step_by(block) {
         let rows = from..(from + block).min(force.len());
-        let mut values = [0, 1, 2].map(|i| force[rows.clone()].iter().map(|f| f[i]).collect());
-        if spikes::take_out(&mut values, step) == 0 {
+        let first = from.saturating_sub(reach);
+        let around = first..(rows.end + reach).min(force.len());
+        let mut values = [0, 1, 2].map(|i| force[around.clone()].iter().map(|f| f[i]).collect());
+        if spikes::take_out(&mut values, step, rows.start - first..rows.end - first) == 0 {
             continue;
         }
         for row in rows {
-            let is_spike = |i: usize| values[i][row - from].is_nan() && !force[row][i].is_nan();
+            let is_spike = |i: usize| values[i][row - first].is_nan() && !force[row][i].is_nan();
             if row > 0 && (0..3).any(is_spike) {
                 force[row] = force[row - 1];
             }

@@ -1,10 +1,12 @@
 //! Samples that differ from their neighbours: transmission errors, not motion.
 
+use std::ops::Range;
+
 use crate::stats::median;
 
 /// Neighbours on either side that a sample is compared with: what lasts longer than these
 /// is motion, and the blocks of a mean leave it out ([`super::mean`]).
-const REACH: usize = 5;
+pub(super) const REACH: usize = 5;
 const WIDTH: usize = 2 * REACH + 1;
 /// The scale uses at least this many neighbourhoods, where the channel has them.
 const MIN_NEIGHBOURHOODS: usize = 20;
@@ -18,18 +20,20 @@ const SHARE: [f64; 2] = [0.02, 1.0 / 3.0];
 /// Fewest spikes that are taken out: one or two of a short pose depend on the last digit.
 const MIN_SPIKES: f64 = 3.0;
 
-/// Makes the rows of three channels empty in which any of them has a spike, and counts
-/// them. `step` is what the values of each are rounded to: less than six of those is never
+/// Makes the rows of three channels empty, those of `inner`, in which any of them has a spike, and counts
+/// them. Other rows are neighbours only: at an end a motion that begins looks like a spike. `step` is what the values of each are rounded to: less than six of those is never
 /// a spike. None are taken out where they are less than 2 % or more than a third.
 ///
 /// The rule rejects single samples, so that means keep the full efficiency of the
 /// arithmetic one under normal noise (Hampel, J. Am. Stat. Assoc. 69 (1974) 383).
-pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3]) -> usize {
-    let rows = channels[0].len();
-    let mut spike = vec![false; rows];
+pub(super) fn take_out(channels: &mut [Vec<f64>; 3], step: [f64; 3], inner: Range<usize>) -> usize {
+    let rows = inner.len();
+    let mut spike = vec![false; channels[0].len()];
     for (channel, step) in channels.iter().zip(step) {
         mark(channel, step, &mut spike);
     }
+    spike[..inner.start].fill(false);
+    spike[inner.end..].fill(false);
     let count = spike.iter().filter(|s| **s).count();
     let [least, most] = SHARE.map(|share| share * rows as f64);
     if !(least.max(MIN_SPIKES)..=most).contains(&(count as f64)) {

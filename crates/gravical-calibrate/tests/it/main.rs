@@ -14,3 +14,4 @@ mod properties;
 mod support;
 mod truth;
 mod wearables;
+mod without_clock;

@@ -1,0 +1,79 @@
+//! Recordings without time stamps and without a rate: rests are counted in rows.
+
+use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
+use gravical_calibrate::recording::{AccelUnit, Recording};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use crate::support::{FACES, calibrated, close, read_options, read_with};
+
+const SCALE: [f64; 3] = [1.012, 0.991, 1.006];
+
+/// The faces `rows` rows each, and between two of them three of a turn.
+fn recording(faces: &[usize], rows: usize, bias: [f64; 3]) -> Recording {
+    let mut text = "ax,ay,az\n".to_owned();
+    let mut previous = FACES[faces[0]].1;
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for face in faces {
+        let up = FACES[*face].1;
+        for k in 0..rows + 3 {
+            let share = ((k + 1) as f64 / 4.0).min(1.0);
+            let [x, y, z] = [0, 1, 2].map(|c| {
+                let a = 9.80665 * (previous[c] + share * (up[c] - previous[c]));
+                SCALE[c] * a + bias[c] + 0.02 * rng.sample::<f64, _>(StandardNormal)
+            });
+            text += &format!("{x:.4},{y:.4},{z:.4}\n");
+        }
+        previous = up;
+    }
+    let options = read_options(|o| o.accel_unit = Some(AccelUnit::Counts));
+    read_with(text.as_bytes(), &options)
+}
+
+#[test]
+fn faces_of_20_rows_and_more_are_found() {
+    let bias = [0.21, -0.33, 0.45];
+    for rows in [22, 30, 47] {
+        let session = [recording(&[0, 2, 1, 3, 4, 5], rows, bias)];
+        let accelerometer = calibrated(&session, &CalibrateOptions::default())
+            .file
+            .accelerometer;
+        for c in 0..3 {
+            close(accelerometer.bias[c], bias[c], 0.02);
+            close(accelerometer.scale[c], SCALE[c], 0.003);
+        }
+    }
+}
+
+#[test]
+fn errors_about_rests_that_are_counted_in_rows_advise_the_rate() {
+    let bias = [0.0; 3];
+    for (faces, rows, code) in [
+        (&[0, 2, 1, 3, 4, 5][..], 15, "never-static"),
+        (&[0, 2, 0, 2][..], 60, "underdetermined"),
+    ] {
+        let session = [recording(faces, rows, bias)];
+        let error = calibrate(&session, &CalibrateOptions::default()).unwrap_err();
+        assert_eq!(error.code(), code);
+        assert!(
+            error.options().iter().any(|option| option.name == "rate"),
+            "{error}"
+        );
+    }
+}
+
+/// A bias of 1 g moves every face.
+#[test]
+fn faces_are_seen_from_the_centre_of_the_readings() {
+    let bias = [0.0, 0.4, 10.0];
+    let session = [recording(&[0, 2, 1, 3, 4, 5], 47, bias)];
+    let accelerometer = calibrated(&session, &CalibrateOptions::default())
+        .file
+        .accelerometer;
+    for c in 0..3 {
+        close(accelerometer.bias[c], bias[c], 0.02);
+        close(accelerometer.scale[c], SCALE[c], 0.003);
+    }
+}
