@@ -78,6 +78,7 @@ fn choose_sensors(
     let are_named = !format.names.is_empty() && format.sensor.is_none();
     let values = |axes: &[usize; 3]| -> Axes<'_> { axes.map(|c| sample.columns[c].as_slice()) };
     let gravity = |axes: &[usize; 3]| Gravity::of(values(axes));
+    let linear = named::take_linear(&format.columns, &mut accel);
     let shows_none = |accel: &[[usize; 3]]| !accel.iter().any(|axes| gravity(axes).is_shown);
     let is_given = accel.iter().flatten().any(|c| format.columns[*c].is_given);
     if are_named && !is_given && format.options.sensor.is_none() && shows_none(&accel) {
@@ -86,8 +87,8 @@ fn choose_sensors(
             accel = vec![linear];
         } else {
             let shows_gravity = |axes: &[usize; 3]| gravity(axes).is_shown;
-            let others = named::other_triples(format);
-            if let Some(other) = others.into_iter().find(shows_gravity) {
+            let mut others = named::other_triples(format).into_iter().chain(linear);
+            if let Some(other) = others.find(shows_gravity) {
                 accel.insert(0, other);
                 format.is_guessed = !accel.is_empty();
                 format.misfit = Some("the columns named so hold no gravity".to_owned());
