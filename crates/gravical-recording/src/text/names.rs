@@ -89,6 +89,12 @@ impl Column {
         matches!(self.role, Role::Accel(_))
     }
 
+    /// Gravity may be removed from it: ROS calls raw acceleration linear, too. Where another accelerometer
+    /// stands beside it, it is.
+    pub(crate) fn may_be_linear(&self) -> bool {
+        self.is_linear || self.sensor.split(' ').any(|word| word == "linear")
+    }
+
     pub(crate) fn is_gyro(&self) -> bool {
         matches!(self.role, Role::Gyro(_))
     }

@@ -16,7 +16,7 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
-    let has_accel = format.columns.iter().any(|c| c.is_accel() && !c.is_linear);
+    let has_accel = format.columns.iter().any(|c| c.is_accel() && !c.may_be_linear());
     let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
         if column.role != Role::Other || column.is_dropped {
@@ -71,12 +71,7 @@ pub(super) fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize
 
 /// Takes those out whose names say that gravity is removed, if there are others.
 pub(super) fn take_linear(columns: &[Column], accel: &mut Vec<[usize; 3]>) -> Vec<[usize; 3]> {
-    // ROS calls raw acceleration linear, too; where another accelerometer stands beside it, gravity is
-    // removed from it.
-    let is_linear = |axes: &mut [usize; 3]| {
-        let column = &columns[axes[0]];
-        column.is_linear || column.sensor.split(' ').any(|word| word == "linear")
-    };
+    let is_linear = |axes: &mut [usize; 3]| columns[axes[0]].may_be_linear();
     let linear: Vec<[usize; 3]> = accel.extract_if(.., is_linear).collect();
     if accel.is_empty() {
         *accel = linear;
