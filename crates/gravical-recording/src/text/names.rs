@@ -29,7 +29,8 @@ const GYRO: &str = "g gy gyr w omega rate rot rotation angular angvel";
 const GYRO_STEMS: [&str; 4] = ["gyro", "giro", "dreh", "angularvel"];
 const TIME: &str = "t ts time stamp timestamp timestamps epoch epoc clock elapsed gpst date datetime \
     utc millis micros nanos seconds minutes hours days us ms ns s";
-const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine min minutes h hours days";
+const TIME_UNITS: &str =
+    "us ms ns s secs nsecs nanosec micros millis seconds fine min minutes h hours days";
 const STEP: &str = "dt delta deltat timestep diff";
 const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.

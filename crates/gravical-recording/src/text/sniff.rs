@@ -9,7 +9,7 @@ use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
-use super::words::Sentences;
+use super::words::{Heading, Sentences};
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
@@ -81,8 +81,13 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
         });
     // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
     let is_told = |column: &Column| is_axis(column) && !column.is_given;
+    let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
     let is_better = |sentences: &Format| match &table {
-        Ok((table, is_wordy)) => *is_wordy || table.is_guessed && !sentences.is_guessed,
+        // A table has no stamps where they are on lines of their own.
+        Ok((table, is_wordy)) => {
+            let has_more = !sentences.is_guessed || has_clock(sentences) && !has_clock(table);
+            *is_wordy || table.is_guessed && has_more
+        }
         Err(_) => true,
     };
     let may_be_sentences = match &table {
@@ -235,14 +240,17 @@ impl Format {
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let head_lines = lines.iter().position(|l| sentences.parse(l).is_some())?;
+        let head_lines = sentences.first_line(lines)?;
         let mut names = sentences.names(lines);
         if names.iter().all(String::is_empty) {
             names.clear();
         }
         let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
-        let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
-        let first_row = first_row.filter_map(|line| sentences.parse(line));
+        let mut heading = Heading::default();
+        let rows = lines
+            .iter()
+            .filter_map(|line| sentences.parse(line, &mut heading));
+        let first_row = rows.take(1 + sentences.last_place());
         for (slot, number) in first_row.flat_map(|s| s.numbers) {
             format.columns[slot].is_dated = number.contains(':');
         }

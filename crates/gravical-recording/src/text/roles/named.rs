@@ -16,7 +16,10 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
-    let has_accel = format.columns.iter().any(|c| c.is_accel() && !c.may_be_linear());
+    let has_accel = format
+        .columns
+        .iter()
+        .any(|c| c.is_accel() && !c.may_be_linear());
     let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
         if column.role != Role::Other || column.is_dropped {
