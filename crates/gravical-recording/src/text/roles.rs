@@ -40,7 +40,9 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
                 accel.push(first);
                 gyro.extend(second);
             }
-            None if accel.is_empty() && !is_gyroscope => return Err(columns_unknown(format)),
+            None if accel.is_empty() && !is_gyroscope => {
+                return Err(columns_unknown(format, sample));
+            }
             _ => {}
         }
     }
@@ -48,7 +50,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
     choose_sensors(format, accel, &gyro, sample)?;
     let is_no_axis = |c: &usize| sample.is_text(*c) || format.columns[*c].is_dated;
     if format.channels().iter().any(is_no_axis) {
-        return Err(columns_unknown(format));
+        return Err(columns_unknown(format, sample));
     }
     // Numbers may tell an axis where a name tells a clock.
     for column in format.channels() {
@@ -105,7 +107,7 @@ fn choose_sensors(
             .max_by_key(|i| gravity(&accel[*i]))
             .unwrap_or(0),
     };
-    let none = || no_accelerometer(!gyro.is_empty(), format);
+    let none = || no_accelerometer(!gyro.is_empty(), format, sample);
     let chosen = accel.get(at).copied().ok_or_else(none)?;
     format.accel = chosen;
     if format.options.sensor.is_none() {

@@ -29,7 +29,7 @@ const DIALECT_LINES: usize = 400;
 /// `no-rows` with what a recording is.
 pub(crate) fn no_rows(text: impl Into<String>) -> Error {
     Error::input("no-rows", text).with_hint(
-        "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
+        "a recording is a table of text: one sample a line, x, y and z of an accelerometer at least, separated by comma, semicolon, tab or spaces",
     )
 }
 
@@ -40,12 +40,25 @@ pub(crate) fn no_table(head: &str, what: &str) -> Error {
         Some('{' | '[') => {
             let text = "this is JSON; no table of samples was found in it";
             return Error::input("no-rows", text).with_hint(
-                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name",
+                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name, and `jq -r '[.t, .ax, .ay, .az] | transpose[] | @csv'` a list for each quantity",
             );
         }
         Some('<') => "this is HTML or XML; no table of samples was found in it".to_owned(),
+        _ if has_one_number_a_line(head) => {
+            let text = "no table of samples was found: one number a line";
+            return Error::input("no-rows", text).with_hint(
+                "`grep . FILE | paste -d, - - - > rows.csv` joins three lines to a row; give as many - as a row has numbers",
+            );
+        }
         _ => format!("no table of samples was found: {what}"),
     })
+}
+
+/// Whether most lines are nothing but a number.
+fn has_one_number_a_line(head: &str) -> bool {
+    let lines = head.lines().map(str::trim).filter(|l| !l.is_empty());
+    let numbers = lines.clone().filter(|l| parse_cell(l, false).is_some());
+    2 * numbers.count() > lines.count()
 }
 
 /// Reads the head of a file, as UTF-8; the name of the file (without its folder) may tell the
@@ -159,8 +172,11 @@ fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let below = lines[format.head_lines..].iter();
     let below = below.filter(|l| !l.trim().is_empty());
     let rows = below.clone().filter(|l| format.dialect.is_row(l)).count();
-    let is_markup = head.trim_start().starts_with(['{', '<']);
-    rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
+    let is_markup = head.trim_start().starts_with(['{', '[', '<']);
+    // JSON may be a single line.
+    let is_line = is_markup && lines.iter().filter(|l| !l.trim().is_empty()).count() == 1;
+    let are_few = rows * LINES_PER_ROW < below.count();
+    is_line || are_few && (is_markup || is_prose(head.as_bytes()))
 }
 
 /// True for text that consists of words: two thirds of its visible characters are letters.
