@@ -157,7 +157,8 @@ impl Follow {
         }
         self.bytes.extend_from_slice(rest);
         if let Some(opened) = &mut self.opened {
-            let whole = whole_rows(&opened.format, &self.bytes);
+            let heading = opened.parser.heading.clone();
+            let whole = whole_rows(&opened.format, heading, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
             samples.append(&mut opened.read(&text, self.max_rows)?);
             self.budget.check_rows(&opened.format, opened.rows.rows())?;
@@ -176,7 +177,8 @@ impl Follow {
         if !is_last && !is_enough(&recording) {
             return Ok(None);
         }
-        self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
+        let whole = whole_rows(&opened.format, Heading::default(), &self.bytes);
+        self.bytes.drain(..whole);
         let opened = self.opened.insert(opened);
         Ok(Some(opened.samples(&recording)))
     }
@@ -224,7 +226,8 @@ impl Follow {
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
         let mut parser = Parser::new(&format, &[]);
-        parser.read(&self.bytes[..whole_rows(&format, &self.bytes)])?;
+        let whole = whole_rows(&format, Heading::default(), &self.bytes);
+        parser.read(&self.bytes[..whole])?;
         let rows = parser.take();
         let recording = Recording::judge(&format, rows.clone())?;
         let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
@@ -287,15 +290,14 @@ fn line_end(bytes: &[u8]) -> Option<usize> {
     }
 }
 
-/// Bytes up to the end of the last whole row.
-fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
+/// Bytes up to the end of the last whole row, below the heading of those before.
+fn whole_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
     let end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
     let Some(sentences) = &format.sentences else {
         return end;
     };
     // Where the last row begins, and the place of its last line, if others of its lines are missing.
     let (mut begun, mut at) = (None, 0);
-    let mut heading = Heading::default();
     while at < end {
         let next = memchr(format.line_end, &bytes[at..end]).map_or(end, |n| at + n + 1);
         let line = String::from_utf8_lossy(&bytes[at..next]);

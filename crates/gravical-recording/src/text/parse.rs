@@ -142,7 +142,8 @@ pub(crate) struct Parser {
     has_header: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
-    heading: Heading,
+    /// Of the lines read.
+    pub heading: Heading,
     /// Columns whose text is kept, each piece from the first to the last.
     copied: Vec<(usize, usize)>,
     /// Where the fields of the row begin and end.
