@@ -100,6 +100,14 @@ macro_rules! writing {
                 let drawn = Writing { $($field: $kind::ALL[draw($kind::ALL.len())]),+ };
                 drawn.possible()
             }
+
+            /// Every two of its choices: number of each list, and of the choice in it.
+            pub fn pairs(&self) -> Vec<[(usize, usize); 2]> {
+                let choices = [$(self.$field as usize),+];
+                let choices: Vec<(usize, usize)> = choices.into_iter().enumerate().collect();
+                let pair = |at: usize| choices[..at].iter().map(|c| [*c, choices[at]]).collect();
+                (0..choices.len()).flat_map::<Vec<_>, _>(pair).collect()
+            }
         }
     };
 }
