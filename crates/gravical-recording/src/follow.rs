@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use memchr::{memchr2, memrchr, memrchr2};
+use memchr::{memchr, memchr2, memrchr, memrchr2};
 
 use crate::error::{Error, Result};
 use crate::judge;
@@ -10,7 +10,7 @@ use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Format, Parser, Reason, Rows, no_table, sniff};
+use crate::text::{Format, Heading, Parser, Reason, Rows, no_table, sniff};
 
 /// The format is looked for each time that so many lines more are there.
 const LOOK_LINES: usize = 50;
@@ -157,7 +157,8 @@ impl Follow {
         }
         self.bytes.extend_from_slice(rest);
         if let Some(opened) = &mut self.opened {
-            let whole = whole_rows(&opened.format, &self.bytes);
+            let heading = opened.parser.heading.clone();
+            let whole = whole_rows(&opened.format, heading, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
             samples.append(&mut opened.read(&text, self.max_rows)?);
             self.budget.check_rows(&opened.format, opened.rows.rows())?;
@@ -176,7 +177,8 @@ impl Follow {
         if !is_last && !is_enough(&recording) {
             return Ok(None);
         }
-        self.bytes.drain(..whole_rows(&opened.format, &self.bytes));
+        let whole = whole_rows(&opened.format, Heading::default(), &self.bytes);
+        self.bytes.drain(..whole);
         let opened = self.opened.insert(opened);
         Ok(Some(opened.samples(&recording)))
     }
@@ -224,7 +226,8 @@ impl Follow {
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
         let mut parser = Parser::new(&format, &[]);
-        parser.read(&self.bytes[..whole_rows(&format, &self.bytes)])?;
+        let whole = whole_rows(&format, Heading::default(), &self.bytes);
+        parser.read(&self.bytes[..whole])?;
         let rows = parser.take();
         let recording = Recording::judge(&format, rows.clone())?;
         let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
@@ -287,28 +290,27 @@ fn line_end(bytes: &[u8]) -> Option<usize> {
     }
 }
 
-/// Bytes up to the end of the last whole row.
-fn whole_rows(format: &Format, bytes: &[u8]) -> usize {
-    let mut end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
+/// Bytes up to the end of the last whole row, below the heading of those before.
+fn whole_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
+    let end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
     let Some(sentences) = &format.sentences else {
         return end;
     };
-    // Place of the first line of the last row, as far as is known.
-    let mut begun = None;
-    let mut at = end;
-    while at > 0 {
-        let from = memrchr(format.line_end, &bytes[..at - 1]).map_or(0, |at| at + 1);
-        let line = String::from_utf8_lossy(&bytes[from..at]);
-        match sentences.parse(line.trim_end()).map(|s| s.place) {
-            Some(place) if place == sentences.last_place() => break,
-            // A line of a row before the last one.
-            Some(place) if begun.is_some_and(|begun| place >= begun) => break,
-            Some(place) => (end, begun) = (from, Some(place)),
-            None => {}
+    // Where the last row begins, and the place of its last line, if others of its lines are missing.
+    let (mut begun, mut at) = (None, 0);
+    while at < end {
+        let next = memchr(format.line_end, &bytes[at..end]).map_or(end, |n| at + n + 1);
+        let line = String::from_utf8_lossy(&bytes[at..next]);
+        if let Some(sentence) = sentences.parse(line.trim_end(), &mut heading) {
+            let place = sentence.place;
+            let from = begun
+                .filter(|(_, before)| place > *before)
+                .map_or(at, |b| b.0);
+            begun = (place < sentences.last_place()).then_some((from, place));
         }
-        at = from;
+        at = next;
     }
-    end
+    begun.map_or(end, |b| b.0)
 }
 
 impl Opened {

@@ -22,3 +22,4 @@ pub(crate) use roles::sensor_unknown;
 pub use rows::{AsideLines, CopiedText, Ledger, Reason, Rows};
 pub use sniff::{is_prose, sniff, sniff_table};
 pub(crate) use sniff::{no_rows, no_table};
+pub(crate) use words::Heading;

@@ -55,12 +55,14 @@ choices! {
     /// A blank line after every so many rows.
     Blank { Never, Every2, Every10, Every100 }
 
-    Trailing { Nothing, Delimiter }
+    /// What ends a line; rows only: the header has no delimiter at its end.
+    Trailing { Nothing, Delimiter, RowsOnly }
 
     Encoding { Utf8, Utf8Mark, Utf16Le, Utf16Be, Utf16LeBare, Latin1, Gzip }
 
+    /// Letters: none, but the letter of each sensor before its values: `A: x y z G: x y z`.
     Header {
-        Absent, Plain, Quoted, Commented, Repeated, UnitsRow, CalAndUnitsRow, TwoRows, Metadata,
+        Absent, Letters, Plain, Quoted, Commented, Repeated, UnitsRow, CalAndUnitsRow, TwoRows, Metadata,
         SepLine,
     }
 
@@ -70,14 +72,16 @@ choices! {
         Bare,
     }
 
+    /// Linear acceleration lacks gravity; it stands before the accelerometer or behind it.
     Order {
-        AccelFirst, GyroFirst, ZyxAxes, MagnetometerBetween, TemperatureBetween, CounterFirst,
-        TextColumns,
+        AccelFirst, GyroFirst, ZyxAxes, MagnetometerFirst, LinearFirst, TemperatureBetween,
+        CounterFirst, TextColumns,
     }
 
+    /// Days as spreadsheets count them; parts: hours, minutes, seconds and milliseconds.
     Clock {
-        Milliseconds, Seconds, Microseconds, EpochSeconds, EpochMilliseconds, EpochNanoseconds,
-        DateTime, TimeOfDay, Differences, Absent,
+        Milliseconds, Seconds, Microseconds, Minutes, Days, EpochSeconds, EpochMilliseconds,
+        EpochNanoseconds, DateTime, DateAndTime, TimeOfDay, Parts, Differences, Absent,
     }
 
     /// What the clock's column is called where the logger has no name of its own for it.
@@ -95,6 +99,14 @@ macro_rules! writing {
             pub fn random(mut draw: impl FnMut(usize) -> usize) -> Self {
                 let drawn = Writing { $($field: $kind::ALL[draw($kind::ALL.len())]),+ };
                 drawn.possible()
+            }
+
+            /// Every two of its choices: number of each list, and of the choice in it.
+            pub fn pairs(&self) -> Vec<[(usize, usize); 2]> {
+                let choices = [$(self.$field as usize),+];
+                let choices: Vec<(usize, usize)> = choices.into_iter().enumerate().collect();
+                let pair = |at: usize| choices[..at].iter().map(|c| [*c, choices[at]]).collect();
+                (0..choices.len()).flat_map::<Vec<_>, _>(pair).collect()
             }
         }
     };
@@ -176,7 +188,14 @@ impl Writing {
     pub fn possible(mut self) -> Self {
         use Header as H;
         use Names as N;
-        let headed = self.header != H::Absent;
+        if self.header == H::Letters {
+            // Words and blanks part the values.
+            self.delimiter = Delimiter::Padded;
+            if self.order != Order::MagnetometerFirst {
+                self.order = Order::AccelFirst;
+            }
+        }
+        let headed = !matches!(self.header, H::Absent | H::Letters);
         // One file of two sensors is joined to one recording.
         if self.sensors == Sensors::GyroscopeInOtherFile
             && !matches!(self.scene, Scene::Poses | Scene::Turns | Scene::Line)
@@ -215,20 +234,25 @@ impl Writing {
             if self.order == Order::TextColumns || self.order == Order::CounterFirst {
                 self.order = Order::AccelFirst;
             }
-            // Its name says that it is a time, not a difference.
-            if self.clock == Clock::Differences {
+            // Its name says that it is a time, not a difference or a part.
+            if matches!(
+                self.clock,
+                Clock::Differences | Clock::Parts | Clock::DateAndTime
+            ) {
                 self.clock = Clock::Seconds;
             }
         }
         if !headed {
             self.names = N::Short;
             self.clock_name = ClockName::Plain;
-            // Nobody can know that a column holds differences, and what a column of
+            // Nobody can know that a column holds differences or parts, and what a column of
             // words or of another sensor is.
-            if self.clock == Clock::Differences {
+            if matches!(self.clock, Clock::Differences | Clock::Parts) {
                 self.clock = Clock::Milliseconds;
             }
-            if matches!(self.order, Order::TextColumns | Order::MagnetometerBetween) {
+            let is_lettered = self.header == H::Letters;
+            let is_unknown = matches!(self.order, Order::MagnetometerFirst | Order::LinearFirst);
+            if self.order == Order::TextColumns || is_unknown && !is_lettered {
                 self.order = Order::AccelFirst;
             }
         }
@@ -243,7 +267,9 @@ impl Writing {
         if self.delimiter == Delimiter::Padded {
             self.trailing = Trailing::Nothing;
             self.header = match self.header {
-                H::Absent | H::Plain | H::Commented | H::Repeated | H::UnitsRow => self.header,
+                H::Absent | H::Letters | H::Plain | H::Commented | H::Repeated | H::UnitsRow => {
+                    self.header
+                }
                 _ => H::Plain,
             };
             // A name with spaces in it is cut by them.

@@ -26,10 +26,12 @@ pub struct Written {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Channel {
-    Time,
+    /// Or a part of it.
+    Time(usize),
     Accel(usize),
     Gyro(usize),
     Magnetometer(usize),
+    Linear(usize),
     Temperature,
     Counter,
     Text(usize),
@@ -66,7 +68,7 @@ pub fn columns_option(writing: &Writing) -> String {
     let names: Vec<String> = channels(writing)
         .into_iter()
         .map(|channel| match channel {
-            C::Time if writing.clock != Clock::Differences => "t".to_owned(),
+            C::Time(_) if is_one_clock(writing) => "t".to_owned(),
             C::Accel(i) => format!("a{}", AXES[i]),
             C::Gyro(i) => format!("g{}", AXES[i]),
             C::Temperature => "temp".to_owned(),
@@ -74,6 +76,21 @@ pub fn columns_option(writing: &Writing) -> String {
         })
         .collect();
     names.join(",")
+}
+
+/// Whether a column is the time of each row.
+fn is_one_clock(writing: &Writing) -> bool {
+    writing.clock != Clock::Differences && clock_channels(writing).count() == 1
+}
+
+fn clock_channels(writing: &Writing) -> impl Iterator<Item = Channel> + use<> {
+    let count = match writing.clock {
+        Clock::Absent => 0,
+        Clock::DateAndTime => 2,
+        Clock::Parts => 4,
+        _ => 1,
+    };
+    (0..count).map(C::Time)
 }
 
 const AXES: [char; 3] = ['x', 'y', 'z'];
@@ -89,15 +106,20 @@ fn channels(writing: &Writing) -> Vec<Channel> {
     if writing.order == Order::CounterFirst {
         out.push(C::Counter);
     }
-    if writing.clock != Clock::Absent {
-        out.push(C::Time);
-    }
+    out.extend(clock_channels(writing));
     if writing.order == Order::TextColumns {
         out.extend([C::Text(0), C::Text(1)]);
     }
+    let [magnetometer, linear] =
+        [C::Magnetometer, C::Linear].map(|of: fn(usize) -> C| axes.map(of).to_vec());
     let (first, second) = match writing.order {
         Order::GyroFirst => (gyro, accel.to_vec()),
-        Order::MagnetometerBetween => ([accel, [0, 1, 2].map(C::Magnetometer)].concat(), gyro),
+        _ if writing.header == Header::Letters && writing.order == Order::MagnetometerFirst => {
+            (accel.to_vec(), [gyro, magnetometer].concat())
+        }
+        Order::MagnetometerFirst => (magnetometer, [accel.to_vec(), linear, gyro].concat()),
+        Order::LinearFirst => (linear, [accel.to_vec(), magnetometer, gyro].concat()),
+        _ if writing.header == Header::Letters => (accel.to_vec(), gyro),
         Order::TemperatureBetween => ([&accel[..], &[C::Temperature]].concat(), gyro),
         _ if writing.names == Names::Bare => (accel.to_vec(), gyro),
         _ => (accel.to_vec(), [gyro, vec![C::Temperature]].concat()),
@@ -112,7 +134,7 @@ fn channels(writing: &Writing) -> Vec<Channel> {
 
 fn gyro_channels(writing: &Writing) -> Vec<Channel> {
     let gyro = axes(writing).map(C::Gyro);
-    [C::Time].into_iter().chain(gyro).collect()
+    clock_channels(writing).chain(gyro).collect()
 }
 
 fn axes(writing: &Writing) -> [usize; 3] {
@@ -135,20 +157,33 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
         LineEnd::CrCrLf => "\r\r\n",
         LineEnd::Cr => "\r",
     };
-    let line_of = |fields: &[String]| -> String {
-        let mut line = if writing.delimiter == Delimiter::Padded {
-            let padded: Vec<String> = fields.iter().map(|f| format!("{f:>14}")).collect();
-            padded.join(delimiter)
-        } else {
-            fields.join(delimiter)
-        };
-        if writing.trailing == Trailing::Delimiter {
+    let line_of = |fields: &[String], is_row: bool| -> String {
+        let letters = channels.iter().zip(fields).map(|(c, field)| match c {
+            _ if writing.header != Header::Letters => field.clone(),
+            C::Time(0) => format!("T: {field}"),
+            C::Accel(0) => format!("A: {field}"),
+            C::Gyro(0) => format!("G: {field}"),
+            C::Magnetometer(0) => format!("M: {field}"),
+            _ => field.clone(),
+        });
+        let fields: Vec<String> = letters.collect();
+        let mut line =
+            if writing.header != Header::Letters && writing.delimiter == Delimiter::Padded {
+                let padded: Vec<String> = fields.iter().map(|f| format!("{f:>14}")).collect();
+                padded.join(delimiter)
+            } else {
+                fields.join(delimiter)
+            };
+        if writing.trailing == Trailing::Delimiter
+            || is_row && writing.trailing == Trailing::RowsOnly
+        {
             line.push_str(delimiter.trim_end_matches(' '));
         }
         line.push_str(end);
         line
     };
-    let header = header(writing, rate_hz, channels, &line_of, delimiter, end);
+    let head_line = |fields: &[String]| line_of(fields, false);
+    let header = header(writing, rate_hz, channels, &head_line, delimiter, end);
     let mut text = header.before.clone();
     let field = |row: usize, channel: Channel| -> String {
         let mut field = String::new();
@@ -173,7 +208,7 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
             text.push_str(&header.names);
         }
         let fields: Vec<String> = channels.iter().map(|c| field(row, *c)).collect();
-        text.push_str(&line_of(&fields));
+        text.push_str(&line_of(&fields, true));
     }
     encode(writing.encoding, &text)
 }
@@ -209,7 +244,7 @@ fn header(
         line_of(&units)
     };
     let before = match writing.header {
-        Header::Absent => String::new(),
+        Header::Absent | Header::Letters => String::new(),
         Header::Plain | Header::Quoted | Header::Repeated => names.clone(),
         Header::Commented => format!("# {names}"),
         Header::UnitsRow => format!("{names}{}", units()),
@@ -237,6 +272,7 @@ fn in_two_rows(writing: &Writing, channel: Channel) -> (String, String) {
         C::Accel(i) => ("Accelerometer".to_owned(), AXES[i].to_string()),
         C::Gyro(i) => ("Gyroscope".to_owned(), AXES[i].to_string()),
         C::Magnetometer(i) => ("Magnetometer".to_owned(), AXES[i].to_string()),
+        C::Linear(i) => ("Linear Acceleration".to_owned(), AXES[i].to_string()),
         C::Temperature => ("Temperature".to_owned(), "C".to_owned()),
         other => ("Time".to_owned(), unit_of(writing, other)),
     }
@@ -245,14 +281,17 @@ fn in_two_rows(writing: &Writing, channel: Channel) -> (String, String) {
 fn unit_of(writing: &Writing, channel: Channel) -> String {
     use Values as V;
     match channel {
-        C::Time => match writing.clock {
+        C::Time(part) => match writing.clock {
+            Clock::Parts => ["h", "min", "s", "ms"][part],
+            Clock::Minutes => "min",
+            Clock::Days => "d",
             Clock::Milliseconds | Clock::EpochMilliseconds => "ms",
             Clock::Seconds | Clock::EpochSeconds | Clock::Differences => "s",
             Clock::Microseconds => "us",
             Clock::EpochNanoseconds => "ns",
-            Clock::DateTime | Clock::TimeOfDay | Clock::Absent => "time",
+            Clock::DateTime | Clock::DateAndTime | Clock::TimeOfDay | Clock::Absent => "time",
         },
-        C::Accel(_) => match (writing.values, writing.names) {
+        C::Accel(_) | C::Linear(_) => match (writing.values, writing.names) {
             (V::GRad | V::GDeg | V::Mislabelled, _) => "g",
             (V::MilliGDeg, _) => "mg",
             (V::Counts, _) => "counts",
@@ -285,11 +324,30 @@ fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
         }
     };
     let (upper, lower) = match channel {
-        C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) => (AXES[i].to_ascii_uppercase(), AXES[i]),
+        C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) | C::Linear(i) => {
+            (AXES[i].to_ascii_uppercase(), AXES[i])
+        }
         _ => (' ', ' '),
     };
     match channel {
-        C::Time => return clock_name(writing, with_units),
+        C::Time(part) if writing.clock == Clock::Parts => {
+            let names = match writing.clock_name {
+                ClockName::Logger => ["h", "m", "s", "ms"],
+                _ => ["hour", "minute", "second", "millisecond"],
+            };
+            return names[part].to_owned();
+        }
+        C::Time(0) if writing.clock == Clock::DateAndTime => return "date".to_owned(),
+        C::Time(_) => return clock_name(writing, with_units),
+        C::Linear(_) => {
+            return match writing.names {
+                N::Phyphox | N::Xio => unit(format!("Linear Acceleration {lower}")),
+                // Theirs is the accelerometer itself.
+                N::Ros => format!("user_acceleration.{lower}"),
+                N::Sketch | N::Snake => unit(format!("linear_acceleration_{lower}")),
+                _ => format!("linear_acceleration_{lower}"),
+            };
+        }
         C::Counter => return "counter".to_owned(),
         C::Text(i) => return ["DeviceOrientation", "Activity", "Remark"][i].to_owned(),
         C::Temperature => {
@@ -365,6 +423,8 @@ fn clock_name(writing: &Writing, with_units: bool) -> String {
         (ClockName::Plain, _) => "time",
         (ClockName::WithUnit, Clock::Milliseconds) => "time_ms",
         (ClockName::WithUnit, Clock::Seconds) => "t_s",
+        (ClockName::WithUnit, Clock::Minutes) if spaced => "time_min",
+        (ClockName::WithUnit, Clock::Minutes) => "t (min)",
         (ClockName::WithUnit, Clock::Microseconds) if spaced => "time_us",
         (ClockName::WithUnit, Clock::Microseconds) => "Time (us)",
         (ClockName::WithUnit, Clock::EpochSeconds) => "timestamp_s",
@@ -375,6 +435,7 @@ fn clock_name(writing: &Writing, with_units: bool) -> String {
         (ClockName::WithUnit, _) => "clock",
         (ClockName::Logger, Clock::Milliseconds) => "millis",
         (ClockName::Logger, Clock::Seconds) => "seconds_elapsed",
+        (ClockName::Logger, Clock::Minutes) => "minutes",
         (ClockName::Logger, Clock::Microseconds) => "ustime",
         (ClockName::Logger, Clock::EpochSeconds) => "GPST",
         (ClockName::Logger, Clock::EpochMilliseconds) => "unixtime",
@@ -388,14 +449,19 @@ fn clock_name(writing: &Writing, with_units: bool) -> String {
 fn cell(writing: &Writing, columns: &Columns, row: usize, channel: Channel, out: &mut String) {
     let digits = writing.decimals.digits();
     let _ = match channel {
-        C::Time => return time_cell(writing, columns, row, out),
-        C::Accel(i) => {
-            let g = columns.accel_mps2[i][row] / STANDARD_GRAVITY_MPS2;
+        C::Time(part) => return time_cell(writing, columns, row, part, out),
+        C::Accel(i) | C::Linear(i) => {
+            let mut mps2 = columns.accel_mps2[i][row];
+            if channel == C::Linear(i) {
+                // Without what was there a little while ago, gravity above all.
+                mps2 -= columns.accel_mps2[i][row.saturating_sub(5)];
+            }
+            let g = mps2 / STANDARD_GRAVITY_MPS2;
             match writing.values {
                 Values::Counts => write!(out, "{}", count(g * writing.range.lsb_per_g())),
                 Values::GRad | Values::GDeg => write!(out, "{g:.digits$}"),
                 Values::MilliGDeg => write!(out, "{:.digits$}", 1000.0 * g),
-                _ => write!(out, "{:.digits$}", columns.accel_mps2[i][row]),
+                _ => write!(out, "{mps2:.digits$}"),
             }
         }
         C::Gyro(i) => {
@@ -423,7 +489,7 @@ fn count(value: f64) -> i64 {
     (value.round() as i64).clamp(-32768, 32767)
 }
 
-fn time_cell(writing: &Writing, columns: &Columns, row: usize, out: &mut String) {
+fn time_cell(writing: &Writing, columns: &Columns, row: usize, part: usize, out: &mut String) {
     let t_s = columns.t_s[row];
     let ns = (t_s * 1e9).round() as u64;
     let _ = match writing.clock {
@@ -440,7 +506,16 @@ fn time_cell(writing: &Writing, columns: &Columns, row: usize, out: &mut String)
             write!(out, "{}.{:03}", START_S * 1000 + us / 1000, us % 1000)
         }
         Clock::EpochNanoseconds => write!(out, "{}", START_S * 1_000_000_000 + ns),
-        Clock::DateTime | Clock::TimeOfDay => {
+        Clock::Minutes => write!(out, "{:.8}", t_s / 60.0),
+        // Days since 1899-12-30.
+        Clock::Days => write!(out, "{:.10}", 25_569.0 + (START_S as f64 + t_s) / 86_400.0),
+        Clock::DateAndTime if part == 0 => write!(out, "2024-05-19"),
+        Clock::Parts => {
+            let s = START_S % 86_400 + ns / 1_000_000_000;
+            let parts = [s / 3600, s / 60 % 60, s % 60, ns / 1_000_000 % 1000];
+            write!(out, "{}", parts[part])
+        }
+        Clock::DateTime | Clock::DateAndTime | Clock::TimeOfDay => {
             let s = START_S % 86_400 + ns / 1_000_000_000;
             let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
             let (before, point) = match writing.clock {

@@ -305,8 +305,8 @@ fn never_static(recording: &Recording, what: String) -> Error {
     let hint = if recording.rows() < FEW_ROWS {
         "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
     } else {
-        "lay the sensor down for 3 s or more, and 20 rows, in each of six poses or more, or name the rows of each in a column \"label\", or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
+        "lay the sensor down for 3 s or more, and 20 rows, in each of six poses or more, or name the rows of each, in a column \"label\" or in a list, or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
     };
     let error = Error::input("never-static", what).at(Path::new(&recording.name), None);
-    advise_rate(error.with_hint(hint), [recording])
+    advise_rate(error.with_hint(hint), [recording]).advise("sections", "")
 }

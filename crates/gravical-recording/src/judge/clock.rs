@@ -10,6 +10,9 @@ use crate::utc::UtcTime;
 pub const RATES_HZ: std::ops::RangeInclusive<f64> = 0.9..=20_000.0;
 /// Rates beyond which stamps or their unit are wrong, Hz.
 const POSSIBLE_RATES_HZ: Range<f64> = 1e-6..1e9;
+/// Stamps in minutes that are taken for seconds give 1500 Hz and more. A recording at a higher rate is
+/// rare enough to have its unit stated, Hz.
+const MAX_UNDOUBTED_RATE_HZ: f64 = 1200.0;
 /// Unit of the stamps of some motion trackers, s: taken where the stated rate asks for it.
 const TICK_S: f64 = 1e-4;
 /// Rate that is likeliest where nothing else tells the unit of the stamps.
@@ -291,7 +294,8 @@ fn guess_unit_s(
         by_reasons.then(distance(*a).total_cmp(&distance(*b)))
     })?;
     let is_told = reasons(best)[..3].contains(&true);
-    Some((best, units.len() > 1 && !is_told))
+    let is_doubtful = units.len() > 1 || rate_hz(best) > MAX_UNDOUBTED_RATE_HZ;
+    Some((best, is_doubtful && !is_told))
 }
 
 /// What is 1970 in a count of days that is a date.

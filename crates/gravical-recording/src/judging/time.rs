@@ -235,7 +235,7 @@ fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
             Role::Step => true,
             _ => continue,
         };
-        let is_part = parts.iter().any(|part| part.column() == c);
+        let is_part = parts.iter().any(|part| part.columns().contains(&c));
         if is_part || values.iter().all(|v| v.is_nan()) {
             continue;
         }

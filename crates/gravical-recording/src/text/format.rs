@@ -1,5 +1,7 @@
 //! What the head of a file says.
 
+use std::slice;
+
 use super::dialect::Dialect;
 use super::names::Column;
 use super::rows::Rows;
@@ -79,20 +81,28 @@ pub(crate) enum StampPart {
     Unit(usize, f64),
     /// Column of days that are written as one number: 20240301
     CompactDay(usize),
+    /// Columns of year, month and day
+    Day([usize; 3]),
 }
 
 impl StampPart {
-    pub(crate) fn column(self) -> usize {
+    pub(crate) fn columns(&self) -> &[usize] {
         match self {
-            StampPart::Unit(column, _) | StampPart::CompactDay(column) => column,
+            StampPart::Unit(column, _) | StampPart::CompactDay(column) => slice::from_ref(column),
+            StampPart::Day(columns) => columns,
         }
     }
 
     /// The sums of parts, s.
     pub(crate) fn sum(parts: &[StampPart], rows: &Rows) -> Vec<f64> {
+        let day_s = |day: f64| compact_day_s(day).unwrap_or(f64::NAN);
         let second = |part: &StampPart, row: usize| match part {
             StampPart::Unit(column, unit_s) => rows.columns[*column][row] * unit_s,
-            StampPart::CompactDay(c) => compact_day_s(rows.columns[*c][row]).unwrap_or(f64::NAN),
+            StampPart::CompactDay(c) => day_s(rows.columns[*c][row]),
+            StampPart::Day(columns) => {
+                let [year, month, day] = columns.map(|c| rows.columns[c][row]);
+                day_s(1e4 * year + 100.0 * month + day)
+            }
         };
         let sum = |row| parts.iter().map(|part| second(part, row)).sum();
         (0..rows.rows()).map(sum).collect()

@@ -29,7 +29,8 @@ const GYRO: &str = "g gy gyr w omega rate rot rotation angular angvel";
 const GYRO_STEMS: [&str; 4] = ["gyro", "giro", "dreh", "angularvel"];
 const TIME: &str = "t ts time stamp timestamp timestamps epoch epoc clock elapsed gpst date datetime \
     utc millis micros nanos seconds minutes hours days us ms ns s";
-const TIME_UNITS: &str = "us ms ns s nanosec micros millis seconds fine min minutes h hours days";
+const TIME_UNITS: &str =
+    "us ms ns s secs nsecs nanosec micros millis seconds fine min minutes h hours days";
 const STEP: &str = "dt delta deltat timestep diff";
 const LABEL: &str = "label part section pose face placement";
 /// Words of quantities that have axes too, or belong to a result.
@@ -87,6 +88,12 @@ fn split_unit(name: &str) -> (String, String) {
 impl Column {
     pub(crate) fn is_accel(&self) -> bool {
         matches!(self.role, Role::Accel(_))
+    }
+
+    /// Gravity may be removed from it: ROS calls raw acceleration linear, too. Where another accelerometer
+    /// stands beside it, it is.
+    pub(crate) fn may_be_linear(&self) -> bool {
+        self.is_linear || self.sensor.split(' ').any(|word| word == "linear")
     }
 
     pub(crate) fn is_gyro(&self) -> bool {

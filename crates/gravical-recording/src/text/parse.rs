@@ -16,7 +16,7 @@ use super::header::Header;
 use super::lines::{LineBlocks, trim_end};
 use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows};
-use super::words::Sentences;
+use super::words::{Heading, Sentences};
 use crate::board::BoardSettings;
 use crate::error::{Error, cut_hint};
 
@@ -142,6 +142,8 @@ pub(crate) struct Parser {
     has_header: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
+    /// Of the lines read.
+    pub heading: Heading,
     /// Columns whose text is kept, each piece from the first to the last.
     copied: Vec<(usize, usize)>,
     /// Where the fields of the row begin and end.
@@ -267,6 +269,8 @@ impl Parser {
             return Ok(Some(Reason::Header));
         }
         if self.line_number <= self.format.head_lines {
+            let sentences = self.format.sentences.as_ref();
+            sentences.and_then(|s| s.parse(line, &mut self.heading));
             return Ok(Some(Reason::Metadata));
         }
         if is_blank(line) {
@@ -369,9 +373,13 @@ impl Parser {
     }
 
     fn read_sentence(&mut self, line: &str) -> Option<Reason> {
-        let sentences = self.format.sentences.as_ref();
-        let Some(sentence) = sentences.and_then(|s| s.parse(line)) else {
-            return Some(Reason::NotANumber);
+        let sentences = self.format.sentences.as_ref()?;
+        let Some(sentence) = sentences.parse(line, &mut self.heading) else {
+            return Some(if sentences.has_headings {
+                Reason::Continuation
+            } else {
+                Reason::NotANumber
+            });
         };
         let begins = self.place.is_none_or(|last| sentence.place <= last);
         if begins {

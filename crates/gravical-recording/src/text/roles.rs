@@ -40,7 +40,9 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
                 accel.push(first);
                 gyro.extend(second);
             }
-            None if accel.is_empty() && !is_gyroscope => return Err(columns_unknown(format)),
+            None if accel.is_empty() && !is_gyroscope => {
+                return Err(columns_unknown(format, sample));
+            }
             _ => {}
         }
     }
@@ -48,7 +50,7 @@ pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Res
     choose_sensors(format, accel, &gyro, sample)?;
     let is_no_axis = |c: &usize| sample.is_text(*c) || format.columns[*c].is_dated;
     if format.channels().iter().any(is_no_axis) {
-        return Err(columns_unknown(format));
+        return Err(columns_unknown(format, sample));
     }
     // Numbers may tell an axis where a name tells a clock.
     for column in format.channels() {
@@ -78,6 +80,7 @@ fn choose_sensors(
     let are_named = !format.names.is_empty() && format.sensor.is_none();
     let values = |axes: &[usize; 3]| -> Axes<'_> { axes.map(|c| sample.columns[c].as_slice()) };
     let gravity = |axes: &[usize; 3]| Gravity::of(values(axes));
+    let linear = named::take_linear(&format.columns, &mut accel);
     let shows_none = |accel: &[[usize; 3]]| !accel.iter().any(|axes| gravity(axes).is_shown);
     let is_given = accel.iter().flatten().any(|c| format.columns[*c].is_given);
     if are_named && !is_given && format.options.sensor.is_none() && shows_none(&accel) {
@@ -86,8 +89,8 @@ fn choose_sensors(
             accel = vec![linear];
         } else {
             let shows_gravity = |axes: &[usize; 3]| gravity(axes).is_shown;
-            let others = named::other_triples(format);
-            if let Some(other) = others.into_iter().find(shows_gravity) {
+            let mut others = named::other_triples(format).into_iter().chain(linear);
+            if let Some(other) = others.find(shows_gravity) {
                 accel.insert(0, other);
                 format.is_guessed = !accel.is_empty();
                 format.misfit = Some("the columns named so hold no gravity".to_owned());
@@ -104,7 +107,7 @@ fn choose_sensors(
             .max_by_key(|i| gravity(&accel[*i]))
             .unwrap_or(0),
     };
-    let none = || no_accelerometer(!gyro.is_empty(), format);
+    let none = || no_accelerometer(!gyro.is_empty(), format, sample);
     let chosen = accel.get(at).copied().ok_or_else(none)?;
     format.accel = chosen;
     if format.options.sensor.is_none() {

@@ -9,7 +9,7 @@ use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
-use super::words::Sentences;
+use super::words::{Heading, Sentences};
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
@@ -29,7 +29,7 @@ const DIALECT_LINES: usize = 400;
 /// `no-rows` with what a recording is.
 pub(crate) fn no_rows(text: impl Into<String>) -> Error {
     Error::input("no-rows", text).with_hint(
-        "a recording is a table of text: one sample a line, its values separated by comma, semicolon, tab or spaces",
+        "a recording is a table of text: one sample a line, x, y and z of an accelerometer at least, separated by comma, semicolon, tab or spaces",
     )
 }
 
@@ -40,12 +40,25 @@ pub(crate) fn no_table(head: &str, what: &str) -> Error {
         Some('{' | '[') => {
             let text = "this is JSON; no table of samples was found in it";
             return Error::input("no-rows", text).with_hint(
-                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name",
+                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name, and `jq -r '[.t, .ax, .ay, .az] | transpose[] | @csv'` a list for each quantity",
             );
         }
         Some('<') => "this is HTML or XML; no table of samples was found in it".to_owned(),
+        _ if has_one_number_a_line(head) => {
+            let text = "no table of samples was found: one number a line";
+            return Error::input("no-rows", text).with_hint(
+                "`grep . FILE | paste -d, - - - > rows.csv` joins three lines to a row; give as many - as a row has numbers",
+            );
+        }
         _ => format!("no table of samples was found: {what}"),
     })
+}
+
+/// Whether most lines are nothing but a number.
+fn has_one_number_a_line(head: &str) -> bool {
+    let lines = head.lines().map(str::trim).filter(|l| !l.is_empty());
+    let numbers = lines.clone().filter(|l| parse_cell(l, false).is_some());
+    2 * numbers.count() > lines.count()
 }
 
 /// Reads the head of a file, as UTF-8; the name of the file (without its folder) may tell the
@@ -81,8 +94,13 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
         });
     // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
     let is_told = |column: &Column| is_axis(column) && !column.is_given;
+    let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
     let is_better = |sentences: &Format| match &table {
-        Ok((table, is_wordy)) => *is_wordy || table.is_guessed && !sentences.is_guessed,
+        // A table has no stamps where they are on lines of their own.
+        Ok((table, is_wordy)) => {
+            let has_more = !sentences.is_guessed || has_clock(sentences) && !has_clock(table);
+            *is_wordy || table.is_guessed && has_more
+        }
         Err(_) => true,
     };
     let may_be_sentences = match &table {
@@ -154,8 +172,11 @@ fn has_few_rows(format: &Format, lines: &[&str], head: &str) -> bool {
     let below = lines[format.head_lines..].iter();
     let below = below.filter(|l| !l.trim().is_empty());
     let rows = below.clone().filter(|l| format.dialect.is_row(l)).count();
-    let is_markup = head.trim_start().starts_with(['{', '<']);
-    rows * LINES_PER_ROW < below.count() && (is_markup || is_prose(head.as_bytes()))
+    let is_markup = head.trim_start().starts_with(['{', '[', '<']);
+    // JSON may be a single line.
+    let is_line = is_markup && lines.iter().filter(|l| !l.trim().is_empty()).count() == 1;
+    let are_few = rows * LINES_PER_ROW < below.count();
+    is_line || are_few && (is_markup || is_prose(head.as_bytes()))
 }
 
 /// True for text that consists of words: two thirds of its visible characters are letters.
@@ -235,14 +256,17 @@ impl Format {
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let head_lines = lines.iter().position(|l| sentences.parse(l).is_some())?;
+        let head_lines = sentences.first_line(lines)?;
         let mut names = sentences.names(lines);
         if names.iter().all(String::is_empty) {
             names.clear();
         }
         let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
-        let first_row = lines[head_lines..].iter().take(1 + sentences.last_place());
-        let first_row = first_row.filter_map(|line| sentences.parse(line));
+        let mut heading = Heading::default();
+        let rows = lines
+            .iter()
+            .filter_map(|line| sentences.parse(line, &mut heading));
+        let first_row = rows.take(1 + sentences.last_place());
         for (slot, number) in first_row.flat_map(|s| s.numbers) {
             format.columns[slot].is_dated = number.contains(':');
         }

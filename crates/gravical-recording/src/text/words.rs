@@ -1,7 +1,8 @@
 //! Numbers wrapped in words: a logger that prints sentences.
 //!
 //! The constant text of a line is its skeleton; lines of one or more skeletons take turns. Each
-//! number is a slot, and a slot is a column named by the words before it.
+//! number is a slot, and a slot is a column named by the words before it. Where lines are indented
+//! below a heading, as YAML and JSON are, its words come first.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -16,12 +17,13 @@ use crate::units::{is_listed, is_unit};
 const MAX_LINES: usize = 4000;
 /// Lines of a row as programs print them, and as they format structures.
 const USUAL_CYCLE: usize = 4;
-const MAX_CYCLE: usize = 16;
+const MAX_CYCLE: usize = 32;
 /// Rows that tell a clock from a count of measurement.
 const RISING_ROWS: usize = 200;
 
 /// Stands for a number in a skeleton.
 const SLOT: char = '\u{1}';
+const SLOT_TEXT: &str = "\u{1}";
 
 /// Characters of the longest date, time or unit: lines without end take no longer for it.
 const MAX_WORD: usize = 32;
@@ -35,6 +37,8 @@ pub(crate) struct Sentences {
     variants: Vec<String>,
     /// Commas within numbers are points: `ax=0,12; ay=…`.
     decimal_comma: bool,
+    /// Lines are indented below headings: what is no slot is structure.
+    pub has_headings: bool,
     pub slots: usize,
 }
 
@@ -46,15 +50,50 @@ pub(crate) struct Sentence {
     pub numbers: Vec<(usize, String)>,
 }
 
+/// The last line without a number that names the lines indented below it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Heading {
+    indent: usize,
+    words: String,
+}
+
+impl Heading {
+    /// The skeleton of a line below this heading, and its numbers.
+    fn skeleton<'a>(&mut self, line: &'a str) -> (String, Vec<&'a str>) {
+        let (shape, numbers) = skeleton(line);
+        let indent = line.len() - line.trim_start().len();
+        if indent <= self.indent {
+            self.words.clear();
+        }
+        if !numbers.is_empty() && !self.words.is_empty() {
+            return (format!("{} {}", self.words, shape.trim_start()), numbers);
+        }
+        let is_heading = shape.ends_with([':', '{', '[']) && shape.contains(char::is_alphabetic);
+        if numbers.is_empty() && is_heading {
+            let words = shape.trim_matches([' ', '"', ':', '{', '[']);
+            (self.indent, self.words) = (indent, words.to_owned());
+        }
+        (shape, numbers)
+    }
+}
+
 impl Sentences {
     /// The skeletons that take turns, if there are any beside delimiters.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Self> {
         let decimal_comma = has_decimal_commas(lines);
         let filled = lines.iter().filter(|l| !l.trim().is_empty());
-        let shape = |line: &&str| skeleton(&with_points(line, decimal_comma)).0;
+        let (mut heading, mut has_headings) = (Heading::default(), false);
+        let shape = |line: &&str| {
+            let line = with_points(line, decimal_comma);
+            let (shape, numbers) = heading.skeleton(&line);
+            has_headings |= !numbers.is_empty() && !heading.words.is_empty();
+            shape
+        };
         let order: Vec<String> = filled.take(MAX_LINES).map(shape).collect();
         let mut counts: HashMap<&String, usize> = HashMap::new();
-        for shape in order.iter().filter(|s| s.contains(SLOT)) {
+        // An item of a list has no name.
+        let is_item = |shape: &str| shape.strip_prefix('-') == Some(SLOT_TEXT);
+        for shape in order.iter().filter(|s| s.contains(SLOT) && !is_item(s)) {
             *counts.entry(shape).or_default() += 1;
         }
         let most = *counts.values().max()?;
@@ -70,7 +109,7 @@ impl Sentences {
         };
         let is_cycle = (1..=max_lines).contains(&shapes.len())
             && most * shapes.len() * 5 >= order.len()
-            && shapes.iter().any(|s| is_decorated(s));
+            && (shapes.iter().any(|s| is_decorated(s)) || has_stamp_lines(&shapes));
         if !is_cycle {
             return None;
         }
@@ -91,6 +130,7 @@ impl Sentences {
             cycle,
             variants,
             decimal_comma,
+            has_headings,
             slots,
         })
     }
@@ -100,10 +140,10 @@ impl Sentences {
         self.cycle.len() - 1
     }
 
-    /// Place and numbers of a line; `None` for a line of another skeleton.
-    pub(crate) fn parse(&self, line: &str) -> Option<Sentence> {
+    /// Place and numbers of a line below a heading; `None` for a line of another skeleton.
+    pub(crate) fn parse(&self, line: &str, heading: &mut Heading) -> Option<Sentence> {
         let line = with_points(line, self.decimal_comma);
-        let (shape, numbers) = skeleton(&line);
+        let (shape, numbers) = heading.skeleton(&line);
         let place = self.cycle.iter().position(|c| c.0 == shape);
         let place = place.or_else(|| self.variants.contains(&shape).then_some(0))?;
         let slots = self.cycle[place].1.clone();
@@ -124,18 +164,26 @@ impl Sentences {
         if names.iter().any(is_accel) {
             return names;
         }
-        let first = lines.iter().position(|l| self.parse(l).is_some());
-        let first = first.unwrap_or(0);
+        let first = self.first_line(lines).unwrap_or(0);
         let mut above = lines[..first].iter().rev();
         let header = above.find_map(|l| names_in_line(l, names.len()));
         header.unwrap_or(names)
+    }
+
+    /// The first line that is a part of a row.
+    pub(crate) fn first_line(&self, lines: &[&str]) -> Option<usize> {
+        let mut heading = Heading::default();
+        let mut lines = lines.iter();
+        lines.position(|line| self.parse(line, &mut heading).is_some())
     }
 
     /// Slots whose numbers never fall and rise often: clocks.
     fn rising(&self, lines: &[&str]) -> Vec<bool> {
         let mut columns = vec![Vec::new(); self.slots];
         let lines = lines.iter().take(RISING_ROWS * self.cycle.len());
-        for (slot, number) in lines.filter_map(|l| self.parse(l)).flat_map(|s| s.numbers) {
+        let mut heading = Heading::default();
+        let rows = lines.filter_map(|line| self.parse(line, &mut heading));
+        for (slot, number) in rows.flat_map(|s| s.numbers) {
             columns[slot].extend(parse_cell(&number, false));
         }
         let is_rising = |v: &Vec<f64>| {
@@ -330,7 +378,8 @@ fn leading_unit(piece: &str, is_behind_number: bool) -> (&str, &str) {
 
 /// The line with [`SLOT`] for each number, and the numbers. Blanks beside a number do not count.
 fn skeleton(line: &str) -> (String, Vec<&str>) {
-    let line = without_checksum(line);
+    // In JSON the last of a list has no comma behind it.
+    let line = without_checksum(line).trim_end_matches([',', ' ']);
     let (mut out, mut numbers, mut at) = (String::new(), Vec::new(), 0);
     let mut before = ' ';
     while let Some(c) = line[at..].chars().next() {
@@ -388,6 +437,11 @@ fn is_decorated(skeleton: &str) -> bool {
             let is_field = p.starts_with(DELIMITERS) && p.ends_with(DELIMITERS);
             !p.trim_matches(DELIMITERS).is_empty() && !is_field
         })
+}
+
+/// Whether lines of a stamp alone and lines of values take turns.
+fn has_stamp_lines(shapes: &[String]) -> bool {
+    shapes.len() == 2 && shapes[0] == SLOT_TEXT && shapes[1].matches(SLOT).count() > 1
 }
 
 /// How many of the first bytes are of a kind.

@@ -327,3 +327,14 @@ fn a_column_that_rises_is_the_clock_wherever_it_stands() {
         assert!(is_near(recording.accel[0][0], 10.0, 0.1));
     }
 }
+
+#[test]
+fn parts_of_a_date_are_a_date() {
+    let date = "2024,3,31,23,59";
+    let row = |k: usize| [format!("{date},{}.{}", 10 + k / 10, k % 10), String::new()];
+    let header = "year,month,day,hour,minute,second,ax,ay,az\n";
+    let recording = read(&file(header, ",", row), "desk.csv");
+    assert!(has_rate(&recording, 10.0), "{:?}", recording.clock);
+    let start = recording.recorded_at().map(|t| t.to_string());
+    assert!(start.is_some_and(|s| s.starts_with("2024-03-31T23:59:10")));
+}

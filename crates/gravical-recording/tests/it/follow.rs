@@ -45,6 +45,14 @@ fn texts() -> Vec<String> {
                 "Acceleration X: {x:.3}, Y: {y:.3}, Z: {z:.3} g\nRotation X: {u:.2}, Y: {v:.2}, Z: {w:.2} deg/s\n\n"
             )
         }),
+        // Lines below headings.
+        write("", &|k, [x, y, z], [u, v, w]| {
+            let vector = |name, [x, y, z]: [f64; 3]| {
+                format!("{name}:\n  x: {x:.4}\n  y: {y:.4}\n  z: {z:.4}\n")
+            };
+            let (rate, accel) = (vector("rate", [u, v, w]), vector("acc", [x, y, z]));
+            format!("head:\n  ms: {}\n  id: imu\n{rate}{accel}---\n", 40 * k)
+        }),
     ]
 }
 

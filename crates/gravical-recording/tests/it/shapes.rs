@@ -140,6 +140,85 @@ JSON in lines | log.txt | g | deg/s | .
 >     "gyr_z": $w
 >   },
 
+JSON in groups | log.txt | g | deg/s | .
+>   {
+>     "ms": $M,
+>     "acc": {
+>       "x": $x,
+>       "y": $y,
+>       "z": $z
+>     },
+>     "gyro": {
+>       "x": $u,
+>       "y": $v,
+>       "z": $w
+>     }
+>   },
+
+ros2 topic echo | log.txt | m/s^2 | rad/s | .
+> header:
+>   stamp:
+>     sec: $A
+>     nanosec: $B
+>   frame_id: imu_link
+> orientation:
+>   x: 0.0
+>   y: 0.0
+>   z: 0.0
+>   w: 1.0
+> angular_velocity:
+>   x: $u
+>   y: $v
+>   z: $w
+> angular_velocity_covariance:
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> linear_acceleration:
+>   x: $x
+>   y: $y
+>   z: $z
+> linear_acceleration_covariance:
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> - 0.0
+> ---
+
+rostopic echo | log.txt | m/s^2 | rad/s | .
+> header:
+>   seq: $k
+>   stamp:
+>     secs: $A
+>     nsecs: $B
+>   frame_id: "imu_link"
+> angular_velocity:
+>   x: $u
+>   y: $v
+>   z: $w
+> angular_velocity_covariance: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+> linear_acceleration:
+>   x: $x
+>   y: $y
+>   z: $z
+> linear_acceleration_covariance: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+> ---
+
+stamps on lines of their own | - | m/s^2 | - | .
+> $S
+> $x,$y,$z
+
 one value a line | log.txt | g | - | .
 > accX: $x
 > accY: $y
@@ -197,7 +276,7 @@ fn loggers_and_apps_are_read_without_options() {
         };
         let (pattern, mut header): (Vec<&str>, Vec<&str>) =
             lines.lines().partition(|line| line.starts_with('>'));
-        let pattern: Vec<&str> = pattern.iter().map(|l| l[1..].trim_start()).collect();
+        let pattern: Vec<&str> = pattern.iter().map(|l| l.get(2..).unwrap_or("")).collect();
         let pattern = pattern.join("\n");
         if file_name == "log.txt" {
             header = vec!["Starting sensor...", "Found it!"];

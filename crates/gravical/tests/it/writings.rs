@@ -11,6 +11,7 @@
 mod form;
 mod judge;
 
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use form::Writing;
@@ -19,7 +20,7 @@ use judge::Judge;
 use crate::support::Noise;
 
 /// As many as `GRAVICAL_WRITINGS` says, from the seed `GRAVICAL_WRITINGS_SEED`: in 2000 every two
-/// choices that can be made of one writing meet.
+/// choices that can be made of one writing meet: of a few draws the one with most new pairs is taken.
 #[test]
 fn drawn_at_random() {
     let number =
@@ -27,9 +28,13 @@ fn drawn_at_random() {
     let count = number("GRAVICAL_WRITINGS", 20);
     let mut noise = Noise::new(number("GRAVICAL_WRITINGS_SEED", 7));
     let mut judge = Judge::default();
-    let mut wrong = Vec::new();
+    let (mut wrong, mut met) = (Vec::new(), HashSet::new());
     for _ in 0..count {
-        let writing = Writing::random(|n| (noise.uniform() * n as f64) as usize);
+        let draws = (0..4).map(|_| Writing::random(|n| (noise.uniform() * n as f64) as usize));
+        let is_new = |pair: &[(usize, usize); 2]| !met.contains(pair);
+        let new_pairs = |writing: &Writing| writing.pairs().into_iter().filter(is_new).count();
+        let writing = draws.max_by_key(new_pairs).unwrap();
+        met.extend(writing.pairs());
         match catch_unwind(AssertUnwindSafe(|| judge.judge(&writing))) {
             Ok(judged) => wrong.extend(judged),
             Err(_) => wrong.push(format!("{writing:?}\n  panicked")),

@@ -6,7 +6,7 @@ use crate::role::Role;
 use crate::text::format::{Format, StampPart};
 use crate::text::names::{Column, words};
 use crate::text::rows::Rows;
-use crate::units::TimeUnit;
+use crate::units::{TimeUnit, is_listed};
 
 const DAY_S: f64 = 86_400.0;
 /// Rows from which on a column that always rises is a clock.
@@ -31,7 +31,10 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
     if !names_clock {
         format.stamp_parts = find_parts(format, sample);
         for part in format.stamp_parts.clone() {
-            format.columns[part.column()].role = Role::Time;
+            let columns = part.columns();
+            columns
+                .iter()
+                .for_each(|c| format.columns[*c].role = Role::Time);
         }
     }
     let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
@@ -82,8 +85,26 @@ fn find_parts(format: &Format, sample: &Rows) -> Vec<StampPart> {
             _ => None,
         }
     });
+    let date = year_month_day(format, sample).or(date);
     parts.splice(0..0, date);
     if parts.len() > 1 { parts } else { Vec::new() }
+}
+
+/// Year, month and day in columns of these names.
+fn year_month_day(format: &Format, sample: &Rows) -> Option<StampPart> {
+    let find = |names: &str| {
+        let is_open = |c: &usize| {
+            let column = &format.columns[*c];
+            !column.is_dropped && matches!(column.role, Role::Time | Role::Other)
+        };
+        let has_name =
+            |c: &usize| matches!(&words(&format.names[*c])[..], [word] if is_listed(names, word));
+        let columns = 0..format.names.len();
+        columns.filter(is_open).find(has_name)
+    };
+    let day = StampPart::Day([find("year yyyy")?, find("month mon")?, find("day dd")?]);
+    let sums = StampPart::sum(&[day], sample);
+    sums.iter().any(|s| s.is_finite()).then_some(day)
 }
 
 /// Whether the dates of a column have no time of day.

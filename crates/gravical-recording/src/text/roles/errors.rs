@@ -1,9 +1,15 @@
 //! What is said where columns are not understood.
 
+use super::clocks;
 use crate::error::Error;
+use crate::role::Role;
 use crate::text::format::Format;
+use crate::text::rows::Rows;
 
-pub(super) fn columns_unknown(format: &Format) -> Error {
+pub(super) fn columns_unknown(format: &Format, sample: &Rows) -> Error {
+    if let Some(error) = too_few_axes(format, sample) {
+        return error;
+    }
     let columns = format.columns.len();
     let text = match &format.misfit {
         Some(misfit) => format!("{misfit}, and the numbers do not show their meaning"),
@@ -14,6 +20,19 @@ pub(super) fn columns_unknown(format: &Format) -> Error {
     Error::input("columns-unknown", text)
         .with_hint("name them in order, as t,ax,ay,az,gx,gy,gz; - skips one")
         .advise("columns", "")
+}
+
+/// `no-accelerometer` where fewer than three columns can be axes: then none can be assigned.
+fn too_few_axes(format: &Format, sample: &Rows) -> Option<Error> {
+    let may_be_axis = |c: &usize| {
+        let (column, values) = (&format.columns[*c], &sample.columns[*c]);
+        let is_other = matches!(column.role, Role::Time | Role::Step) || column.is_dated;
+        !is_other && !sample.is_text(*c) && !clocks::rises(values)
+    };
+    let axes = (0..format.columns.len()).filter(may_be_axis).count();
+    let text = format!("{axes} of the columns may be axes, but an accelerometer has three");
+    let hint = "record x, y and z of the accelerometer";
+    (axes < 3).then(|| Error::input("no-accelerometer", text).with_hint(hint))
 }
 
 pub(super) fn no_gyroscope(names: &[String]) -> Error {
@@ -28,13 +47,16 @@ pub(super) fn no_gyroscope(names: &[String]) -> Error {
         .advise("columns", "")
 }
 
-pub(super) fn no_accelerometer(has_gyroscope: bool, format: &Format) -> Error {
+pub(super) fn no_accelerometer(has_gyroscope: bool, format: &Format, sample: &Rows) -> Error {
     if has_gyroscope {
         let text = "this file holds a gyroscope and no accelerometer";
         let error = Error::input("gyroscope-alone", text);
         return error
             .with_hint("give the accelerometer's recording as the input, and this file beside it")
             .advise("gyro", "");
+    }
+    if let Some(error) = too_few_axes(format, sample) {
+        return error;
     }
     let text = "no three columns are named as an accelerometer's x, y and z";
     let error = Error::input("no-accelerometer", text)

@@ -16,7 +16,10 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         format.names.iter().any(|n| n == "seconds_elapsed") && file_name == "Accelerometer.csv";
     let is_linear_file = is_sensor_logger
         || file == Some(Role::Accel(0)) && words(file_name).iter().any(|w| is_linear(w));
-    let has_accel = format.columns.iter().any(Column::is_accel);
+    let has_accel = format
+        .columns
+        .iter()
+        .any(|c| c.is_accel() && !c.may_be_linear());
     let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
         if column.role != Role::Other || column.is_dropped {
@@ -50,7 +53,7 @@ pub(super) fn add_body_rates(format: &mut Format) {
     }
 }
 
-/// The axes of all sensors of a kind; those without gravity are only there if no other is.
+/// The axes of all sensors of a kind.
 pub(super) fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize; 3]> {
     let axis_of = |c: usize| Some((c, (0..3).find(|i| columns[c].role == role(*i))?));
     let mut axes: Vec<(usize, usize)> = (0..columns.len()).filter_map(axis_of).collect();
@@ -66,16 +69,18 @@ pub(super) fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize
     let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
     let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
     found.sort_unstable();
-    // ROS calls raw acceleration linear, too; where another accelerometer stands beside it, gravity is
-    // removed from it.
-    let has_gravity = |axes: &[usize; 3]| {
-        let column = &columns[axes[0]];
-        !column.is_linear && !column.sensor.split(' ').any(|word| word == "linear")
-    };
-    if found.iter().any(has_gravity) {
-        found.retain(has_gravity);
-    }
     found
+}
+
+/// Takes those out whose names say that gravity is removed, if there are others.
+pub(super) fn take_linear(columns: &[Column], accel: &mut Vec<[usize; 3]>) -> Vec<[usize; 3]> {
+    let is_linear = |axes: &mut [usize; 3]| columns[axes[0]].may_be_linear();
+    let linear: Vec<[usize; 3]> = accel.extract_if(.., is_linear).collect();
+    if accel.is_empty() {
+        *accel = linear;
+        return Vec::new();
+    }
+    linear
 }
 
 /// Acceleration without gravity, and gravity, whose sum is what an accelerometer measures: phones give

@@ -121,6 +121,8 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
                 out.time_unit = Some(match writing.clock {
                     Clock::Milliseconds | Clock::EpochMilliseconds => TimeUnit::Millisecond,
                     Clock::Microseconds => TimeUnit::Microsecond,
+                    Clock::Minutes => TimeUnit::Minute,
+                    Clock::Days => TimeUnit::Day,
                     Clock::EpochNanoseconds => TimeUnit::Nanosecond,
                     _ => TimeUnit::Second,
                 });
