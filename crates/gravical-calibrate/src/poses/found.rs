@@ -236,8 +236,8 @@ fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
     directions.len()
 }
 
-/// Rows that point everywhere and lie on a sphere are means, however many they are: of orientations in
-/// no order, of which one follows another far off, or of rests of days, which have no time stamps.
+/// Rows that point everywhere, lie on a sphere and jump from one to the next are means, however many they
+/// are: of orientations in no order, or of rests of days, which have no time stamps.
 fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
@@ -245,12 +245,28 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
     let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
-    if !(jump > JUMP_DEG || (hardly_static && recording.time_s.is_none())) {
+    let is_without_clock = hardly_static && recording.time_s.is_none();
+    if jump <= JUMP_DEG && !(is_without_clock && jumps_on(&rows)) {
         return false;
     }
     let wanted = if few { 6 } else { 12 };
     count_directions(&rows, wanted) == wanted
         && Sphere::nearest(&rows).is_some_and(|sphere| sphere.is_near())
+}
+
+/// True of rows between which nobody turned: Σ‖u₊ − 2u + u₋‖² over Σ‖u₊ − u₋‖² is 3 for rows in no order, 1
+/// for steps from one rest to another, and 0.33 where a turn takes but two rows.
+fn jumps_on(rows: &[[f64; 3]]) -> bool {
+    const MIN_ROUGHNESS: f64 = 0.6;
+    let (mut bends, mut steps) = (0.0, 0.0);
+    for w in rows.windows(3) {
+        let [to, on] = [matrix3::sub(&w[1], &w[0]), matrix3::sub(&w[2], &w[1])];
+        let bend = matrix3::sub(&on, &to);
+        let step = matrix3::sub(&w[2], &w[0]);
+        bends += matrix3::dot(&bend, &bend);
+        steps += matrix3::dot(&step, &step);
+    }
+    bends > MIN_ROUGHNESS * steps
 }
 
 /// Rests that a twitch of less than a second parts and that point the same way
