@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Peak memory of the commands: of `apply`, which reads a recording of any size, at most 64 MiB; of those
-that read it whole the bytes of the file and 150 bytes a row of eight columns more; of `motion`, with its
-samples by the calibration and by the nominal scales, 230 bytes a row.
+that read it whole the bytes of the file and 150 bytes a row of eight columns more.
 
     tests/memory.py target/debug/gravical
 
@@ -16,7 +15,6 @@ import tempfile
 
 LIMIT_MIB = 64
 BYTES_PER_ROW = 150
-MOTION_BYTES_PER_ROW = 230
 
 FILTERS = ["--filter", "hampel:7,3", "--filter", "savgol:21,2", "--filter", "butter:4,5Hz"]
 
@@ -37,8 +35,8 @@ def peak_mib(command):
 def measure(gravical, command, file_bytes, rows):
     """Prints the peak memory of a command; true above the limit."""
     peak = peak_mib([gravical, *command])
-    whole_bytes = {"apply": 0, "motion": MOTION_BYTES_PER_ROW * rows}
-    limit = LIMIT_MIB + whole_bytes.get(command[0], file_bytes + BYTES_PER_ROW * rows) / 2**20
+    whole_bytes = 0 if command[0] == "apply" else file_bytes + BYTES_PER_ROW * rows
+    limit = LIMIT_MIB + whole_bytes / 2**20
     print(f"{command[0]:10} {peak:6.1f} MiB, limit {limit:.0f}")
     return peak > limit
 

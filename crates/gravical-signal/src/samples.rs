@@ -43,7 +43,7 @@ pub struct Samples {
     /// Steps that the channels are written in, SI; 0 where they are fine: [`resolution`](crate::resolution).
     pub resolution: [f64; 6],
     /// Row of the recording of each sample.
-    pub rows: Vec<usize>,
+    pub rows: Vec<u32>,
     /// Samples before which something is missing, whatever the times say.
     pub breaks: Vec<usize>,
     /// Values that were replaced, in the order of their ends.
@@ -85,7 +85,7 @@ impl Samples {
                 samples.time_s.push(time_s);
                 samples.force_mps2.push(force);
                 samples.rate_rad_s.extend(rate);
-                samples.rows.push(row);
+                samples.rows.push(row as u32);
             }
         }
         samples.period_s = sampling_period(&samples.time_s);
@@ -113,7 +113,7 @@ impl Samples {
         let mut force = Vec::with_capacity(self.len());
         let mut rate = Vec::with_capacity(self.rate_rad_s.len());
         for row in &self.rows {
-            let (of_force, of_rate) = values(*row);
+            let (of_force, of_rate) = values(*row as usize);
             force.push(of_force);
             rate.extend(of_rate);
         }
@@ -131,7 +131,7 @@ impl Samples {
 
     /// The first sample of row `row` or later.
     fn first_sample(&self, row: usize) -> usize {
-        self.rows.partition_point(|r| *r < row)
+        self.rows.partition_point(|r| (*r as usize) < row)
     }
 
     /// Number of samples.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use gravical_core::matrix3;
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
@@ -92,11 +93,17 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     }
     let gyroscope = gyro_unit::judge(recording, None, &spans, &mut findings);
     let held: usize = spans.iter().map(Range::len).sum();
+    let means = spans
+        .iter()
+        .map(|span| moments(&recording.accel, span.clone()).0);
+    let means: Vec<[f64; 3]> = means.collect();
+    let centre = gravical_fit::centre(&means);
     let stills = spans
         .iter()
-        .map(|span| {
-            let (mean, _) = moments(&recording.accel, span.clone());
-            let (face, face_angle_deg) = Face::nearest(axes.to_case(mean));
+        .zip(means)
+        .map(|(span, mean)| {
+            let up = axes.to_case(matrix3::sub(&mean, &centre));
+            let (face, face_angle_deg) = Face::nearest(up);
             StillSpan {
                 start_row: span.start,
                 end_row: span.end,

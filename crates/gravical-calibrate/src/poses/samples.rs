@@ -39,7 +39,7 @@ impl Nominal {
     /// Rows of a span of samples.
     pub fn in_rows(&self, span: &Range<usize>) -> Range<usize> {
         let rows = &self.samples.rows;
-        rows[span.start]..rows[span.end - 1] + 1
+        rows[span.start] as usize..rows[span.end - 1] as usize + 1
     }
 
     pub fn new(recording: &Recording) -> Nominal {
@@ -88,7 +88,7 @@ impl Nominal {
             rate_rad_s: gyro.map_or(Vec::new(), |gyro| held(gyro, &rows)),
             period_s,
             resolution: [0.0; 6],
-            rows,
+            rows: rows.into_iter().map(|row| row as u32).collect(),
             breaks,
             bridged: Vec::new(),
         };

@@ -141,7 +141,7 @@ fn how_far_it_went_is_not_known_over_an_interruption_or_a_missed_turn() {
     cut.time_s.truncate(cut.force.len());
     let broken = samples(&cut, scene.ranges).with_breaks(&[from]);
     assert_eq!(broken.pieces, [0..from, from..broken.len()]);
-    assert_eq!((broken.rows[from], whole.pieces.len()), (from, 1));
+    assert_eq!((broken.rows[from] as usize, whole.pieces.len()), (from, 1));
     let motion = estimate_motion(&broken, &options());
     assert_eq!(motion.rests.len(), 3, "{:?}", motion.rests);
     assert!(motion.moves[0].unusable.is_none());
