@@ -28,6 +28,8 @@ pub struct Labels {
 pub struct Clock {
     /// Unit of the time stamps; `None` without time stamps, and for one without a name, as 100 µs
     pub unit: Option<TimeUnit>,
+    /// Seconds of one unit of the time stamps
+    pub unit_s: Option<f64>,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
     pub nominal_rate_hz: Option<f64>,
     /// One over the mean of the steps within half of the median step, in Hz. If the stamps are

@@ -91,6 +91,7 @@ impl JudgedTime {
         let unknown = match judge::clock(stamps.values, options) {
             Ok(times) => {
                 self.clock.unit = TimeUnit::of_seconds(times.unit_s);
+                self.clock.unit_s = Some(times.unit_s);
                 let unit = self.clock.unit.map(TimeUnit::name);
                 let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
                 let is_odd = is_stated

@@ -5,9 +5,9 @@ use std::fmt::Display;
 use gravical::inspect::{Inspection, StillSpan};
 use gravical::numfmt::{decimals_of, digits, fixed};
 use gravical::poses::rests::MIN_REST_S;
+use gravical::recording::Origin;
 use gravical::recording::full_scale::range_of_16_bits;
 use gravical::recording::units::{AccelUnit, GyroUnit};
-use gravical::recording::{Origin, TimeUnit};
 
 use super::{drift, largest, short_name};
 use crate::document::{Block, Cell, Document, Section, Table};
@@ -58,9 +58,11 @@ fn time(inspection: &Inspection) -> String {
     let t = &inspection.timing;
     let duration = t.duration_s.map(|duration| format!("{duration:.2} s"));
     let mut parts = Vec::from_iter(duration);
-    match (t.unit, t.median_rate_hz, t.nominal_rate_hz) {
-        (unit, Some(rate), _) => {
-            let unit = unit.map_or("a unit without a name", TimeUnit::name);
+    match (t.unit_s, t.median_rate_hz, t.nominal_rate_hz) {
+        (Some(unit_s), Some(rate), _) => {
+            let named = t.unit.map(|unit| unit.name().to_owned());
+            let unit =
+                named.unwrap_or_else(|| format!("units of {} s", (1e6 * unit_s).round() / 1e6));
             parts.push(format!("stamps in {unit}, {rate:.2} Hz"));
             let jitter = t.jitter_s.map(|s| format!("jitter {:.2} ms", 1000.0 * s));
             parts.extend(jitter);

@@ -195,7 +195,8 @@ pub(super) fn procedure(options: &MotionOptions, gyro: bool) -> [String; 2] {
 /// Rows that are no samples: incomplete, or behind in time.
 pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<Finding> {
     let mut kept = samples.rows.iter().peekable();
-    let left_out = (0..recording.rows()).filter(|row| kept.next_if(|k| **k as usize == *row).is_none());
+    let left_out =
+        (0..recording.rows()).filter(|row| kept.next_if(|k| **k as usize == *row).is_none());
     let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
     let finding = finding!(
         RowsLeftOut,
