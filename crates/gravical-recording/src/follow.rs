@@ -173,13 +173,34 @@ impl Follow {
 
     /// Detects the format from the lines so far; `None` if these are too few, unless they are the last.
     fn open(&mut self, is_last: bool) -> Result<Option<Vec<Sample>>> {
-        let (opened, recording) = self.try_open()?;
+        let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
+        let file = Path::new(&self.name).file_name().unwrap_or_default();
+        let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
+        let mut parser = Parser::new(&format, &[]);
+        let whole = whole_rows(&format, Heading::default(), &self.bytes);
+        parser.read(&self.bytes[..whole])?;
+        let rows = parser.take();
+        let recording = Recording::judge(&format, rows.clone())?;
         if !is_last && !is_enough(&recording) {
             return Ok(None);
         }
-        let whole = whole_rows(&opened.format, Heading::default(), &self.bytes);
+        let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
+        let opened = self.opened.insert(Opened {
+            clock: format.only_clock().filter(holds_stamps),
+            parser,
+            format,
+            writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
+            rows: Rows::default(),
+            returned: 0,
+            last: (0, 0.0),
+            start_s: recording.clock.start_s.unwrap_or(f64::NAN),
+            rate_hz: recording.clock.rate_hz(),
+            lines: Vec::new(),
+            line_count: 0,
+        });
         self.bytes.drain(..whole);
-        let opened = self.opened.insert(opened);
+        opened.note_lines(&rows);
+        opened.rows = rows;
         Ok(Some(opened.samples(&recording)))
     }
 
@@ -221,39 +242,10 @@ impl Follow {
         })
     }
 
-    fn try_open(&self) -> Result<(Opened, Recording)> {
-        let head = String::from_utf8_lossy(&self.bytes).replace('\0', "");
-        let file = Path::new(&self.name).file_name().unwrap_or_default();
-        let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
-        let mut parser = Parser::new(&format, &[]);
-        let whole = whole_rows(&format, Heading::default(), &self.bytes);
-        parser.read(&self.bytes[..whole])?;
-        let rows = parser.take();
-        let recording = Recording::judge(&format, rows.clone())?;
-        let holds_stamps = |column: &usize| !judge::holds_steps(&rows.columns[*column]);
-        let clock = format.only_clock().filter(holds_stamps);
-        let mut opened = Opened {
-            parser,
-            format,
-            writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
-            rows: Rows::default(),
-            returned: 0,
-            last: (0, 0.0),
-            start_s: recording.clock.start_s.unwrap_or(f64::NAN),
-            clock,
-            rate_hz: recording.clock.rate_hz(),
-            lines: Vec::new(),
-            line_count: 0,
-        };
-        opened.note_lines(&rows);
-        opened.rows = rows;
-        Ok((opened, recording))
-    }
-
     /// The board says that it sends calibrated values.
     pub fn is_calibrated_by_board(&self) -> bool {
-        let board = self.opened.as_ref().and_then(|o| o.format.board);
-        board.is_some_and(|board| board.is_calibrated())
+        let opened = self.opened.as_ref();
+        opened.is_some_and(|opened| opened.format.is_calibrated_by_board())
     }
 
     /// The rows that are held up to this line, judged as a file; `None` before the format is known.
@@ -315,12 +307,11 @@ fn whole_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
 
 impl Opened {
     fn note_lines(&mut self, batch: &Rows) {
-        let (first, from) = (self.line_count + 1, self.lines.len());
+        let before = self.line_count - self.lines.len();
         self.line_count = self.line_count.max(batch.ledger.lines);
-        let count = from + self.line_count + 1 - first;
-        self.lines.resize(count, LineKind::Other);
+        self.lines.resize(self.line_count - before, LineKind::Other);
         let mut note = |line: u64, kind: LineKind| {
-            let at = (line as usize).checked_sub(first).map(|at| from + at);
+            let at = (line as usize).checked_sub(before + 1);
             if let Some(noted) = at.and_then(|at| self.lines.get_mut(at)) {
                 *noted = kind;
             }

@@ -30,6 +30,9 @@ pub struct Clock {
     pub unit: Option<TimeUnit>,
     /// Seconds of one unit of the time stamps
     pub unit_s: Option<f64>,
+    /// The unit is neither stated nor told by a date or a rate, or gives an odd rate
+    #[serde(skip)]
+    pub is_unit_unsure: bool,
     /// The claimed sampling rate (metadata, `--rate`), in Hz
     pub nominal_rate_hz: Option<f64>,
     /// One over the mean of the steps within half of the median step, in Hz. If the stamps are

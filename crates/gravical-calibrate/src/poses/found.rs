@@ -304,13 +304,13 @@ pub(super) fn never_still(recording: &Recording) -> Error {
     never_static(recording, format!("never at rest: {why}"))
 }
 
-/// Advises to give the rate of recordings whose rests are counted in rows.
+/// Advises to give the rate of recordings whose rests are counted in rows, or by a clock of no sure unit.
 pub(crate) fn advise_rate<'a>(
     error: Error,
     recordings: impl IntoIterator<Item = &'a Recording>,
 ) -> Error {
     let mut recordings = recordings.into_iter();
-    if recordings.any(|r| r.clock.rate_hz().is_none()) {
+    if recordings.any(|r| r.clock.rate_hz().is_none() || r.clock.is_unit_unsure) {
         error.advise("rate", "")
     } else {
         error

@@ -45,8 +45,8 @@ impl JudgedTime {
         let possible = temperature_c.into_iter().flatten();
         let possible = possible.filter(|t| judge::POSSIBLE_C.contains(t));
         let (low, high) = possible.fold((f64::MAX, f64::MIN), |(l, h), t| (l.min(*t), h.max(*t)));
-        let mut pauses = rows.headers.clone();
-        pauses.extend(rows.blanks.iter().map(|b| b.0));
+        let blanks = rows.blanks.iter().map(|b| b.0);
+        let mut pauses: Vec<usize> = rows.headers.iter().copied().chain(blanks).collect();
         pauses.sort_unstable();
         let options = ClockOptions {
             unit_s: format.options.time_unit.map(TimeUnit::seconds),
@@ -65,10 +65,10 @@ impl JudgedTime {
             let text = "no time stamps and no rate: static intervals are counted in rows";
             findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
         }
-        let restarts = judged.clock.restarts.iter();
-        let row = |(line, _): &(u32, f64)| rows.lines.partition_point(|l| l < line);
-        let restarts: Vec<usize> = restarts.map(row).collect();
-        rows.breaks.extend(restarts);
+        for (line, _) in &judged.clock.restarts {
+            let row = rows.lines.partition_point(|l| l < line);
+            rows.breaks.push(row);
+        }
         judged
     }
 
@@ -81,69 +81,43 @@ impl JudgedTime {
         findings: &mut Vec<Finding>,
     ) {
         let given_s = options.unit_s.filter(|_| !stamps.is_dated);
-        // Frames, cycles, samples: with the rate their number is a time.
-        let counts_rows = stamps.unknown_unit.is_some() && judge::counts_rows(&stamps.values);
-        let frame_s = options.rate_hz.filter(|_| counts_rows).map(f64::recip);
         let options = ClockOptions {
-            unit_s: given_s.or(stamps.unit_s).or(frame_s),
+            unit_s: given_s.or(stamps.unit_s),
             ..options
         };
-        let unknown = match judge::clock(stamps.values, options) {
-            Ok(times) => {
-                self.clock.unit = TimeUnit::of_seconds(times.unit_s);
-                self.clock.unit_s = Some(times.unit_s);
-                let unit = self.clock.unit.map(TimeUnit::name);
-                let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
-                let is_odd = is_stated
-                    && rows.rows() >= MIN_ROWS
-                    && !judge::RATES_HZ.contains(&times.rate_hz);
-                let source = if is_odd { "stated" } else { "assumed" };
-                let unknown = stamps.unknown_unit.filter(|_| options.unit_s.is_none());
-                let is_unsure = is_odd || times.is_unit_assumed || unknown.is_some();
-                let what = unit
-                    .filter(|_| is_unsure)
-                    .map(|unit| format!("{source} to be in {unit} ({:.2} Hz)", times.rate_hz));
-                self.report(times, rows, findings);
-                match (unknown, what) {
-                    (Some(unknown), Some(what)) => {
-                        let text = format!(
-                            "the unit of the time stamps, \"{unknown}\", is not known; they are {what}"
-                        );
-                        let option = if counts_rows { "rate" } else { "time_unit" };
-                        Some((FindingKind::TimeUnitUnknown, text, option))
-                    }
-                    (None, Some(what)) => {
-                        let text =
-                            format!("the time stamps are {what}; give the unit if it is another");
-                        Some((FindingKind::TimeUnitAssumed, text, "time_unit"))
-                    }
-                    (_, None) => None,
-                }
-            }
-            Err(ClockFault::Frozen) if rows.rows() < 2 => None,
-            Err(ClockFault::Frozen) => {
-                let text = "the time stamps never advance; they are not used";
-                findings.push(Finding::new(FindingKind::FrozenTime, text));
-                None
-            }
-            Err(ClockFault::NoUnit(period)) => {
-                let text = format!(
-                    "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
-                );
-                Some((FindingKind::TimeUnitUnknown, text, "time_unit"))
-            }
-            Err(ClockFault::Unordered(backwards)) => {
-                let text = format!(
-                    "{backwards} of {} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time",
-                    rows.rows()
-                );
-                findings.push(Finding::new(FindingKind::BadStamps, text));
-                None
-            }
+        let times = match judge::clock(stamps.values, options) {
+            Ok(times) => times,
+            Err(_) if rows.rows() < 2 => return,
+            Err(fault) => return findings.push(not_used(fault, rows.rows())),
         };
-        let unknown =
-            unknown.map(|(kind, text, option)| Finding::new(kind, text).advise(option, ""));
-        findings.extend(unknown);
+        self.clock.unit = TimeUnit::of_seconds(times.unit_s);
+        self.clock.unit_s = Some(times.unit_s);
+        let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
+        let is_odd =
+            is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&times.rate_hz);
+        let source = if is_odd { "stated" } else { "assumed" };
+        let unknown = stamps.unknown_unit.filter(|_| options.unit_s.is_none());
+        let is_unsure = is_odd || times.is_unit_assumed || unknown.is_some();
+        self.clock.is_unit_unsure = is_unsure;
+        let rate_hz = times.rate_hz;
+        self.report(times, rows, findings);
+        let Some(unit) = self.clock.unit.filter(|_| is_unsure).map(TimeUnit::name) else {
+            return;
+        };
+        let what = format!("{source} to be in {unit} ({rate_hz:.2} Hz)");
+        findings.push(match unknown {
+            Some(unknown) => {
+                let text = format!(
+                    "the unit of the time stamps, \"{unknown}\", is not known; they are {what}"
+                );
+                let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
+                unknown.advise("rate", "").advise("time_unit", "")
+            }
+            None => {
+                let text = format!("the time stamps are {what}; give the unit if it is another");
+                Finding::new(FindingKind::TimeUnitAssumed, text).advise("time_unit", "")
+            }
+        });
     }
 
     fn report(&mut self, times: Times, rows: &Rows, findings: &mut Vec<Finding>) {
@@ -214,9 +188,34 @@ impl JudgedTime {
     }
 }
 
+/// Why the stamps of so many rows are not used.
+fn not_used(fault: ClockFault, rows: usize) -> Finding {
+    match fault {
+        ClockFault::Frozen => {
+            let text = "the time stamps never advance; they are not used";
+            Finding::new(FindingKind::FrozenTime, text)
+        }
+        ClockFault::NoUnit(period) => {
+            let text = format!(
+                "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
+            );
+            Finding::new(FindingKind::TimeUnitUnknown, text).advise("time_unit", "")
+        }
+        ClockFault::Unordered(backwards) => {
+            let text = format!(
+                "{backwards} of {rows} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time"
+            );
+            Finding::new(FindingKind::BadStamps, text)
+        }
+    }
+}
+
 /// Stamps, not yet as times.
+#[derive(Default)]
 struct Stamps {
     values: Vec<f64>,
+    /// They are steps, or numbers of rows.
+    is_last_resort: bool,
     /// Seconds of their unit, if the file states it.
     unit_s: Option<f64>,
     /// They are dates or times of day.
@@ -245,37 +244,45 @@ fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
         } else {
             values.clone()
         };
-        let unit_s = match column.unit.as_str() {
-            "fine" => fine_ticks_s(&values),
+        // Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT, whose
+        // shortest step is 8333 µs.
+        let stated_s = match column.unit.as_str() {
+            "fine" => usual_step(&values).map(|step| if step < 8000.0 { 1e-4 } else { 1e-6 }),
             _ => column.stated_unit_s(),
         };
-        let is_last_resort = is_step || unit_s.is_none() && judge::counts_rows(&values);
-        let score = judge::steadiness(&values).unwrap_or(f64::MIN);
-        candidates.push((
-            score - f64::from(u8::from(is_last_resort)),
-            Stamps {
-                values,
-                unit_s,
-                is_dated: column.is_dated,
-                unknown_unit: unit_s.is_none().then(|| unknown_unit(column)).flatten(),
-            },
-        ));
-    }
-    if !parts.is_empty() {
-        let values = StampPart::sum(parts, rows);
-        let score = judge::steadiness(&values).unwrap_or(f64::MIN);
-        let stamps = Stamps {
+        let counts_rows = stated_s.is_none() && judge::counts_rows(&values);
+        let unknown = unknown_unit(column).filter(|_| stated_s.is_none());
+        // With the rate frames, cycles, jiffies are a time.
+        let rate_hz = format.rate_hz.filter(|_| counts_rows);
+        let rate_hz = format
+            .options
+            .rate_hz
+            .or(rate_hz)
+            .filter(|_| unknown.is_some());
+        let by_rate_s = rate_hz
+            .zip(usual_step(&values))
+            .map(|(rate, step)| 1.0 / (rate * step));
+        candidates.push(Stamps {
+            is_last_resort: is_step || counts_rows,
             values,
-            unit_s: Some(1.0),
-            is_dated: true,
-            unknown_unit: None,
-        };
-        candidates.push((score, stamps));
+            unit_s: stated_s.or(by_rate_s),
+            is_dated: column.is_dated,
+            unknown_unit: unknown.filter(|_| by_rate_s.is_none()),
+        });
     }
+    candidates.extend((!parts.is_empty()).then(|| Stamps {
+        values: StampPart::sum(parts, rows),
+        unit_s: Some(1.0),
+        is_dated: true,
+        ..Stamps::default()
+    }));
+    let score = |stamps: &Stamps| {
+        let steadiness = judge::steadiness(&stamps.values).unwrap_or(f64::MIN);
+        steadiness - f64::from(u8::from(stamps.is_last_resort))
+    };
     // The last of equals: files begin with the coarser clock.
     let candidates = candidates.into_iter();
-    let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map(|(_, stamps)| stamps)
+    candidates.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
 /// What the file states as the unit of a clock, if it is no unit at all: `frames`, `jiffies`.
@@ -286,24 +293,19 @@ fn unknown_unit(column: &Column) -> Option<String> {
     (is_word && !is_unit(unit) && !is_listed(NO_UNITS, unit)).then(|| unit.clone())
 }
 
-/// Xsens' `SampleTimeFine` counts 100 µs in files of MT Manager and 1 µs in those of the DOT, whose
-/// shortest step is 8333 µs.
-fn fine_ticks_s(stamps: &[f64]) -> Option<f64> {
+fn usual_step(stamps: &[f64]) -> Option<f64> {
     let steps = stamps.windows(2).map(|w| w[1] - w[0]);
-    let step = judge::median(steps.filter(|s| *s > 0.0))?;
-    Some(if step < 8000.0 { 1e-4 } else { 1e-6 })
+    judge::median(steps.filter(|s| *s > 0.0))
 }
 
 /// A column of time that holds text, where no other column is a clock.
 fn unread_stamps(format: &Format, rows: &Rows) -> Option<Finding> {
     let mut columns = format.columns.iter().zip(&rows.words);
     let first = columns.find_map(|(c, words)| words.first().filter(|_| c.role == Role::Time))?;
-    let has_rate = format.options.rate_hz.or(format.rate_hz).is_some();
     let text = format!("time stamps like \"{first}\" are not understood; they are not used");
     let unread = Finding::new(FindingKind::StampsUnread, text);
-    Some(if has_rate {
-        unread
-    } else {
-        unread.advise("rate", "")
+    Some(match format.options.rate_hz.or(format.rate_hz) {
+        Some(_) => unread,
+        None => unread.advise("rate", ""),
     })
 }
