@@ -197,30 +197,3 @@ fn flat_top(channel: &[f64], extreme: f64, digit: f64) -> bool {
     let quarter = lengths.len() / 4;
     longest > 0 && longest >= 3 * *lengths.select_nth_unstable(quarter).1
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_flat_top_is_clipped_and_a_round_one_is_not() {
-        let wave = |limit: f64, digit: f64| -> Vec<f64> {
-            (0..400)
-                .map(|i| {
-                    let v = 300.0 * (f64::from(i) * 0.05).sin();
-                    (v / digit).round() * digit
-                })
-                .map(|v| v.clamp(-limit, limit))
-                .collect()
-        };
-        assert_eq!(range_end(&wave(1e9, 0.01), None), None);
-        assert_eq!(range_end(&wave(1e9, 5.0), None), None);
-        let clipped = range_end(&wave(250.0, 0.01), None).unwrap();
-        assert_eq!(clipped, [-250.0, 250.0]);
-        assert_eq!(range_end(&[1.0; 50], None), None);
-        // Every value is held over four rows.
-        let held = |wave: Vec<f64>| wave.into_iter().flat_map(|v| [v; 4]).collect::<Vec<_>>();
-        assert_eq!(range_end(&held(wave(1e9, 0.01)), None), None);
-        assert_eq!(range_end(&held(wave(250.0, 0.01)), None), Some(clipped));
-    }
-}

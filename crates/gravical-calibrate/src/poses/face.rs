@@ -168,23 +168,3 @@ impl std::str::FromStr for AxisMap {
         Ok(map)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn mounting_keeps_the_hand() {
-        let map: AxisMap = "x,-z,y".parse().unwrap();
-        assert_eq!(map.to_case([1.0, 2.0, 3.0]), [1.0, -3.0, 2.0]);
-        assert_eq!("x,y,z".parse::<AxisMap>().unwrap(), AxisMap::default());
-        assert!("y,z,x".parse::<AxisMap>().is_ok());
-        assert_eq!(map.to_string(), "x,-z,y");
-        assert_eq!(map.of_rates(), map);
-        for wrong in ["x,y,-z", "y,x,z", "x,x,z", "x,y", "a,b,c", "x,y,z,x"] {
-            assert!(wrong.parse::<AxisMap>().is_err(), "{wrong}");
-        }
-        let signs: AxisMap = "-x,-y,-z".parse().unwrap();
-        assert_eq!(signs.of_rates(), AxisMap::default());
-    }
-}

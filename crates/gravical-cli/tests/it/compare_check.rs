@@ -28,31 +28,3 @@ fn a_recording_of_the_calibration_does_not_count_beside_a_new_one() {
     ends(path, "check cal.json new/z.csv --gravity 20", 2);
     ends(path, "compare cal.json missing.json", 3);
 }
-
-/// Three sensors of one type, 22 or 23 poses each: they differ from each other,
-/// and each one's later poses fit its earlier ones.
-#[test]
-fn mikoff_sensors_differ_and_the_later_half_fits_the_earlier() {
-    let Some(data) = data() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    for sensor in 0..3 {
-        let name = format!("mikoff-mpu9150/imu{sensor}.log");
-        let text = read(&data, &name);
-        let lines: Vec<&str> = text.lines().collect();
-        let cut = lines.len() * 2 / 3;
-        for (part, rows) in [("early", &lines[..cut]), ("late", &lines[cut..])] {
-            write(path, &format!("{part}{sensor}.log"), &rows.join("\n"));
-        }
-        let columns = "--columns ax,ay,az,gx,gy,gz --rate 100";
-        let line = format!("calibrate early{sensor}.log {columns} -o {sensor}.json --quiet");
-        ends(path, &line, 0);
-        let line = format!("check {sensor}.json late{sensor}.log {columns}");
-        let verdict = json(path, &line, 0)["verdict"].take();
-        assert_eq!(verdict["judgement"], "fits", "{verdict}");
-    }
-    for (a, b) in [(0, 1), (1, 2), (0, 2)] {
-        let result = json(path, &format!("compare {a}.json {b}.json"), 4);
-        assert_eq!(result["magnitude"]["judgement"], "differ");
-    }
-}

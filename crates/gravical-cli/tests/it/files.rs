@@ -29,17 +29,6 @@ fn a_written_calibration() {
 }
 
 #[test]
-fn a_calibration_in_place_of_a_recording_is_named() {
-    let folder = six_files(&Sensor::default());
-    let path = folder.path();
-    ends(path, "calibrate . --gravity 9.81 -o cal.json --quiet", 0);
-    for line in ["inspect cal.json", "calibrate cal.json", "motion cal.json"] {
-        let err = ends(path, line, 3).err;
-        assert!(err.contains("code: is-a-calibration"), "{line}: {err}");
-    }
-}
-
-#[test]
 fn what_reading_lost_is_named_with_the_error() {
     let folder = tempfile::tempdir().unwrap();
     let text = Sensor::default().file([0.0, 0.0, 1.0], 400, 7);

@@ -93,6 +93,7 @@ fn a_clock_that_is_set_by_thirty_years_begins_again() {
 const REFUSED: &str = "\
 motion line/line.csv -o out.csv --gravity 5 | 2 option-range | gravity
 motion line/line.csv -o out.csv -c cal.json --procedure report --rests 0-4 | 2 option-range | mean of the first rows
+motion line/line.csv -o out.csv --rests 3-3.001 | 2 rests-outside
 motion line/line.csv -o out.csv --gyro line/line.csv | 2 gyro-twice
 motion line/line.csv -o out.csv --truth line/line.csv | 2 truth-columns-missing
 motion none.csv -o out.csv | 3 not-found

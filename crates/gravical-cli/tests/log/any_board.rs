@@ -25,7 +25,6 @@ struct Sketch {
     options: &'static str,
     row: fn(u32, [f64; 3], f64) -> String,
     contains: &'static str,
-    unit: &'static str,
     has_gyro: bool,
     rejected: Option<usize>,
 }
@@ -35,7 +34,6 @@ const PLAIN: Sketch = Sketch {
     options: "",
     row: |_, [x, y, z], _| format!("{x:.3},{y:.3},{z:.3}\r\n"),
     contains: "\nt_host_ms,ax,ay,az\n",
-    unit: "m/s^2",
     has_gyro: false,
     rejected: None,
 };
@@ -70,11 +68,6 @@ const SKETCHES: &[Sketch] = &[
         has_gyro: true,
         ..PLAIN
     },
-    Sketch {
-        row: |_, [x, y, z], _| format!("{{\"ax\":{x:.3},\"ay\":{y:.3},\"az\":{z:.3}}}\n"),
-        contains: " -> {\"ax\":",
-        ..PLAIN
-    },
     // Stamps of the board: with torn lines and names, and below a header.
     Sketch {
         row: |i, [x, y, z], _| match i {
@@ -84,16 +77,6 @@ const SKETCHES: &[Sketch] = &[
         },
         contains: "\nms:0 ax:",
         rejected: Some(2),
-        ..PLAIN
-    },
-    Sketch {
-        before: "time;a_x;a_y;a_z;temp\n",
-        row: |i, a, _| {
-            let [x, y, z] = a.map(|v| v * 1670.0);
-            format!("{};{x:.0};{y:.0};{z:.0};25.5\n", 10 * i)
-        },
-        contains: "\ntime;a_x;a_y;a_z;temp\n0;",
-        unit: "counts",
         ..PLAIN
     },
 ];
@@ -130,7 +113,7 @@ fn is_recorded(sketch: &Sketch) {
     let recording = recording(&path);
     assert!(text.contains(sketch.contains), "{text}");
     assert_eq!(recording.rows(), ROWS as usize, "{text}");
-    assert_eq!(recording.units.accel.unit.name(), sketch.unit, "{text}");
+    assert_eq!(recording.units.accel.unit.name(), "m/s^2", "{text}");
     assert_eq!(recording.gyro.is_some(), sketch.has_gyro, "{text}");
     let rejected = text.matches("\n# rejected: ").count();
     assert_eq!(ended["rejected"], rejected, "{text}");

@@ -1,7 +1,7 @@
 //! Times and rates of stamps.
 
 use gravical_recording::judge::{ClockOptions, Times, clock};
-use gravical_recording::{Finding, FindingKind, ReadOptions, Recording, TimeUnit, read_bytes};
+use gravical_recording::{Finding, FindingKind, Recording};
 
 use crate::support::{Row, has_rate, is_near, read, six_faces};
 
@@ -215,29 +215,8 @@ fn clocks_of_many_writings_are_read() {
             Some(FindingKind::BurstTime),
         ),
         (
-            names("Time (min)"),
-            |k| format!("{:.6}", k as f64 / 600.0),
-            10.0,
-            0,
-            None,
-        ),
-        (
             names("Time (h)"),
             |k| format!("{:.8}", k as f64 / 36_000.0),
-            10.0,
-            0,
-            None,
-        ),
-        (
-            names("time"),
-            |k| format!("{:.9}", 45_352.0 + k as f64 / 864_000.0),
-            10.0,
-            0,
-            None,
-        ),
-        (
-            names("h,m,s,ms"),
-            |k| format!("10,59,{},{}", 20 + k / 10, k % 10 * 100),
             10.0,
             0,
             None,
@@ -300,31 +279,6 @@ fn clocks_of_many_writings_are_read() {
                 "{header}{kind:?}"
             );
         }
-    }
-}
-
-#[test]
-fn a_clock_in_minutes_needs_its_unit_in_the_file_or_an_option() {
-    let row = |k| [format!("{:.6}", k as f64 / 600.0), String::new()];
-    let options = ReadOptions {
-        time_unit: Some(TimeUnit::Minute),
-        ..ReadOptions::default()
-    };
-    for header in ["time,ax,ay,az\n", "Time (min),ax,ay,az\n", ""] {
-        let text = file(header, ",", row);
-        let recording = read_bytes(text.as_bytes(), "desk.csv", &options).unwrap();
-        assert!(has_rate(&recording, 10.0), "{header}{:?}", recording.clock);
-    }
-}
-
-#[test]
-fn a_column_that_rises_is_the_clock_wherever_it_stands() {
-    for place in [[true, false], [false, true]] {
-        let stamp = |k: usize| (50_000 + 100 * k + k % 3).to_string();
-        let row = |k| place.map(|is_here| if is_here { stamp(k) } else { String::new() });
-        let recording = read(&file("", ",", row), "desk.csv");
-        assert!(has_rate(&recording, 10.0), "{:?}", recording.clock);
-        assert!(is_near(recording.accel[0][0], 10.0, 0.1));
     }
 }
 

@@ -3,7 +3,7 @@ use crate::document::Detail;
 use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{InputFile, InputRole};
-use gravical::motion::{Motion, MotionOptions, Move};
+use gravical::motion::{Motion, MotionOptions};
 use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
 
 /// A push along x between two rests.
@@ -45,22 +45,6 @@ fn what_may_be_missing() {
     file.inputs.clear();
     let text = calibration(&file, None, &[]).to_text(Detail::Full);
     assert!(text.contains("Findings\n  None.") && !text.contains("NaN"));
-}
-
-#[test]
-fn long_results_stay_small() {
-    let recording = push();
-    let mut motion = moved(&recording);
-    let one: Move = Move {
-        unusable: Some("a reason of some length, as reasons are".to_owned()),
-        ..motion.result.moves[0].clone()
-    };
-    motion.result.moves = vec![one; 10_000];
-    motion.result.findings = vec![Finding::new(FindingKind::Gap, "x".repeat(300)); 10_000];
-    let page = super::motion(&motion.result, &recording, &[]).to_html();
-    assert!(page.len() < 1_000_000, "{} bytes", page.len());
-    assert_eq!(page.matches("… and 9800 more").count(), 2);
-    assert!(page.contains("move 12 and 9988 more: not usable: a reason"));
 }
 
 #[test]

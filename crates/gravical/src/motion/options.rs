@@ -171,17 +171,3 @@ impl MotionOptions {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Intervals;
-
-    #[test]
-    fn intervals_are_spans_of_samples_in_order() {
-        let time_s: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
-        let spans = |text: &str| text.parse::<Intervals>().unwrap().spans(&time_s);
-        assert_eq!(spans("7-,0-1,0.5-2").unwrap(), [0..201, 700..1000]);
-        let refused = spans("3-3.001").unwrap_err();
-        assert_eq!(refused.code(), "rests-outside");
-    }
-}

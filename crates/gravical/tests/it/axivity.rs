@@ -376,29 +376,4 @@ proptest! {
         }
     }
 
-    /// No bytes after a header stop the reader.
-    #[test]
-    fn any_bytes_are_read_or_skipped(
-        mut noise in prop::collection::vec(any::<u8>(), 2..4000),
-        coding in 0..3_usize,
-        sealed in any::<bool>(),
-    ) {
-        let coding = [Coding::Packed, Coding::Plain, Coding::WithGyro][coding];
-        noise[..2].copy_from_slice(b"AX");
-        if sealed {
-            // Any fields, in blocks that are accepted.
-            let template = Device::new(coding).block(&[[1; 6]; 40], 260);
-            for block in noise.chunks_exact_mut(512) {
-                block[..4].copy_from_slice(&template[..4]);
-                block[14..18].copy_from_slice(&template[14..18]);
-                block[24..30].copy_from_slice(&template[24..30]);
-                if let Ok(block) = block.try_into() {
-                    seal(block);
-                }
-            }
-        }
-        let mut bytes = Device::new(coding).header();
-        bytes.extend(noise);
-        let _ = read_bytes(&bytes, "wrist.cwa", &ReadOptions::default());
-    }
 }

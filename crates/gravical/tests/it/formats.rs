@@ -1,10 +1,7 @@
 //! Formats of loggers and apps: each of these headers must be read without options, or the error
 //! must name an option that works.
 
-use gravical::finding::Advice;
-use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, read_bytes,
-};
+use gravical::recording::{GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, read_bytes};
 
 use crate::support::*;
 
@@ -51,10 +48,6 @@ fn mps2(s: &Sample) -> [f64; 3] {
 
 fn deg(s: &Sample) -> [f64; 3] {
     s.w.map(f64::to_degrees)
-}
-
-fn counts(values: [f64; 3], per_unit: f64) -> [f64; 3] {
-    values.map(|v| (v * per_unit).round())
 }
 
 fn read_as(text: &str, file: &str) -> Recording {
@@ -154,35 +147,6 @@ fn stamps_of_robots() {
     let recording = read_as(&text, "imu.csv");
     is_the_session(&recording, "ROS", Some(GyroUnit::Unknown), &[]);
     assert!(recording.clock.jitter_s.unwrap() < 1e-6);
-}
-
-/// ArduPilot has rows of two sensors in turn, Shimmer has them side by side.
-#[test]
-fn one_of_two_sensors_is_read_and_the_other_on_request() {
-    let head = "timestamp,TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,EG,EA,T,GH,AH,GHz,AHz\n";
-    let row = |s: &Sample, sensor: usize| {
-        let (t_s, us) = (1.6e9 + s.t_s, 40_060_000 + 10_000 * s.i);
-        let a = mps2(s).map(|v| v + 0.1 * sensor as f64);
-        let (w, a) = (csv(&s.w, 6), csv(&a, 5));
-        format!("{t_s:.6},{us},{sensor},{w},{a},0,0,35.25,1,1,1000,1000")
-    };
-    let in_turn = written(head, |s| format!("{}\n{}", row(s, 0), row(s, 1)));
-    let names = "S_Timestamp_Unix_CAL,S_Accel_LN_X_CAL,S_Accel_LN_Y_CAL,S_Accel_LN_Z_CAL,S_Accel_WR_X_CAL,S_Accel_WR_Y_CAL,S_Accel_WR_Z_CAL,S_Battery_CAL,\n";
-    let units = "ms,m/(s^2),m/(s^2),m/(s^2),m/(s^2),m/(s^2),m/(s^2),mV,\n";
-    let beside = written(&format!("\"sep=,\"\n{names}{units}"), |s| {
-        let (low, wide) = (csv(&mps2(s), 6), csv(&mps2(s).map(|v| 1.01 * v), 6));
-        let ms = 1_552_572_614_000.0 + 1e3 * s.t_s;
-        format!("{ms:.3},{low},{wide},3990.1,")
-    });
-    for (text, sensor, up) in [(in_turn, "1", G + 0.1), (beside, "wr", 1.01 * G)] {
-        let first = read_as(&text, "imu.csv");
-        is_the_session(&first, sensor, None, &["several-sensors"]);
-        let other = &finding(&first, "several-sensors").options;
-        assert_eq!(other[..], [Advice::new("sensor", sensor)]);
-        let options = read_options(|o| o.sensor = Some(sensor.to_owned()));
-        let other = read_with(text.as_bytes(), &options);
-        close(mean(&other.accel[2]), up, 0.01);
-    }
 }
 
 /// A phone writes each event when it comes, of the gyroscope half as often, and that one first.
@@ -357,22 +321,6 @@ fn headers_with_merged_cells_and_units_that_name_the_sensor() {
         is_the_session(&recording, head, None, &[]);
         assert!(recording.gyro.is_some(), "{head}");
     }
-}
-
-#[test]
-fn counts_of_other_parts() {
-    for lsb in [64.0, 256.0] {
-        let text = written("ax,ay,az\n", |s| csv(&counts(s.a, lsb), 0));
-        let recording = read_as(&text, "x.csv");
-        assert_eq!(recording.units.accel.unit, AccelUnit::Counts, "{lsb}");
-        assert_eq!(recording.units.accel.lsb_per_g, Some(lsb));
-    }
-    // 1024 per g may as well be mg.
-    let text = written("ax,ay,az\n", |s| csv(&counts(s.a, 1024.0), 0));
-    finding(&read_as(&text, "x.csv"), "unit-unknown");
-    // With decimals these are not counts.
-    let text = written("ax,ay,az\n", |s| csv(&s.a.map(|v| v * 64.0), 3));
-    finding(&read_as(&text, "x.csv"), "unit-unknown");
 }
 
 #[test]

@@ -155,24 +155,3 @@ impl Prefixes {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_in_any_pieces() {
-        let text = b"9,1\r\n2,3\n\r\n8";
-        let expected: [(&[u8], bool); 3] = [(b"9,1", false), (b"2,3", true), (b"", true)];
-        for piece in [1, 5, 1000] {
-            let mut splitter = Splitter::default();
-            let lines = text.chunks(piece).flat_map(|bytes| splitter.push(bytes));
-            let lines: Vec<_> = lines.collect();
-            let lines: Vec<_> = lines.iter().map(|(l, whole)| (&l[..], *whole)).collect();
-            assert_eq!(lines, expected);
-        }
-        let mut splitter = Splitter::default();
-        let pieces = (0..100).flat_map(|_| splitter.push(&[b'x'; 100]));
-        assert_eq!(pieces.count(), 2);
-    }
-}
