@@ -162,7 +162,7 @@ fn judge_unit(
             );
             let unknown = Finding::new(FindingKind::UnitUnknown, text);
             rest.findings.push(unknown.advise("accel_unit", likely));
-            AccelScale::UNKNOWN
+            AccelScale::default()
         }
         Evidence::None => {
             let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
@@ -298,7 +298,7 @@ impl AtRest<'_> {
     /// The same of a unit that stays unknown.
     fn unknown(&mut self, kind: FindingKind, what: &str, units: &[&str]) -> AccelScale {
         self.tell(kind, what, units);
-        AccelScale::UNKNOWN
+        AccelScale::default()
     }
 }
 
