@@ -20,6 +20,11 @@ pub fn stem(name: &str) -> String {
     stem.to_owned()
 }
 
+/// A path in messages.
+pub(crate) fn path_name(path: &Path) -> String {
+    path.display().to_string()
+}
+
 /// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
 ///
 /// # Errors
@@ -59,7 +64,7 @@ fn input(
     options: &ReadOptions,
 ) -> Result<Input> {
     let reader = match &options.meter {
-        Some(meter) => meter.over(&path.display().to_string(), total, reader),
+        Some(meter) => meter.over(&path_name(path), total, reader),
         None => reader,
     };
     from_reader(reader, options.hash).map_err(|e| Error::io(path, e))

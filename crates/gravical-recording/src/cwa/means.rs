@@ -10,7 +10,7 @@ use crate::recording::Recording;
 use crate::text::{Format, Rows};
 
 /// Samples that are held as they are: three hours at 100 Hz.
-const MAX_SAMPLES: usize = 1 << 20;
+pub const MAX_SAMPLES: usize = 1 << 20;
 /// Means that are reserved at once, 19 days at 2.5 Hz: columns that grow leave holes of their size in
 /// memory.
 const USUAL_MEANS: usize = 1 << 22;
@@ -19,7 +19,7 @@ const MIN_HZ: f64 = 2.5;
 /// Neighbours are at most so many usual steps apart.
 const LONGEST_STEP: f64 = 4.5;
 
-/// Judges all samples of a file, or, of more than 2²⁰, their means at 2.5 Hz or faster; of less than
+/// Judges all samples of a file, or, of more than `max_samples`, their means at 2.5 Hz or faster; of less than
 /// 5 Hz two become a mean. Blocks carry clock and unit, so that means are judged as samples are; a note
 /// says so ([`FindingKind::SamplesAveraged`]).
 ///
@@ -30,14 +30,16 @@ pub fn read_means<R: Read>(
     format: &Format,
     mut samples: Samples<R>,
     budget: &Budget,
+    max_samples: usize,
 ) -> Result<Recording, Error> {
     let mut head = Rows::new(format.columns.len());
-    while head.rows() < MAX_SAMPLES
+    while head.rows() < max_samples
         && let Some(next) = samples.next()
     {
         head.append(next?);
+        budget.check_rows(format, head.rows())?;
     }
-    if head.rows() < MAX_SAMPLES {
+    if head.rows() < max_samples {
         return Recording::judge(format, head);
     }
     // Blocks name their nominal rate; the samples that are held tell the true one.

@@ -4,7 +4,6 @@ use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
 use crate::error::Error;
-use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::text::{CopiedText, Format, Reason, Rows};
 use crate::write::{write_fixed, write_trimmed};
@@ -92,24 +91,6 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     ];
     format.rate_hz = Some(rate_hz);
     Ok((format, samples))
-}
-
-/// All samples of a file.
-///
-/// # Errors
-///
-/// Errors of reading; `too-large`.
-pub fn read_samples<R: Read>(
-    format: &Format,
-    samples: Samples<R>,
-    budget: &Budget,
-) -> Result<Rows, Error> {
-    let mut rows = Rows::new(format.columns.len());
-    for next in samples {
-        rows.append(next?);
-        budget.check_rows(format, rows.rows())?;
-    }
-    Ok(rows)
 }
 
 /// A block within its run: a piece of the recording without a gap.
