@@ -43,7 +43,11 @@ impl Recording {
         units.resolution = [Some(&self.accel), self.gyro.as_ref()]
             .map(|sensor| sensor.map_or([0.0; 3], judge::resolution));
         let axes = self.accel.each_ref().map(Vec::as_slice);
-        let of_unit = judge::accel_unit(axes, is_unsigned, accel_claim(format), options, units);
+        let (claim, mut of_unit) = (accel_claim(format), Vec::new());
+        let scale = judge::accel_unit(axes, is_unsigned, claim, options, units, &mut of_unit);
+        let is_known = matches!(scale.origin, Origin::Data | Origin::Given);
+        units.contradicts_header = is_known && claim.unit.is_some_and(|c| c != scale.unit);
+        units.accel = scale;
         if !options.is_gyroscope {
             self.findings.extend(of_unit);
             if options.accel_unit.is_none() {
