@@ -60,13 +60,9 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error>
         ));
     }
     let invalid = empty_invalid_counts(format, &mut rows);
-    let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
-    findings.extend(findings::of_lines(
-        &rows.ledger,
-        &rows.nul_lines,
-        !is_regular,
-    ));
-    findings.extend(text_cells);
+    let tells_blanks = judge::regular_blanks(&rows.blanks, rows.rows()) == 0;
+    let of_lines = findings::of_lines(&rows.ledger, &rows.nul_lines, tells_blanks);
+    findings.extend(of_lines.into_iter().chain(text_cells));
     findings.append(&mut of_time);
 
     let temperature_c = rows.columns.pop().unwrap_or_default();
@@ -118,11 +114,8 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error>
 
 /// Adds gravity to acceleration without it, where both stand in the rows.
 pub(crate) fn add_gravity(format: &Format, rows: &mut Rows) {
-    let pairs = format
-        .accel
-        .into_iter()
-        .zip(format.added.into_iter().flatten());
-    for (column, added) in pairs {
+    let added = format.added.into_iter().flatten();
+    for (column, added) in format.accel.into_iter().zip(added) {
         let gravity = std::mem::take(&mut rows.columns[added]);
         let cells = rows.columns[column].iter_mut().zip(gravity);
         cells.for_each(|(cell, gravity)| *cell += gravity);
@@ -151,25 +144,16 @@ fn select_sensor(
     } else {
         Role::Accel(0)
     };
-    let answers = |name: &String| {
-        let label = labels.names.iter().position(|other| other == name);
-        let axes = format.accel.map(|c| &rows.columns[c]);
-        let is_value = |row: &usize| {
-            axes.iter()
-                .any(|axis| axis[*row] != 0.0 && !axis[*row].is_nan())
-        };
-        let mut own = (0..rows.rows()).filter(|row| Some(labels.of_row[*row] as usize) == label);
-        own.any(|row| is_value(&row))
+    let is_of = |name: &String, label: &u32| labels.names[*label as usize] == *name;
+    let answers = |name: &&String| {
+        let is_value = |(label, v): (&u32, &f64)| is_of(name, label) && *v != 0.0 && !v.is_nan();
+        let mut axes = format.accel.iter().map(|c| &rows.columns[*c]);
+        axes.any(|axis| labels.of_row.iter().zip(axis).any(is_value))
     };
-    let named = || {
-        sensors
-            .iter()
-            .filter(|name| sensor_of_file(name) == Some(kind))
-    };
-    let named = named()
-        .find(|name| !name.contains("linear"))
-        .or(named().next());
-    let usual = named.or_else(|| sensors.iter().find(|name| answers(name)));
+    let is_named = |name: &&String| sensor_of_file(name) == Some(kind);
+    let named = sensors.iter().filter(is_named);
+    let named = named.min_by_key(|name| name.contains("linear"));
+    let usual = named.or_else(|| sensors.iter().find(answers));
     let usual = usual.or(sensors.first());
     let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
@@ -188,7 +172,7 @@ fn select_sensor(
         );
         Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
     });
-    let is_kept = |label: &u32| labels.names[*label as usize] == *wanted;
+    let is_kept = |label: &u32| is_of(wanted, label);
     let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
     rows.keep(&keep, Reason::OtherSensor);
     Ok((Some(wanted.clone()), finding))
@@ -214,11 +198,11 @@ fn column_labels(rows: &Rows, column: usize) -> Labels {
     for row in 0..rows.rows() {
         let name = cell_label(rows, column, row);
         let next = labels.names.len() as u32;
-        let at = *known.entry(name).or_insert_with_key(|name| {
+        let at = known.entry(name).or_insert_with_key(|name| {
             labels.names.push(name.clone());
             next
         });
-        labels.of_row.push(at);
+        labels.of_row.push(*at);
     }
     labels
 }
@@ -278,16 +262,15 @@ fn take_temperature(
     format: &Format,
     rows: &mut Rows,
 ) -> (Option<(usize, Vec<f64>)>, Option<Finding>) {
-    let find = |is_one: fn(f64, f64) -> bool| {
-        let mut columns = format.columns.iter().zip(&rows.columns);
-        columns.position(|(column, values)| {
-            let known = || values.iter().copied().filter(|t| t.is_finite());
-            let shows = |first| known().any(|t| is_one(t, first));
-            column.role == Role::Temperature && known().next().is_some_and(shows)
-        })
+    let known = |c: usize| rows.columns[c].iter().filter(|t| t.is_finite());
+    let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
+    let columns = || (0..format.columns.len()).filter(is_one);
+    let changes = |c: &usize| {
+        let first = known(*c).next();
+        known(*c).any(|t| Some(t) != first)
     };
-    let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0));
-    let Some(column) = column else {
+    let shows = |c: &usize| known(*c).any(|t| *t != 0.0);
+    let Some(column) = columns().find(changes).or_else(|| columns().find(shows)) else {
         return (None, None);
     };
     let mut values = std::mem::take(&mut rows.columns[column]);
@@ -351,14 +334,14 @@ fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> usize {
     let mut count = 0;
     for column in format.channels() {
         let values = &mut rows.columns[column];
-        let is_ordinary = |v: Option<&f64>| v.is_none_or(|v| *v > NEAR_END || v.is_nan());
-        let is_invalid = |row: &usize| {
-            let before = row.checked_sub(1).and_then(|before| values.get(before));
-            values[*row] == INVALID_COUNT && is_ordinary(before) && is_ordinary(values.get(row + 1))
-        };
-        let invalid: Vec<usize> = (0..values.len()).filter(is_invalid).collect();
-        count += invalid.len();
-        invalid.into_iter().for_each(|row| values[row] = f64::NAN);
+        for row in 0..values.len() {
+            let beside = [row.wrapping_sub(1), row + 1].map(|beside| values.get(beside));
+            let is_ordinary = |v: &f64| *v > NEAR_END || v.is_nan();
+            if values[row] == INVALID_COUNT && beside.into_iter().flatten().all(is_ordinary) {
+                values[row] = f64::NAN;
+                count += 1;
+            }
+        }
     }
     count
 }
