@@ -151,7 +151,8 @@ pub(crate) fn compact_day_s(number: f64) -> Option<f64> {
     civil_day_s(number / 10_000, number / 100 % 100, number % 100)
 }
 
-fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
+/// Seconds from 1970 to a day; `None` if there is no such day.
+pub(crate) fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
     let (month, day) = (month.try_into().ok()?, day.try_into().ok()?);
     let date = jiff::civil::Date::new(year.try_into().ok()?, month, day).ok()?;
     let midnight = jiff::tz::Offset::UTC.to_timestamp(date.at(0, 0, 0, 0));
@@ -159,9 +160,6 @@ fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
 }
 
 fn month(name: &str) -> Option<i64> {
-    const MONTHS: [&str; 12] = [
-        "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
-    ];
-    let word: String = name.to_lowercase().chars().take(3).collect();
-    MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
+    let parsed = jiff::fmt::strtime::parse("%b", name.get(..3)?);
+    parsed.ok()?.month().map(i64::from)
 }
