@@ -63,10 +63,7 @@ fn is_zone(zone: &str, words: &[&str]) -> bool {
 /// Whether the day stands before the month in the dates of a column: one of them is above 12, or the
 /// dates are closer to each other. `None` if they do not show it.
 pub(crate) fn is_day_first<'a>(dates: impl Iterator<Item = &'a str>) -> Option<bool> {
-    let day = |text: &'a str| match split_day(text) {
-        Some((day, _)) => day,
-        None => Some(text),
-    };
+    let day = |text: &'a str| split_day(text).map_or(Some(text), |(day, _)| day);
     let mut days: Vec<&str> = dates.filter_map(day).collect();
     days.dedup();
     let numbers = |day: &&str| -> Option<[u32; 2]> {
@@ -74,10 +71,9 @@ pub(crate) fn is_day_first<'a>(dates: impl Iterator<Item = &'a str>) -> Option<b
         Some([parts.next()??, parts.next()??]).filter(|[first, _]| *first < 32)
     };
     let numbers: Vec<[u32; 2]> = days.iter().filter_map(numbers).collect();
-    for (at, is_first) in [(0, true), (1, false)] {
-        if numbers.iter().any(|n| n[at] > 12) {
-            return Some(is_first);
-        }
+    let [has_day_first, has_day_second] = [0, 1].map(|at| numbers.iter().any(|n| n[at] > 12));
+    if has_day_first || has_day_second {
+        return Some(has_day_first);
     }
     let [first, second] = [true, false].map(|is_first| {
         let days = days.iter().filter_map(|day| parse_day(day, is_first));

@@ -152,10 +152,9 @@ fn refuse_restart(recording: &Recording) -> Result<()> {
         return Ok(());
     };
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
-    let error =
-        Error::input("gyro-restart", text).at(recording.name.as_ref(), Some((*line).into()));
-    Err(error
-        .with_hint("split both files where the board was reset, and read the parts separately"))
+    let error = Error::input("gyro-restart", text).at_line(*line as usize);
+    let hint = "split both files where the board was reset, and read the parts separately";
+    Err(error.in_file(recording.name.as_ref()).with_hint(hint))
 }
 
 /// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
@@ -215,11 +214,9 @@ fn by_stamps(
     };
     let places: Vec<Option<(usize, usize, f64)>> = times_s.iter().map(around).collect();
     let joined = channels.each_ref().map(|channel| {
-        let rates = places.iter().map(|place| {
-            place.map_or(f64::NAN, |(a, b, share)| {
-                channel[a] + share * (channel[b] - channel[a])
-            })
-        });
+        let rate =
+            |(a, b, share): (usize, usize, f64)| channel[a] + share * (channel[b] - channel[a]);
+        let rates = places.iter().map(|place| place.map_or(f64::NAN, rate));
         rates.collect()
     });
     let uncovered = (0..places.len()).filter(|row| places[*row].is_none());
