@@ -98,10 +98,10 @@ fn accel_claim(format: &Format) -> AccelClaim {
         lsb_per_g: AccelUnit::per_g(&column.unit),
         without_gravity: column.is_linear,
     };
-    let board = format
-        .board
-        .filter(|b| b.is_counts() && b.accel_range_g > 0);
-    if let (Some(board), None) = (board, claim.unit) {
+    if let (Some(board), None) = (format.board, claim.unit)
+        && board.is_counts()
+        && board.accel_range_g > 0
+    {
         claim.unit = Some(AccelUnit::Counts);
         claim.lsb_per_g = Some(board.lsb_per_g());
     }
@@ -129,13 +129,11 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
         (None, None) if are_counts => (GyroUnit::Counts, Origin::Data),
         (None, None) => (GyroUnit::Unknown, Origin::Assumed),
     };
-    let range = options.gyro_range_deg_s.map(|range| 32_768.0 / range);
-    let by_board = || board.and_then(|b| b.lsb_per_deg_s());
+    let lsb = options.gyro_range_deg_s.map(|range| 32_768.0 / range);
+    let lsb = lsb.or_else(|| GyroUnit::per_deg_s(text));
     GyroScale {
         unit,
-        lsb_per_deg_s: range
-            .or_else(|| GyroUnit::per_deg_s(text))
-            .or_else(by_board),
+        lsb_per_deg_s: lsb.or_else(|| board?.lsb_per_deg_s()),
         origin,
     }
 }

@@ -48,7 +48,6 @@ pub struct Stream {
     regular_blanks: usize,
     /// The account of the lines behind those by which it was judged.
     ledger: Ledger,
-    first_line: usize,
     input: Input,
 }
 
@@ -144,7 +143,6 @@ impl Stream {
             rest,
             regular_blanks,
             ledger: Ledger::default(),
-            first_line: 0,
             input,
         })
     }
@@ -197,9 +195,6 @@ impl Stream {
     fn unjudged_piece(&mut self, mut rows: Rows) -> Piece {
         let (format, read_as) = (&self.format, &self.recording.read_as);
         add_gravity(format, &mut rows);
-        if self.first_line == 0 {
-            self.first_line = self.recording.ledger.lines + 1;
-        }
         let sensor = format.sensor.zip(read_as.sensor.as_ref());
         let channels = rows.slices(&format.channels());
         let why_not = |row: usize| {
@@ -256,9 +251,10 @@ impl Stream {
 
     /// The recording with the account of all lines; to be called after the last piece.
     pub fn finish(mut self) -> Recording {
+        let first_line = self.recording.ledger.lines + 1;
         let mut findings = of_lines(&self.ledger, &LineSpans::default(), false);
         for finding in &mut findings {
-            finding.message = format!("from line {} on: {}", self.first_line, finding.message);
+            finding.message = format!("from line {first_line} on: {}", finding.message);
             finding.file = Some(self.recording.name.clone());
         }
         self.recording.findings.extend(findings);

@@ -374,9 +374,8 @@ impl Times {
         let bursts = bursts.or(mean).unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..MAX_BURST_STEP / bursts).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
-        let is_bunched =
-            bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual);
-        if is_bunched && bursts > 0.0 {
+        let are_many = bunched * 2 > steps.len() && stamped > RAREST_BURST;
+        if are_many && bursts > 0.0 && !has_only_pauses(&steps, usual) {
             self.bunched = Some(bunched);
             self.rate_hz = bursts;
             self.mean_rate_hz = Some(bursts);

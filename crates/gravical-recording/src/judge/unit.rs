@@ -207,25 +207,21 @@ enum Evidence {
 /// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
 /// values are whole numbers.
 fn accel_evidence(norm: f64, integers: bool) -> Evidence {
-    match norm {
-        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
-        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
-        // mg, cm/s² (980.665) and 1024 counts per g cannot be distinguished within the scale error and
-        // the bias of a sensor.
-        800.0..=1250.0 => return Evidence::Ambiguous,
-        _ => {}
-    }
     let off = |lsb: f64| (norm / lsb).ln().abs();
     let fits = |(lsb, only_whole): &(f64, bool)| {
         (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
     };
-    let nearest = LSB_PER_G
-        .into_iter()
-        .filter(fits)
-        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    nearest.map_or(Evidence::None, |(lsb, _)| {
-        Evidence::Unit(AccelUnit::Counts, Some(lsb))
-    })
+    let near = LSB_PER_G.into_iter().filter(fits);
+    let nearest = near.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    match (norm, nearest) {
+        (0.8..=1.25, _) => Evidence::Unit(AccelUnit::StandardGravity, None),
+        (8.0..=12.0, _) => Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
+        // mg, cm/s² (980.665) and 1024 counts per g cannot be distinguished within the scale error and
+        // the bias of a sensor.
+        (800.0..=1250.0, _) => Evidence::Ambiguous,
+        (_, Some((lsb, _))) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
+        (_, None) => Evidence::None,
+    }
 }
 
 /// Largest relative deviation of gravity from the value of a scale.

@@ -54,10 +54,8 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error>
     read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
     if let Some(encoding) = read_as.encoding {
         decode(format, &mut rows, encoding);
-        findings.push(Finding::new(
-            FindingKind::UnsignedCounts,
-            encoding.meaning(),
-        ));
+        let text = encoding.meaning();
+        findings.push(Finding::new(FindingKind::UnsignedCounts, text));
     }
     let invalid = empty_invalid_counts(format, &mut rows);
     let tells_blanks = judge::regular_blanks(&rows.blanks, rows.rows()) == 0;
@@ -224,10 +222,8 @@ fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {
 fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     let count = rows.rows();
     if count == 0 {
-        return Err(no_rows(format!(
-            "no row could be read: {}",
-            rows.ledger.sum()
-        )));
+        let sum = rows.ledger.sum();
+        return Err(no_rows(format!("no row could be read: {sum}")));
     }
     let channels = format.accel.map(|c| &rows.columns[c]);
     for (channel, name) in channels.iter().zip(names(format)) {
