@@ -6,5 +6,5 @@ mod block;
 mod means;
 mod samples;
 
-pub use means::read_means;
-pub use samples::{MAGIC_BYTES, Samples, is_one, open, read_samples, whole_blocks};
+pub use means::{MAX_SAMPLES, read_means};
+pub use samples::{MAGIC_BYTES, Samples, is_one, open, whole_blocks};

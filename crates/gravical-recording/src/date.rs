@@ -63,10 +63,7 @@ fn is_zone(zone: &str, words: &[&str]) -> bool {
 /// Whether the day stands before the month in the dates of a column: one of them is above 12, or the
 /// dates are closer to each other. `None` if they do not show it.
 pub(crate) fn is_day_first<'a>(dates: impl Iterator<Item = &'a str>) -> Option<bool> {
-    let day = |text: &'a str| match split_day(text) {
-        Some((day, _)) => day,
-        None => Some(text),
-    };
+    let day = |text: &'a str| split_day(text).map_or(Some(text), |(day, _)| day);
     let mut days: Vec<&str> = dates.filter_map(day).collect();
     days.dedup();
     let numbers = |day: &&str| -> Option<[u32; 2]> {
@@ -74,10 +71,9 @@ pub(crate) fn is_day_first<'a>(dates: impl Iterator<Item = &'a str>) -> Option<b
         Some([parts.next()??, parts.next()??]).filter(|[first, _]| *first < 32)
     };
     let numbers: Vec<[u32; 2]> = days.iter().filter_map(numbers).collect();
-    for (at, is_first) in [(0, true), (1, false)] {
-        if numbers.iter().any(|n| n[at] > 12) {
-            return Some(is_first);
-        }
+    let [has_day_first, has_day_second] = [0, 1].map(|at| numbers.iter().any(|n| n[at] > 12));
+    if has_day_first || has_day_second {
+        return Some(has_day_first);
     }
     let [first, second] = [true, false].map(|is_first| {
         let days = days.iter().filter_map(|day| parse_day(day, is_first));
@@ -151,7 +147,8 @@ pub(crate) fn compact_day_s(number: f64) -> Option<f64> {
     civil_day_s(number / 10_000, number / 100 % 100, number % 100)
 }
 
-fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
+/// Seconds from 1970 to a day; `None` if there is no such day.
+pub(crate) fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
     let (month, day) = (month.try_into().ok()?, day.try_into().ok()?);
     let date = jiff::civil::Date::new(year.try_into().ok()?, month, day).ok()?;
     let midnight = jiff::tz::Offset::UTC.to_timestamp(date.at(0, 0, 0, 0));
@@ -159,9 +156,6 @@ fn civil_day_s(year: i64, month: i64, day: i64) -> Option<f64> {
 }
 
 fn month(name: &str) -> Option<i64> {
-    const MONTHS: [&str; 12] = [
-        "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
-    ];
-    let word: String = name.to_lowercase().chars().take(3).collect();
-    MONTHS.iter().position(|m| *m == word).map(|m| m as i64 + 1)
+    let parsed = jiff::fmt::strtime::parse("%b", name.get(..3)?);
+    parsed.ok()?.month().map(i64::from)
 }

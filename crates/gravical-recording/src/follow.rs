@@ -81,9 +81,8 @@ pub struct Follow {
     budget: Budget,
     /// Bytes that wait: for the format, or for the end of a row.
     bytes: Vec<u8>,
-    /// Lines among them, and how many have to be there before the format is looked for again.
+    /// Lines among them before the format is known.
     lines: usize,
-    needed: usize,
     opened: Option<Opened>,
 }
 
@@ -118,7 +117,6 @@ impl Follow {
             max_rows,
             bytes: Vec::new(),
             lines: 0,
-            needed: LOOK_LINES,
             opened: None,
         }
     }
@@ -146,12 +144,11 @@ impl Follow {
             self.bytes.extend_from_slice(&rest[..=end]);
             rest = &rest[end + 1..];
             self.lines += 1;
-            if self.lines == self.needed {
+            if self.lines.is_multiple_of(LOOK_LINES) {
                 let is_last = self.lines >= MAX_LINES;
                 match self.open(is_last) {
-                    Ok(Some(first)) => samples = first,
                     Err(error) if is_last => return Err(error),
-                    _ => self.needed += LOOK_LINES,
+                    first => samples = first.ok().flatten().unwrap_or_default(),
                 }
             }
         }

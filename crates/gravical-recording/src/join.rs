@@ -11,13 +11,13 @@
 
 use std::path::Path;
 
-use crate::bytes::{self, Input};
+use crate::bytes::Input;
 use crate::error::{Error, Result};
 use crate::finding::{Finding, FindingKind};
 use crate::options::ReadOptions;
-use crate::read::read_gyroscope;
-use crate::recording::{HEAD_BYTES, JoinedFile, Recording, without_cut_line};
-use crate::source::{open, open_bytes, stem};
+use crate::read::{open_head, read_gyroscope};
+use crate::recording::{JoinedFile, Recording};
+use crate::source::{open, open_bytes, path_name, stem};
 use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
@@ -59,8 +59,7 @@ pub fn read_joined(
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
 pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
-    let name = path.display().to_string();
-    join_input(recording, open(path, options)?, &name, options)
+    join_input(recording, open(path, options)?, &path_name(path), options)
 }
 
 /// As [`join_gyroscope`], from bytes; `name` is used in messages.
@@ -80,18 +79,8 @@ pub fn join_gyroscope_bytes(
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
 /// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
 pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
-    let options = ReadOptions {
-        hash: false,
-        meter: None,
-        ..options.clone()
-    };
-    let name = path.display().to_string();
-    let head = || {
-        let mut reader = open(path, &options)?.reader;
-        let head = bytes::read_head(&mut reader, HEAD_BYTES)?;
-        open_bytes(without_cut_line(&head), &name, &options)
-    };
-    let read = head().and_then(|input| read_gyroscope(input, &name, &options));
+    let head = open_head(path, options);
+    let read = head.and_then(|input| read_gyroscope(input, &path_name(path), options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.format.names;
@@ -102,7 +91,7 @@ pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
 
 /// True for a file named after a gyroscope and not also after an accelerometer.
 pub fn is_named_gyroscope(path: &Path) -> bool {
-    let stem = stem(&path.display().to_string()).to_lowercase();
+    let stem = stem(&path_name(path)).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")
 }
 
@@ -163,10 +152,9 @@ fn refuse_restart(recording: &Recording) -> Result<()> {
         return Ok(());
     };
     let text = "the time stamps restart in the middle: the files cannot be joined by them";
-    let error =
-        Error::input("gyro-restart", text).at(recording.name.as_ref(), Some((*line).into()));
-    Err(error
-        .with_hint("split both files where the board was reset, and read the parts separately"))
+    let error = Error::input("gyro-restart", text).at_line(*line as usize);
+    let hint = "split both files where the board was reset, and read the parts separately";
+    Err(error.in_file(recording.name.as_ref()).with_hint(hint))
 }
 
 /// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
@@ -226,11 +214,9 @@ fn by_stamps(
     };
     let places: Vec<Option<(usize, usize, f64)>> = times_s.iter().map(around).collect();
     let joined = channels.each_ref().map(|channel| {
-        let rates = places.iter().map(|place| {
-            place.map_or(f64::NAN, |(a, b, share)| {
-                channel[a] + share * (channel[b] - channel[a])
-            })
-        });
+        let rate =
+            |(a, b, share): (usize, usize, f64)| channel[a] + share * (channel[b] - channel[a]);
+        let rates = places.iter().map(|place| place.map_or(f64::NAN, rate));
         rates.collect()
     });
     let uncovered = (0..places.len()).filter(|row| places[*row].is_none());

@@ -7,7 +7,7 @@ mod encoding;
 mod resolution;
 mod unit;
 
-pub(crate) use cells::{Cells, POSSIBLE_C, fill_cells, is_sparse, median, trend};
+pub(crate) use cells::{POSSIBLE_C, are_many, is_sparse, median, trend};
 pub use clock::{ClockFault, ClockOptions, Times, clock};
 pub(crate) use clock::{
     RATES_HZ, breaks, counts_rows, holds_steps, regular_blanks, steadiness, sum_steps,

@@ -1,5 +1,6 @@
 //! From the rows of a file to a recording.
 
+mod cells;
 pub(crate) mod clean;
 pub(crate) mod findings;
 mod time;
@@ -8,12 +9,11 @@ use crate::error::Error;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
-use crate::recording::{Labels, Recording};
-use crate::role::Role;
+use crate::recording::Recording;
 use crate::text::{Format, Rows};
-use crate::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
+use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
 
-use clean::{CleanRows, column_labels, names};
+use clean::{clean, names};
 
 impl Recording {
     /// Judges the rows of a whole file.
@@ -22,59 +22,40 @@ impl Recording {
     ///
     /// There are no rows, or the sensor did not answer.
     pub fn judge(format: &Format, rows: Rows) -> Result<Self, Error> {
-        let options = &format.options;
-        let clean = CleanRows::new(format, rows)?;
-        let (rows, time, accel, gyro) = (clean.rows, clean.time, clean.accel, clean.gyro);
-        let read_as = clean.read_as;
-        let mut findings = clean.findings;
-        let is_unsigned = read_as.encoding == Some(Encoding::OffsetBinary);
-        let middle = if is_unsigned { 32_768.0 } else { 0.0 };
-        let read_gyro = if options.is_gyroscope {
-            Some((format.accel, &accel))
-        } else {
-            format.gyro.zip(gyro.as_ref())
-        };
-        let mut units = Units {
-            accel: AccelScale::UNKNOWN,
-            gyro: read_gyro.map(|(c, gyro)| gyro_scale(format, c, gyro)),
-            zero_offset: options.zero_offset.unwrap_or(middle),
-            resolution: [
-                judge::resolution(&accel),
-                gyro.as_ref().map_or([0.0; 3], judge::resolution),
-            ],
-            contradicts_header: false,
-            contradicts_given: false,
-            is_without_gravity: false,
-            has_unknown_temperature: clean.has_unknown_temperature,
-        };
-        let (axes, claim) = (accel.each_ref().map(Vec::as_slice), accel_claim(format));
-        let of_unit = judge::accel_unit(axes, is_unsigned, claim, options, &mut units);
-        if !options.is_gyroscope {
-            findings.extend(of_unit);
-            if options.accel_unit.is_none() {
-                judge::refuse_jump(&accel, gyro.as_ref(), &rows.lines, format.head_lines)?;
-            }
-        }
-        let mut recording = Recording {
-            name: String::new(),
-            sha256: None,
-            gyro_file: None,
-            labels: find_labels(format, &rows)?,
-            format: format.clone(),
-            accel,
-            gyro,
-            temperature_c: clean.temperature_c,
-            time_s: Some(time.time_s).filter(|time_s| !time_s.is_empty()),
-            lines: rows.lines,
-            breaks: clean.breaks,
-            ledger: rows.ledger,
-            read_as,
-            clock: time.clock,
-            units,
-            findings,
-        };
+        let mut recording = clean(format, rows)?;
+        recording.judge_units()?;
         recording.judge_samples();
         Ok(recording)
+    }
+
+    fn judge_units(&mut self) -> Result<(), Error> {
+        let (format, options) = (&self.format, &self.format.options);
+        let is_unsigned = self.read_as.encoding == Some(Encoding::OffsetBinary);
+        let middle = if is_unsigned { 32_768.0 } else { 0.0 };
+        let gyro = if options.is_gyroscope {
+            Some((format.accel, &self.accel))
+        } else {
+            format.gyro.zip(self.gyro.as_ref())
+        };
+        let units = &mut self.units;
+        units.gyro = gyro.map(|(columns, gyro)| gyro_scale(format, columns, gyro));
+        units.zero_offset = options.zero_offset.unwrap_or(middle);
+        units.resolution = [Some(&self.accel), self.gyro.as_ref()]
+            .map(|sensor| sensor.map_or([0.0; 3], judge::resolution));
+        let axes = self.accel.each_ref().map(Vec::as_slice);
+        let (claim, mut of_unit) = (accel_claim(format), Vec::new());
+        let scale = judge::accel_unit(axes, is_unsigned, claim, options, units, &mut of_unit);
+        let is_known = matches!(scale.origin, Origin::Data | Origin::Given);
+        units.contradicts_header = is_known && claim.unit.is_some_and(|c| c != scale.unit);
+        units.accel = scale;
+        if !options.is_gyroscope {
+            self.findings.extend(of_unit);
+            if options.accel_unit.is_none() {
+                let gyro = self.gyro.as_ref();
+                judge::refuse_jump(&self.accel, gyro, &self.lines, format.head_lines)?;
+            }
+        }
+        Ok(())
     }
 
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
@@ -117,10 +98,10 @@ fn accel_claim(format: &Format) -> AccelClaim {
         lsb_per_g: AccelUnit::per_g(&column.unit),
         without_gravity: column.is_linear,
     };
-    let board = format
-        .board
-        .filter(|b| b.is_counts() && b.accel_range_g > 0);
-    if let (Some(board), None) = (board, claim.unit) {
+    if let (Some(board), None) = (format.board, claim.unit)
+        && board.is_counts()
+        && board.accel_range_g > 0
+    {
         claim.unit = Some(AccelUnit::Counts);
         claim.lsb_per_g = Some(board.lsb_per_g());
     }
@@ -148,26 +129,11 @@ fn gyro_scale(format: &Format, columns: [usize; 3], gyro: &[Vec<f64>; 3]) -> Gyr
         (None, None) if are_counts => (GyroUnit::Counts, Origin::Data),
         (None, None) => (GyroUnit::Unknown, Origin::Assumed),
     };
-    let range = options.gyro_range_deg_s.map(|range| 32_768.0 / range);
-    let by_board = || board.and_then(|b| b.lsb_per_deg_s());
+    let lsb = options.gyro_range_deg_s.map(|range| 32_768.0 / range);
+    let lsb = lsb.or_else(|| GyroUnit::per_deg_s(text));
     GyroScale {
         unit,
-        lsb_per_deg_s: range
-            .or_else(|| GyroUnit::per_deg_s(text))
-            .or_else(by_board),
+        lsb_per_deg_s: lsb.or_else(|| board?.lsb_per_deg_s()),
         origin,
     }
-}
-
-fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {
-    let Some(column) = format.columns.iter().position(|c| c.role == Role::Label) else {
-        return Ok(None);
-    };
-    if rows.texts[column].contains(&u8::MAX) {
-        let text = "the label column holds more than 254 words";
-        let error = Error::input("too-many-labels", text);
-        let error = error.with_hint("leave the column out, or cut the file");
-        return Err(error.advise("columns", "label=-"));
-    }
-    Ok(Some(column_labels(rows, column)))
 }

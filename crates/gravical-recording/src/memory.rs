@@ -8,7 +8,7 @@ use crate::text::Format;
 
 /// Share of the memory of the machine that a program may take for recordings: others run beside it.
 const SHARE: u64 = 2;
-/// Memory of a machine that does not tell it, and the most that pointers of 32 bits reach.
+/// Memory of a machine that does not tell it.
 const DEFAULT_BYTES: u64 = 1 << 31;
 /// Bytes of a row beside its columns: its line, time, and six channels and the time of a sample in SI units.
 const ROW_BYTES: u64 = 4 + 8 + 7 * 8;
@@ -32,25 +32,18 @@ impl Budget {
     ///
     /// `too-large`.
     pub(crate) fn check_rows(&self, format: &Format, rows: usize) -> Result<()> {
-        let max_rows = self.bytes / row_bytes(format);
+        let columns = format.is_read.iter().filter(|is_read| **is_read);
+        let max_rows = self.bytes / (ROW_BYTES + 8 * columns.count() as u64);
         if rows as u64 <= max_rows {
             return Ok(());
         }
-        Err(self.too_large(format, max_rows as usize))
-    }
-
-    fn too_large(&self, format: &Format, line: usize) -> Error {
         let text = format!(
-            "the recording takes more than {:.1} GiB of memory, the share of this machine that it may take; {line} lines fit",
+            "the recording takes more than {:.1} GiB of memory, the share of this machine that it may take; {max_rows} lines fit",
             self.bytes as f64 / (1_u64 << 30) as f64
         );
-        Error::input("too-large", text).with_hint(cut_hint(format.head_lines, line))
+        let hint = cut_hint(format.head_lines, max_rows as usize);
+        Err(Error::input("too-large", text).with_hint(hint))
     }
-}
-
-/// Bytes that a row takes in memory.
-fn row_bytes(format: &Format) -> u64 {
-    ROW_BYTES + 8 * format.is_read.iter().filter(|is_read| **is_read).count() as u64
 }
 
 /// Bytes of memory that recordings may take together.
@@ -61,11 +54,6 @@ pub fn max_bytes() -> u64 {
     let of_group = system.cgroup_limits().map(|limits| limits.total_memory);
     let total = [Some(system.total_memory()), of_group];
     let total = total.into_iter().flatten().filter(|bytes| *bytes > 0).min();
-    let total = total.unwrap_or(DEFAULT_BYTES);
-    let reachable = if cfg!(target_pointer_width = "32") {
-        DEFAULT_BYTES
-    } else {
-        u64::MAX
-    };
-    total.min(reachable) / SHARE
+    // No more can be allocated.
+    total.unwrap_or(DEFAULT_BYTES).min(isize::MAX as u64) / SHARE
 }

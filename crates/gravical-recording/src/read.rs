@@ -11,8 +11,8 @@ use crate::foreign;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
-use crate::source::{open, open_bytes};
-use crate::text::{Format, Rows, sniff};
+use crate::source::{open, open_bytes, path_name};
+use crate::text::{Format, sniff};
 
 /// Reads the recording at `path`; `-` is standard input.
 ///
@@ -25,8 +25,7 @@ use crate::text::{Format, Rows, sniff};
 /// `columns-unknown`, `all-zero`, `too-large` …, each with the file and a hint. Lesser faults are
 /// [`Finding`]s of the recording.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let name = path.display().to_string();
-    read_input(open(path, options)?, &name, options, true)
+    read_input(open(path, options)?, &path_name(path), options, true)
 }
 
 /// The same with all samples.
@@ -35,8 +34,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`].
 pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    let name = path.display().to_string();
-    read_input(open(path, options)?, &name, options, false)
+    read_input(open(path, options)?, &path_name(path), options, false)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
@@ -46,6 +44,11 @@ pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
 ///
 /// As [`read`].
 pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
+    read_input(open_head(path, options)?, &path_name(path), options, true)
+}
+
+/// The whole lines in the first 256 KiB of a file, as a file of its own.
+pub(crate) fn open_head(path: &Path, options: &ReadOptions) -> Result<Input> {
     let options = ReadOptions {
         hash: false,
         meter: None,
@@ -58,7 +61,7 @@ pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
     } else {
         without_cut_line(&head)
     };
-    read_bytes(whole, &path.display().to_string(), &options)
+    open_bytes(whole, &path_name(path), &options)
 }
 
 /// Reads a recording from bytes in memory; `name` is used in messages.
@@ -98,13 +101,17 @@ fn read_input(
     let budget = Budget::new(options);
     let judged = match open_source(&mut input, name, options)? {
         (format, Source::Text(text)) => {
-            let rows = parse_whole(&format, text, &budget, &[]);
+            let check = |rows| budget.check_rows(&format, rows);
+            let rows = format.parse_with_text(text, &[], check);
             rows.and_then(|rows| Recording::judge(&format, rows))
         }
-        (format, Source::Worn(samples)) if averages => cwa::read_means(&format, *samples, &budget),
         (format, Source::Worn(samples)) => {
-            let rows = cwa::read_samples(&format, *samples, &budget);
-            rows.and_then(|rows| Recording::judge(&format, rows))
+            let max_samples = if averages {
+                cwa::MAX_SAMPLES
+            } else {
+                usize::MAX
+            };
+            cwa::read_means(&format, *samples, &budget, max_samples)
         }
     };
     let mut recording = judged.map_err(|e| e.in_file(here))?.with_name(name);
@@ -161,15 +168,4 @@ pub(crate) fn open_source(
     let format = sniff(&whole_lines(&head), &file, options).map_err(|e| e.in_file(here))?;
     let text = Box::new(Cursor::new(head).chain(text));
     Ok((format, Source::Text(text)))
-}
-
-/// The rows of a whole text; `copied`: the columns whose text is kept.
-pub(crate) fn parse_whole(
-    format: &Format,
-    text: Box<dyn Read + Send>,
-    budget: &Budget,
-    copied: &[(usize, usize)],
-) -> Result<Rows> {
-    let check = |rows| budget.check_rows(format, rows);
-    format.parse_with_text(text, copied, check)
 }

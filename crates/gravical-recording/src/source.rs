@@ -20,27 +20,20 @@ pub fn stem(name: &str) -> String {
     stem.to_owned()
 }
 
+/// A path in messages.
+pub(crate) fn path_name(path: &Path) -> String {
+    path.display().to_string()
+}
+
 /// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
 ///
 /// # Errors
 ///
 /// Errors of the file system; `is-a-directory` for a directory.
 pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
-    let (reader, total) = bytes_at(path)?;
-    input(path, reader, total, options)
-}
-
-/// Opens bytes in memory; `name` is used in messages.
-pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Input> {
-    let reader = Box::new(io::Cursor::new(bytes.to_vec()));
-    input(Path::new(name), reader, Some(bytes.len() as u64), options)
-}
-
-/// The bytes at `path`, and their number if it is known.
-fn bytes_at(path: &Path) -> Result<(Box<dyn Read + Send>, Option<u64>)> {
     if path == Path::new("-") {
         // Without a lock: who opens it a second time finds its end, and does not wait for ever.
-        return Ok((Box::new(io::stdin()), None));
+        return input(path, Box::new(io::stdin()), None, options);
     }
     if path.is_dir() {
         let error = Error::input("is-a-directory", "this is a folder, not a recording");
@@ -49,7 +42,13 @@ fn bytes_at(path: &Path) -> Result<(Box<dyn Read + Send>, Option<u64>)> {
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let total = file.metadata().ok().filter(std::fs::Metadata::is_file);
-    Ok((Box::new(file), total.map(|m| m.len())))
+    input(path, Box::new(file), total.map(|m| m.len()), options)
+}
+
+/// Opens bytes in memory; `name` is used in messages.
+pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Input> {
+    let reader = Box::new(io::Cursor::new(bytes.to_vec()));
+    input(Path::new(name), reader, Some(bytes.len() as u64), options)
 }
 
 fn input(
@@ -59,7 +58,7 @@ fn input(
     options: &ReadOptions,
 ) -> Result<Input> {
     let reader = match &options.meter {
-        Some(meter) => meter.over(&path.display().to_string(), total, reader),
+        Some(meter) => meter.over(&path_name(path), total, reader),
         None => reader,
     };
     from_reader(reader, options.hash).map_err(|e| Error::io(path, e))

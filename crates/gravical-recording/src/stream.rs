@@ -5,14 +5,13 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::bytes::Input;
-use crate::cwa::Samples;
 use crate::error::{Error, Result};
 use crate::judge::{self, POSSIBLE_C};
 use crate::judging::clean::{add_gravity, cell_label, decode, to_celsius};
 use crate::judging::findings::of_lines;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
-use crate::read::{Source, note_input, open_source, parse_whole};
+use crate::read::{Source, note_input, open_source};
 use crate::recording::Recording;
 use crate::spans::LineSpans;
 use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
@@ -49,33 +48,25 @@ pub struct Stream {
     regular_blanks: usize,
     /// The account of the lines behind those by which it was judged.
     ledger: Ledger,
-    first_line: usize,
     input: Input,
 }
 
 /// The rows behind those by which a recording was judged.
-enum Rest {
-    Text(LineBlocks<Box<dyn Read + Send>>, Box<Parser>),
-    Worn(Box<Samples<Box<dyn Read + Send>>>),
-}
+type Rest = Box<dyn Iterator<Item = Result<Rows>> + Send>;
 
-impl Rest {
-    /// The next rows; `None` after the last.
-    fn next_rows(&mut self) -> Result<Option<Rows>> {
-        match self {
-            Rest::Worn(samples) => Ok(samples.next().transpose()?),
-            Rest::Text(blocks, parser) => match blocks.next()? {
-                Some(lines) => {
-                    parser.read(&lines)?;
-                    Ok(Some(parser.take_whole()))
-                }
-                None => {
-                    let last = parser.take();
-                    Ok((last.rows() > 0 || last.ledger.total() > 0).then_some(last))
-                }
-            },
+/// The rows of a text, block by block.
+fn parse_blocks(text: Box<dyn Read + Send>, format: &Format, copied: &[(usize, usize)]) -> Rest {
+    let mut blocks = LineBlocks::new(text, format.line_end);
+    let mut parser = Parser::new(format, copied);
+    let mut next_rows = move || -> Result<Option<Rows>> {
+        if let Some(lines) = blocks.next()? {
+            parser.read(&lines)?;
+            return Ok(Some(parser.take_whole()));
         }
-    }
+        let last = parser.take();
+        Ok((last.rows() > 0 || last.ledger.total() > 0).then_some(last))
+    };
+    Box::new(std::iter::from_fn(move || next_rows().transpose()))
 }
 
 impl Stream {
@@ -114,18 +105,18 @@ impl Stream {
         let copied = copied(&format);
         let mut rows = Rows::new(format.columns.len());
         let mut head = VecDeque::new();
-        let mut rest = match source {
+        let mut rest: Option<Rest> = match source {
             Source::Text(text) if head_rows == Self::WHOLE => {
-                rows = parse_whole(&format, text, &budget, &copied)?;
+                let check = |rows| budget.check_rows(&format, rows);
+                rows = format.parse_with_text(text, &copied, check)?;
                 head.push_back((std::mem::take(&mut rows.text), rows.lines.clone()));
                 None
             }
-            Source::Text(text) => {
-                let blocks = LineBlocks::new(text, format.line_end);
-                let parser = Parser::new(&format, &copied);
-                Some(Rest::Text(blocks, Box::new(parser)))
+            Source::Text(text) => Some(parse_blocks(text, &format, &copied)),
+            Source::Worn(samples) => {
+                let samples = samples.with_text(&copied);
+                Some(Box::new(samples.map(|rows| Ok(rows?))))
             }
-            Source::Worn(samples) => Some(Rest::Worn(Box::new(samples.with_text(&copied)))),
         };
         let is_enough = |rows: &Rows| {
             let channels = rows.slices(&format.channels());
@@ -134,7 +125,7 @@ impl Stream {
         while !is_enough(&rows)
             && let Some(source) = &mut rest
         {
-            match source.next_rows()? {
+            match source.next().transpose()? {
                 Some(mut next) => {
                     head.push_back((std::mem::take(&mut next.text), next.lines.clone()));
                     rows.append(next);
@@ -152,7 +143,6 @@ impl Stream {
             rest,
             regular_blanks,
             ledger: Ledger::default(),
-            first_line: 0,
             input,
         })
     }
@@ -170,7 +160,7 @@ impl Stream {
         let Some(rest) = &mut self.rest else {
             return Ok(None);
         };
-        let rows = rest.next_rows();
+        let rows = rest.next().transpose();
         let rows = rows.map_err(|e| e.in_file(Path::new(&self.recording.name)))?;
         Ok(rows.map(|rows| self.unjudged_piece(rows)))
     }
@@ -179,21 +169,14 @@ impl Stream {
     fn judged_piece(&self, text: CopiedText, lines: Vec<u32>) -> Piece {
         let recording = &self.recording;
         let first = lines.first().copied().unwrap_or_default();
-        let mut next = recording.lines.partition_point(|line| *line < first);
-        let (mut rows, mut breaks) = (Vec::with_capacity(lines.len()), Vec::new());
-        for (row, line) in lines.iter().enumerate() {
-            let is_row = recording.lines.get(next) == Some(line);
-            rows.push(is_row.then_some(next));
-            if is_row && recording.breaks.binary_search(&next).is_ok() {
-                breaks.push(row);
-            }
-            next += usize::from(is_row);
-        }
+        let next = recording.lines.partition_point(|line| *line < first);
+        let mut own = (next..).zip(&recording.lines[next..]).peekable();
+        let row = |line: &u32| Some(own.next_if(|(_, own)| *own == line)?.0);
+        let rows: Vec<Option<usize>> = lines.iter().map(row).collect();
+        let is_break = |row: usize| recording.breaks.binary_search(&row).is_ok();
         let channel = |values: &Vec<f64>| -> Vec<f64> {
-            let cells = rows.iter();
-            cells
-                .map(|row| row.map_or(f64::NAN, |row| values[row]))
-                .collect()
+            let cell = |row: &Option<usize>| row.map_or(f64::NAN, |row| values[row]);
+            rows.iter().map(cell).collect()
         };
         Piece {
             text,
@@ -201,7 +184,9 @@ impl Stream {
             accel: recording.accel.each_ref().map(channel),
             gyro: recording.gyro.as_ref().map(|g| g.each_ref().map(channel)),
             temperature_c: recording.temperature_c.as_ref().map(channel),
-            breaks,
+            breaks: (0..rows.len())
+                .filter(|row| rows[*row].is_some_and(is_break))
+                .collect(),
             lines,
         }
     }
@@ -210,9 +195,6 @@ impl Stream {
     fn unjudged_piece(&mut self, mut rows: Rows) -> Piece {
         let (format, read_as) = (&self.format, &self.recording.read_as);
         add_gravity(format, &mut rows);
-        if self.first_line == 0 {
-            self.first_line = self.recording.ledger.lines + 1;
-        }
         let sensor = format.sensor.zip(read_as.sensor.as_ref());
         let channels = rows.slices(&format.channels());
         let why_not = |row: usize| {
@@ -236,11 +218,8 @@ impl Stream {
         let mut channel = |column: usize, offset: f64| {
             let mut values = std::mem::take(&mut rows.columns[column]);
             for (value, is_measured) in values.iter_mut().zip(&is_measured) {
-                *value = if *is_measured {
-                    *value - offset
-                } else {
-                    f64::NAN
-                };
+                let measured = Some(*value - offset).filter(|_| *is_measured);
+                *value = measured.unwrap_or(f64::NAN);
             }
             values
         };
@@ -272,9 +251,10 @@ impl Stream {
 
     /// The recording with the account of all lines; to be called after the last piece.
     pub fn finish(mut self) -> Recording {
+        let first_line = self.recording.ledger.lines + 1;
         let mut findings = of_lines(&self.ledger, &LineSpans::default(), false);
         for finding in &mut findings {
-            finding.message = format!("from line {} on: {}", self.first_line, finding.message);
+            finding.message = format!("from line {first_line} on: {}", finding.message);
             finding.file = Some(self.recording.name.clone());
         }
         self.recording.findings.extend(findings);

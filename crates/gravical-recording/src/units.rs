@@ -253,7 +253,7 @@ pub(crate) fn time_scale_s(text: &str) -> Option<f64> {
 }
 
 /// Source of a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Origin {
@@ -264,11 +264,12 @@ pub enum Origin {
     /// Given by the header, without verification.
     Header,
     /// Assumed.
+    #[default]
     Assumed,
 }
 
-/// Unit and sensitivity of the accelerometer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Unit and sensitivity of the accelerometer; by default neither header nor data tell the unit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct AccelScale {
     /// The unit.
     pub unit: AccelUnit,
@@ -279,13 +280,6 @@ pub struct AccelScale {
 }
 
 impl AccelScale {
-    /// Neither header nor data tell the unit.
-    pub const UNKNOWN: AccelScale = AccelScale {
-        unit: AccelUnit::Unknown,
-        lsb_per_g: None,
-        origin: Origin::Assumed,
-    };
-
     pub(crate) fn new(unit: AccelUnit, lsb_per_g: Option<f64>, origin: Origin) -> Self {
         AccelScale {
             unit,
@@ -331,7 +325,7 @@ impl GyroScale {
 }
 
 /// Units of a recording, as judged by what the user says, by gravity, and by the file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Units {
     /// Unit of the accelerometer; a finding says why it is unknown
     pub accel: AccelScale,

@@ -5,8 +5,7 @@
 
 use std::ops::RangeInclusive;
 
-use jiff::civil::DateTime;
-
+use crate::date::civil_day_s;
 use crate::text::Reason;
 
 /// Length of the header, bytes.
@@ -208,11 +207,8 @@ fn temperature_c(raw: u16) -> f64 {
 
 /// A packed date, s since 1970; `None` if there is no such date.
 fn date_s(packed: u32) -> Option<f64> {
-    let part = |from: u32, bits: u32| (packed >> from & ((1 << bits) - 1)) as i8;
-    let year = 2000 + i16::from(part(26, 6));
-    let (month, day) = (part(22, 4), part(17, 5));
-    let (hour, minute, second) = (part(12, 5), part(6, 6), part(0, 6));
-    let date = DateTime::new(year, month, day, hour, minute, second, 0).ok()?;
-    let stamp = jiff::tz::Offset::UTC.to_timestamp(date).ok()?;
-    Some(stamp.as_second() as f64)
+    let part = |from: u32, bits: u32| i64::from(packed >> from & ((1 << bits) - 1));
+    let midnight_s = civil_day_s(2000 + part(26, 6), part(22, 4), part(17, 5))?;
+    let second = 3600 * part(12, 5) + 60 * part(6, 6) + part(0, 6);
+    Some(midnight_s + second as f64)
 }

@@ -7,10 +7,10 @@ use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
 use crate::memory::Budget;
 use crate::recording::Recording;
-use crate::text::{Format, Rows};
+use crate::text::{Format, Ledger, Rows};
 
 /// Samples that are held as they are: three hours at 100 Hz.
-const MAX_SAMPLES: usize = 1 << 20;
+pub const MAX_SAMPLES: usize = 1 << 20;
 /// Means that are reserved at once, 19 days at 2.5 Hz: columns that grow leave holes of their size in
 /// memory.
 const USUAL_MEANS: usize = 1 << 22;
@@ -19,7 +19,7 @@ const MIN_HZ: f64 = 2.5;
 /// Neighbours are at most so many usual steps apart.
 const LONGEST_STEP: f64 = 4.5;
 
-/// Judges all samples of a file, or, of more than 2²⁰, their means at 2.5 Hz or faster; of less than
+/// Judges all samples of a file, or, of more than `max_samples`, their means at 2.5 Hz or faster; of less than
 /// 5 Hz two become a mean. Blocks carry clock and unit, so that means are judged as samples are; a note
 /// says so ([`FindingKind::SamplesAveraged`]).
 ///
@@ -30,42 +30,53 @@ pub fn read_means<R: Read>(
     format: &Format,
     mut samples: Samples<R>,
     budget: &Budget,
+    max_samples: usize,
 ) -> Result<Recording, Error> {
     let mut head = Rows::new(format.columns.len());
-    while head.rows() < MAX_SAMPLES
+    while head.rows() < max_samples
         && let Some(next) = samples.next()
     {
         head.append(next?);
+        budget.check_rows(format, head.rows())?;
     }
-    if head.rows() < MAX_SAMPLES {
+    if head.rows() < max_samples {
         return Recording::judge(format, head);
     }
     // Blocks name their nominal rate; the samples that are held tell the true one.
     let first = Recording::judge(format, head.clone())?;
     let rate_hz = first.working_rate_hz();
-    let mut means = Means::new(
-        (rate_hz / MIN_HZ).max(2.0) as usize,
-        LONGEST_STEP / rate_hz,
-        format,
-    );
-    means.add(&head);
-    let mut ledger = std::mem::take(&mut head.ledger);
-    drop(head);
-    for next in samples {
+    let columns = format.columns.len();
+    let mut means = Means {
+        count: (rate_hz / MIN_HZ).max(2.0) as usize,
+        longest_step_s: LONGEST_STEP / rate_hz,
+        last_s: f64::NAN,
+        rows: Rows::new(columns),
+        sums: vec![0.0; columns],
+        samples: 0,
+        is_after_break: false,
+    };
+    for column in &mut means.rows.columns {
+        column.reserve_exact(USUAL_MEANS);
+    }
+    let mut ledger = Ledger::default();
+    for next in std::iter::once(Ok(head)).chain(samples) {
         let next = next?;
         means.add(&next);
         budget.check_rows(format, means.rows.rows())?;
         ledger.append(next.ledger);
     }
-    let (count, mut rows) = (means.count, means.finish());
-    let (lines, set_aside) = (ledger.lines, ledger.total());
+    let Means {
+        count, mut rows, ..
+    } = means;
+    rows.lines.truncate(rows.columns[0].len());
+    rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
+    let samples = ledger.rows();
     rows.ledger = ledger;
     let format = Format {
         rate_hz: format.rate_hz.map(|rate_hz| rate_hz / count as f64),
         ..format.clone()
     };
     let mut recording = Recording::judge(&format, rows)?;
-    let samples = lines - set_aside;
     let text = format!(
         "{samples} samples are too many to hold: they are used as {} means of {count} neighbours",
         recording.rows(),
@@ -89,23 +100,6 @@ struct Means {
 }
 
 impl Means {
-    fn new(count: usize, longest_step_s: f64, format: &Format) -> Self {
-        let columns = format.columns.len();
-        let mut rows = Rows::new(columns);
-        for column in &mut rows.columns {
-            column.reserve_exact(USUAL_MEANS);
-        }
-        Means {
-            count,
-            longest_step_s,
-            last_s: f64::NAN,
-            rows,
-            sums: vec![0.0; columns],
-            samples: 0,
-            is_after_break: false,
-        }
-    }
-
     fn add(&mut self, rows: &Rows) {
         let mut breaks = rows.breaks.iter().peekable();
         for (row, line) in rows.lines.iter().enumerate() {
@@ -126,24 +120,14 @@ impl Means {
                 *sum += column[row];
             }
             if self.samples == self.count {
-                self.push();
+                self.samples = 0;
+                if std::mem::take(&mut self.is_after_break) {
+                    self.rows.breaks.push(self.rows.lines.len() - 1);
+                }
+                for (column, sum) in self.rows.columns.iter_mut().zip(&self.sums) {
+                    column.push(sum / self.count as f64);
+                }
             }
         }
-    }
-
-    fn push(&mut self) {
-        if std::mem::take(&mut self.is_after_break) {
-            self.rows.breaks.push(self.rows.lines.len() - 1);
-        }
-        for (column, sum) in self.rows.columns.iter_mut().zip(&self.sums) {
-            column.push(sum / self.count as f64);
-        }
-        self.samples = 0;
-    }
-
-    fn finish(mut self) -> Rows {
-        self.rows.lines.truncate(self.rows.columns[0].len());
-        self.rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
-        self.rows
     }
 }

@@ -4,7 +4,6 @@ use std::io::{self, BufReader, Read};
 
 use crate::bytes::read_head;
 use crate::error::Error;
-use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::text::{CopiedText, Format, Reason, Rows};
 use crate::write::{write_fixed, write_trimmed};
@@ -75,10 +74,8 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     let first = samples.last.as_ref().map(|placed| &placed.block);
     let has_gyro = first.map_or(header.gyro_range_deg_s().is_some(), Block::has_gyro);
     let rate_hz = first.map_or(header.rate_hz(), |block| block.rate_hz);
-    let names = COLUMNS
-        .split(',')
-        .filter(|c| has_gyro || !c.starts_with('g'));
-    let names: Vec<String> = names.map(str::to_owned).collect();
+    let names = COLUMNS.split(',').map(str::to_owned);
+    let names: Vec<String> = names.filter(|c| has_gyro || !c.starts_with('g')).collect();
     samples.rows = Rows {
         ledger: std::mem::take(&mut samples.rows.ledger),
         ..Rows::new(names.len())
@@ -92,24 +89,6 @@ pub fn open<R: Read>(reader: R, options: &ReadOptions) -> Result<(Format, Sample
     ];
     format.rate_hz = Some(rate_hz);
     Ok((format, samples))
-}
-
-/// All samples of a file.
-///
-/// # Errors
-///
-/// Errors of reading; `too-large`.
-pub fn read_samples<R: Read>(
-    format: &Format,
-    samples: Samples<R>,
-    budget: &Budget,
-) -> Result<Rows, Error> {
-    let mut rows = Rows::new(format.columns.len());
-    for next in samples {
-        rows.append(next?);
-        budget.check_rows(format, rows.rows())?;
-    }
-    Ok(rows)
 }
 
 /// A block within its run: a piece of the recording without a gap.
@@ -255,9 +234,8 @@ impl<R: Read> Samples<R> {
         let before = self.stamp_before.replace((stamped, stamp_s));
         let before = before.filter(|_| !placed.is_after_gap).map(period_s);
         let after = next.map(period_s);
-        let nominal = 1.0 / block.rate_hz;
-        let before_s = before.or(after).unwrap_or(nominal);
-        let after_s = after.or(before).unwrap_or(nominal);
+        let [before_s, after_s] =
+            [before.or(after), after.or(before)].map(|s| s.unwrap_or(1.0 / block.rate_hz));
         if placed.is_after_gap {
             self.rows.breaks.push(self.rows.rows());
         }

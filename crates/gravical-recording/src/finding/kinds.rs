@@ -21,6 +21,8 @@ pub enum Severity {
 enum Weight {
     Note,
     Warning,
+    /// A warning: samples were lost or could not be read.
+    Loss,
     /// A warning that makes a calibration poor.
     Gate,
 }
@@ -52,16 +54,16 @@ macro_rules! kinds {
 }
 
 kinds! {
-    NamedGap "named-gap" Warning "a line `# gap: …`: [the logger](logging.md) reports rows that were lost";
+    NamedGap "named-gap" Loss "a line `# gap: …`: [the logger](logging.md) reports rows that were lost";
     BlankRows "blank-rows" Note "empty lines, or lines of delimiters only";
     RepeatedHeader "repeated-header" Warning "the header once more in the middle";
-    TornLine "torn-line" Warning "fewer fields than the other rows";
-    TooManyFields "too-many-fields" Warning "more fields than the other rows";
-    NotANumber "not-a-number" Warning "a value that is not a number";
-    ZeroRows "zero-rows" Warning "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
+    TornLine "torn-line" Loss "fewer fields than the other rows";
+    TooManyFields "too-many-fields" Loss "more fields than the other rows";
+    NotANumber "not-a-number" Loss "a value that is not a number";
+    ZeroRows "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
     SensorHung "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows";
     NulBytes "nul-bytes" Warning "NUL bytes in lines";
-    TruncatedFile "truncated-file" Warning "a truncated gzip file";
+    TruncatedFile "truncated-file" Loss "a truncated gzip file";
     CorruptBlock "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end";
     LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
     SamplesAveraged "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file";
@@ -87,7 +89,7 @@ kinds! {
     DuplicateTime "duplicate-time" Warning "time stamps repeat";
     BurstTime "burst-time" Warning "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet";
     Gap "gap" Warning "more than four consecutive samples are missing";
-    MissingSamples "missing-samples" Warning "more than 0.1 % of the samples are missing";
+    MissingSamples "missing-samples" Loss "more than 0.1 % of the samples are missing";
     RateMismatch "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps";
     RateUnknown "rate-unknown" Note "neither time stamps nor `--rate`";
     UnitMismatch "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns";
@@ -99,9 +101,9 @@ kinds! {
     GyroUnitByNoise "gyro-unit-by-noise" Warning "no rotation shows the unit of the gyroscope, and the header has none or is wrong about the accelerometer; the noise at rest distinguishes rad/s and °/s";
     UnitUnverified "unit-unverified" Note "the unit of a recording, soak or calibration is unknown";
     Clipped "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`";
-    FrozenAxis "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
+    FrozenAxis "frozen-axis" Loss "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
     RepeatedRows "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)";
-    EmptyCells "empty-cells" Warning "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
+    EmptyCells "empty-cells" Loss "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";
@@ -187,19 +189,7 @@ impl FindingKind {
 
     /// True if samples were lost or could not be read.
     pub fn is_loss(self) -> bool {
-        use FindingKind as K;
-        matches!(
-            self,
-            K::NamedGap
-                | K::TornLine
-                | K::TooManyFields
-                | K::NotANumber
-                | K::ZeroRows
-                | K::TruncatedFile
-                | K::EmptyCells
-                | K::MissingSamples
-                | K::FrozenAxis
-        )
+        self.row().1 == Weight::Loss
     }
 
     /// True for what the values show once there are enough: a channel that does not change, the end

@@ -177,6 +177,10 @@ fn is_usual(step: f64, usual: f64) -> bool {
     step > 0.0 && step < PAUSE * usual
 }
 
+fn is_near(step: f64, usual: f64) -> bool {
+    (0.5 * usual..1.5 * usual).contains(&step)
+}
+
 /// Rows per unit of the stamps where rows arrive in bursts, or share coarse stamps: from the beginning
 /// of one burst to that of the next, since the recording begins and ends within one, without pauses. A
 /// step longer than the start of `waits` begins a burst, and one beyond its end a pause.
@@ -205,25 +209,20 @@ fn mend(stamps: &mut [f64], usual: f64) -> Vec<usize> {
     }
     for row in 0..n {
         // The good stamp before, the step from row to row, and the rows that are far off.
-        let (before, step, run) = if row == 0 || row == n - 1 {
-            let beside = if row == 0 { [1, 2] } else { [n - 3, n - 2] };
-            let step = stamps[beside[1]] - stamps[beside[0]];
-            let before = if row == 0 {
-                stamps[1] - 2.0 * usual
-            } else {
-                stamps[n - 2]
-            };
-            let is_off = (stamps[row] - before - usual).abs() > MIN_OFF_IN_RUN * usual;
-            let is_near = step > 0.0 && step < MIN_OFF * usual;
-            (
-                before,
-                usual,
-                usize::from(is_near && (is_off || stamps[row].is_nan())),
-            )
-        } else {
+        let (before, step, run) = if row > 0 && row < n - 1 {
             let run = bad_run(&stamps[row - 1..], usual);
-            let step = (stamps[row + run] - stamps[row - 1]) / (run as f64 + 1.0);
-            (stamps[row - 1], step, run)
+            let span = stamps[row + run] - stamps[row - 1];
+            (stamps[row - 1], span / (run as f64 + 1.0), run)
+        } else {
+            let (before, beside) = if row == 0 {
+                (stamps[1] - 2.0 * usual, stamps[2] - stamps[1])
+            } else {
+                (stamps[n - 2], stamps[n - 2] - stamps[n - 3])
+            };
+            let off = (stamps[row] - before - usual).abs();
+            let is_off = off > MIN_OFF_IN_RUN * usual || stamps[row].is_nan();
+            let is_near = beside > 0.0 && beside < MIN_OFF * usual;
+            (before, usual, usize::from(is_near && is_off))
         };
         for k in 0..run {
             let expected = before + step * (k as f64 + 1.0);
@@ -375,9 +374,8 @@ impl Times {
         let bursts = bursts.or(mean).unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..MAX_BURST_STEP / bursts).contains(*s);
         let bunched = steps.iter().filter(is_bunched).count();
-        let is_bunched =
-            bunched * 2 > steps.len() && stamped > RAREST_BURST && !has_only_pauses(&steps, usual);
-        if is_bunched && bursts > 0.0 {
+        let are_many = bunched * 2 > steps.len() && stamped > RAREST_BURST;
+        if are_many && bursts > 0.0 && !has_only_pauses(&steps, usual) {
             self.bunched = Some(bunched);
             self.rate_hz = bursts;
             self.mean_rate_hz = Some(bursts);
@@ -385,22 +383,20 @@ impl Times {
             self.part_evenly(options);
             return;
         }
-        let near = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
-        let near = steps.iter().filter(near);
-        let (sum, count) = near.fold((0.0, 0), |(s, n), v| (s + v, n + 1));
-        let period = if count > 0 {
-            sum / f64::from(count)
+        let near = || steps.iter().filter(|s| is_near(**s, usual));
+        let count = near().count() as f64;
+        let period = if count > 0.0 {
+            near().sum::<f64>() / count
         } else {
             usual
         };
         self.rate_hz = 1.0 / period;
-        let all = steps.len();
-        steps.retain(|s| *s >= 0.0 && *s < 1.5 * usual);
-        self.jitter_s = deviation(&steps);
         let expected = recorded / period + 1.0 + f64::from(pauses);
-        if f64::from(count) >= REGULAR * all as f64 {
+        if count >= REGULAR * steps.len() as f64 {
             self.missing = (expected - stamped as f64).round().max(0.0);
         }
+        steps.retain(|s| *s >= 0.0 && *s < 1.5 * usual);
+        self.jitter_s = deviation(&steps);
     }
 
     /// Rows at equal distances between breaks and gaps.
@@ -463,8 +459,7 @@ fn wrap_period(before: f64, now: f64, usual: f64, unit_s: f64) -> Option<f64> {
 fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
     let waits = steps.iter().copied().filter(|s| *s > PAUSE * usual);
     let mut waits: Vec<f64> = waits.collect();
-    let is_even = |s: &&f64| (0.5 * usual..1.5 * usual).contains(*s);
-    let even = steps.iter().filter(is_even).count();
+    let even = steps.iter().filter(|s| is_near(**s, usual)).count();
     // Allows for some lost samples.
     if waits.len() * RAREST_BURST > steps.len() || even * 10 < (steps.len() - waits.len()) * 9 {
         return false;

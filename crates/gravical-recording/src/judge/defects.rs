@@ -34,13 +34,10 @@ fn repeats(channels: &[&[f64]]) -> Vec<Range<usize>> {
     let rows = channels[0].len();
     let (mut found, mut from) = (Vec::new(), 0);
     for row in 1..=rows {
-        if row < rows && channels.iter().all(|c| c[row] == c[row - 1]) {
-            continue;
+        if row == rows || channels.iter().any(|c| c[row] != c[row - 1]) {
+            found.extend((row - from > 1).then_some(from..row));
+            from = row;
         }
-        if row - from > 1 {
-            found.push(from..row);
-        }
-        from = row;
     }
     found
 }
@@ -61,9 +58,10 @@ pub(crate) fn unread_runs(accel: [&[f64]; 3]) -> Vec<Range<usize>> {
 /// noise.
 pub fn detect_stuck(channels: &[&[f64]]) -> Vec<bool> {
     let rows = channels[0].len();
-    let (long, short): (Vec<_>, Vec<_>) = repeats(channels)
-        .into_iter()
-        .partition(|run| run.len() > MAX_REPEATS);
+    let mut short = repeats(channels);
+    let long: Vec<_> = short
+        .extract_if(.., |run| run.len() > MAX_REPEATS)
+        .collect();
     let short: usize = short.iter().map(|run| run.len() - 1).sum();
     let stuck: usize = long.iter().map(Range::len).sum();
     let are_common = short * 20 > rows - stuck || stuck * 2 > rows;
@@ -80,13 +78,9 @@ pub fn detect_stuck(channels: &[&[f64]]) -> Vec<bool> {
 fn resolves_noise(accel: &[&[f64]]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
     let axes = [0, 1, 2].map(|i| &accel[i][..rows]);
-    let Some(gravity) = quiet_norm(axes) else {
-        return false;
-    };
-    let steps = axes
-        .iter()
-        .map(|axis| resolution(axis.iter().copied().filter(|v| v.is_finite())));
-    steps.fold(0.0, f64::max) < MAX_RESOLUTION_G * gravity
+    let finite = axes.map(|axis| axis.iter().copied().filter(|v| v.is_finite()));
+    let step = finite.map(resolution).into_iter().fold(0.0, f64::max);
+    quiet_norm(axes).is_some_and(|gravity| step < MAX_RESOLUTION_G * gravity)
 }
 
 /// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each
@@ -159,9 +153,8 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
 
 /// Rows that differ from the row before, the first included.
 pub fn count_changes(channels: &[&[f64]]) -> usize {
-    let rows = channels.first().map_or(0, |c| c.len());
-    let is_new = |row: &usize| channels.iter().any(|c| c[*row] != c[row - 1]);
-    1 + (1..rows).filter(is_new).count()
+    let repeated = repeats(channels).into_iter().map(|run| run.len() - 1);
+    channels[0].len() - repeated.sum::<usize>()
 }
 
 /// Rms step from row to row, in resolutions, at which a working axis next to it would change too:

@@ -37,13 +37,12 @@ impl Encoding {
 
     /// The numbers that were written.
     pub(crate) fn undo(self, values: &mut [f64]) {
-        match self {
-            Encoding::TwosComplement => values
-                .iter_mut()
-                .filter(|v| **v > 32_767.0)
-                .for_each(|v| *v -= 65_536.0),
-            Encoding::OffsetBinary => values.iter_mut().for_each(|v| *v -= 32_768.0),
-        }
+        let (from, zero) = match self {
+            Encoding::TwosComplement => (32_768.0, 65_536.0),
+            Encoding::OffsetBinary => (f64::NEG_INFINITY, 32_768.0),
+        };
+        let written = values.iter_mut().filter(|v| **v >= from);
+        written.for_each(|v| *v -= zero);
     }
 }
 

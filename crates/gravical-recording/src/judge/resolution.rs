@@ -51,11 +51,8 @@ fn smallest_difference(channel: &[f64], sample: &[f64]) -> Option<(bool, f64)> {
     }
     // If most values occur repeatedly, a single different row is ignored; if they do not, two
     // repeated rows are.
-    let again: usize = groups(sample)
-        .filter(|g| g.len() > 1)
-        .map(<[f64]>::len)
-        .sum();
-    if 2 * again > sample.len()
+    let often = groups(sample).filter(|g| g.len() > 1);
+    if 2 * often.map(<[f64]>::len).sum::<usize>() > sample.len()
         && let Some(step) = smallest_gap(sample, 2)
     {
         return Some((true, step));
@@ -92,14 +89,12 @@ fn groups(sorted: &[f64]) -> impl Iterator<Item = &[f64]> {
 /// The last decimal place in use; 0 if there are more than nine, and if all values are zero.
 fn decimal_step(samples: &[Vec<f64>; 3]) -> f64 {
     let values = || samples.iter().flatten();
-    if values().all(|v| *v == 0.0) {
-        return 0.0;
-    }
     let written_with = |p: &f64| values().all(|v| ((v * p).round() - v * p).abs() < 1e-4);
-    (0..=MAX_PLACES)
-        .map(|places| 10_f64.powi(places))
-        .find(written_with)
-        .map_or(0.0, |p| 1.0 / p)
+    let mut powers = (0..=MAX_PLACES).map(|places| 10_f64.powi(places));
+    let power = powers.find(written_with);
+    power
+        .filter(|_| values().any(|v| *v != 0.0))
+        .map_or(0.0, f64::recip)
 }
 
 #[cfg(test)]

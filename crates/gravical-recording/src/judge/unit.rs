@@ -3,8 +3,6 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use std::ops::Range;
-
 use super::cells::median;
 use crate::error::{Error, cut_hint};
 use crate::finding::{Finding, FindingKind};
@@ -37,16 +35,28 @@ pub struct AccelClaim {
 /// values. `None` without a complete row. The sensor need not be at rest: gravity dominates the mean of
 /// a quiet block.
 pub fn quiet_norm(accel: [&[f64]; 3]) -> Option<f64> {
-    let rows = accel[0].len();
-    let ranges = (0..rows)
-        .step_by(BLOCK_ROWS)
-        .map(|from| from..(from + BLOCK_ROWS).min(rows));
-    let mut blocks: Vec<(f64, f64)> = ranges
-        .filter_map(|r| spread_and_norm(accel.map(|c| &c[r.clone()])))
-        .collect();
+    let blocks = blocks(accel).filter_map(|(_, block)| spread_and_norm(block));
+    let mut blocks: Vec<(f64, f64)> = blocks.collect();
     blocks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     blocks.truncate(blocks.len().div_ceil(3));
     median(blocks.iter().map(|b| b.1))
+}
+
+/// Blocks of 20 rows with the first row of each; the last one may be shorter.
+fn blocks(accel: [&[f64]; 3]) -> impl Iterator<Item = (usize, [&[f64]; 3])> {
+    let rows = accel[0].len();
+    let starts = (0..rows).step_by(BLOCK_ROWS);
+    starts.map(move |start| {
+        (
+            start,
+            accel.map(|c| &c[start..rows.min(start + BLOCK_ROWS)]),
+        )
+    })
+}
+
+/// Blocks of 20 rows; none of them shorter.
+fn whole_blocks(accel: [&[f64]; 3]) -> impl Iterator<Item = (usize, [&[f64]; 3])> {
+    blocks(accel).filter(|(_, block)| block[0].len() == BLOCK_ROWS)
 }
 
 /// Whether the magnitude of quiet rows is gravity in some unit.
@@ -56,22 +66,8 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
-/// middle was subtracted. Of `units` what concerns the accelerometer is set.
+/// middle was subtracted. Of `units` what contradicts is set.
 pub fn accel_unit(
-    accel: [&[f64]; 3],
-    is_unsigned: bool,
-    claim: AccelClaim,
-    options: &ReadOptions,
-    units: &mut Units,
-) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    units.accel = judge_unit(accel, is_unsigned, claim, options, units, &mut findings);
-    let is_known = matches!(units.accel.origin, Origin::Data | Origin::Given);
-    units.contradicts_header = is_known && claim.unit.is_some_and(|c| c != units.accel.unit);
-    findings
-}
-
-fn judge_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
     claim: AccelClaim,
@@ -122,32 +118,33 @@ fn judge_unit(
         }
         evidence => evidence,
     };
-    match evidence {
-        Evidence::Unit(unit, lsb) => rest.read_as(unit, lsb),
+    let unknown = match evidence {
+        Evidence::Unit(unit, lsb) => return rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             units.is_without_gravity = true;
             let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
-            rest.unknown(FindingKind::WithoutGravity, text, &[])
+            at_rest(norm, FindingKind::WithoutGravity, text, &[])
         }
         // A given range, or a claim for one of the matching units decides.
-        Evidence::Ambiguous if given_lsb.is_some() => rest.read_as(AccelUnit::Counts, given_lsb),
         Evidence::Ambiguous => match claim.unit {
-            Some(AccelUnit::MilliGravity) => rest.read_as(AccelUnit::MilliGravity, None),
-            Some(AccelUnit::Counts) => rest.read_as(AccelUnit::Counts, Some(1024.0)),
+            _ if given_lsb.is_some() => return rest.read_as(AccelUnit::Counts, given_lsb),
+            Some(unit @ AccelUnit::MilliGravity) => return rest.read_as(unit, None),
+            Some(unit @ AccelUnit::Counts) => return rest.read_as(unit, Some(1024.0)),
             None if !integers => {
                 // cm/s² is rare, and a calibration of one serves for the other.
                 let text = "read as mg; cm/s² would fit as well: give the unit if it is that";
-                rest.tell(FindingKind::UnitAssumed, text, &[""]);
-                rest.read_as(AccelUnit::MilliGravity, None)
+                let assumed = at_rest(norm, FindingKind::UnitAssumed, text, &[""]);
+                rest.findings.push(assumed);
+                return rest.read_as(AccelUnit::MilliGravity, None);
             }
             _ => {
                 let text = "mg, cm/s² or counts at 1024 per g; give the unit";
-                rest.unknown(FindingKind::UnitUnknown, text, &["mg", "counts"])
+                at_rest(norm, FindingKind::UnitUnknown, text, &["mg", "counts"])
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
             let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
-            AccelScale::new(AccelUnit::Counts, range_lsb, origin)
+            return AccelScale::new(AccelUnit::Counts, range_lsb, origin);
         }
         Evidence::None if !has_rest(accel) => {
             let likely = match norm {
@@ -160,16 +157,25 @@ fn judge_unit(
                 "the sensor is never at rest, and the magnitude where it is quietest, {}, need not be gravity: give the unit, likely this one",
                 short(norm)
             );
-            let unknown = Finding::new(FindingKind::UnitUnknown, text);
-            rest.findings.push(unknown.advise("accel_unit", likely));
-            AccelScale::UNKNOWN
+            Finding::new(FindingKind::UnitUnknown, text).advise("accel_unit", likely)
         }
         Evidence::None => {
             let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
             let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
-            rest.unknown(FindingKind::UnitUnknown, &text, &["counts"])
+            at_rest(norm, FindingKind::UnitUnknown, &text, &["counts"])
         }
-    }
+    };
+    findings.push(unknown);
+    AccelScale::default()
+}
+
+/// What the magnitude may mean; `units`: those that the user may give.
+fn at_rest(norm: f64, kind: FindingKind, what: &str, units: &[&str]) -> Finding {
+    let text = format!("the magnitude at rest is {}: {what}", short(norm));
+    let found = Finding::new(kind, text);
+    units
+        .iter()
+        .fold(found, |found, unit| found.advise("accel_unit", *unit))
 }
 
 /// What gravity shows; claims hold unless it contradicts them.
@@ -201,25 +207,21 @@ enum Evidence {
 /// Determines the unit from `norm`, the median magnitude of readings at rest; `integers`: all
 /// values are whole numbers.
 fn accel_evidence(norm: f64, integers: bool) -> Evidence {
-    match norm {
-        0.8..=1.25 => return Evidence::Unit(AccelUnit::StandardGravity, None),
-        8.0..=12.0 => return Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
-        // mg, cm/s² (980.665) and 1024 counts per g cannot be distinguished within the scale error and
-        // the bias of a sensor.
-        800.0..=1250.0 => return Evidence::Ambiguous,
-        _ => {}
-    }
     let off = |lsb: f64| (norm / lsb).ln().abs();
     let fits = |(lsb, only_whole): &(f64, bool)| {
         (norm / lsb - 1.0).abs() <= MAX_OFF && (integers || !only_whole)
     };
-    let nearest = LSB_PER_G
-        .into_iter()
-        .filter(fits)
-        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    nearest.map_or(Evidence::None, |(lsb, _)| {
-        Evidence::Unit(AccelUnit::Counts, Some(lsb))
-    })
+    let near = LSB_PER_G.into_iter().filter(fits);
+    let nearest = near.min_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    match (norm, nearest) {
+        (0.8..=1.25, _) => Evidence::Unit(AccelUnit::StandardGravity, None),
+        (8.0..=12.0, _) => Evidence::Unit(AccelUnit::MetrePerSecondSquared, None),
+        // mg, cm/s² (980.665) and 1024 counts per g cannot be distinguished within the scale error and
+        // the bias of a sensor.
+        (800.0..=1250.0, _) => Evidence::Ambiguous,
+        (_, Some((lsb, _))) => Evidence::Unit(AccelUnit::Counts, Some(lsb)),
+        (_, None) => Evidence::None,
+    }
 }
 
 /// Largest relative deviation of gravity from the value of a scale.
@@ -257,8 +259,8 @@ impl AtRest<'_> {
             let text = format!(
                 "the header gives {claim}, but the magnitude at rest is {norm}: the values are read as {unit}"
             );
-            let mismatch = Finding::new(FindingKind::UnitMismatch, text);
-            self.findings.push(mismatch);
+            self.findings
+                .push(Finding::new(FindingKind::UnitMismatch, text));
         }
         let stated = self.given_lsb.or(self.claim.lsb_per_g);
         if let (true, Some(stated), Some(measured)) = (is_counts, stated, measured_lsb)
@@ -283,22 +285,6 @@ impl AtRest<'_> {
             self.findings.push(mismatch);
         }
         AccelScale::new(unit, lsb, Origin::Data)
-    }
-
-    /// Reports what the magnitude may mean; `units`: those that the user may give.
-    fn tell(&mut self, kind: FindingKind, what: &str, units: &[&str]) {
-        let text = format!("the magnitude at rest is {}: {what}", short(self.norm));
-        let found = Finding::new(kind, text);
-        let advised = units
-            .iter()
-            .fold(found, |f, unit| f.advise("accel_unit", *unit));
-        self.findings.push(advised);
-    }
-
-    /// The same of a unit that stays unknown.
-    fn unknown(&mut self, kind: FindingKind, what: &str, units: &[&str]) -> AccelScale {
-        self.tell(kind, what, units);
-        AccelScale::UNKNOWN
     }
 }
 
@@ -366,9 +352,8 @@ fn rest_norm(block: [&[f64]; 3], gravity: f64) -> Option<f64> {
 
 /// Whether the sensor may lie still in some block.
 fn has_rest(accel: [&[f64]; 3]) -> bool {
-    let starts = (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS);
-    let mut blocks = starts.map(|start| accel.map(|c| &c[start..start + BLOCK_ROWS]));
-    accel[0].len() < BLOCK_ROWS || blocks.any(|block| rest_norm(block, 0.0).is_some())
+    let mut blocks = whole_blocks(accel);
+    accel[0].len() < BLOCK_ROWS || blocks.any(|(_, block)| rest_norm(block, 0.0).is_some())
 }
 
 /// Blocks at rest in a row that establish a magnitude.
@@ -406,9 +391,7 @@ pub fn refuse_jump(
     let mut established: Option<f64> = None;
     // Blocks that agree with each other and not with that: their number, magnitude, first row.
     let (mut count, mut other, mut from) = (0, 0.0, 0);
-    for start in (0..accel[0].len().saturating_sub(BLOCK_ROWS - 1)).step_by(BLOCK_ROWS) {
-        let rows = start..start + BLOCK_ROWS;
-        let block = accel.each_ref().map(|c| &c[rows.clone()]);
+    for (start, block) in whole_blocks(accel.each_ref().map(Vec::as_slice)) {
         let is_known = |magnitude: f64| established.is_some_and(|n| is_near(magnitude, n));
         let magnitude = rest_norm(block, established.unwrap_or(0.0))
             .filter(|m| !is_full(&block) && !is_known(*m));
@@ -428,7 +411,7 @@ pub fn refuse_jump(
             established = Some(other);
             continue;
         };
-        let is_shifted = || gyro.is_some_and(|gyro| shift(accel, gyro, rows, before).is_some());
+        let is_shifted = || gyro.is_some_and(|gyro| is_shifted(block, gyro, start, before));
         let (code, why) = if is_other_unit(before, other, block) {
             (
                 "unit-changed",
@@ -455,16 +438,12 @@ pub fn refuse_jump(
     Ok(())
 }
 
-/// By how many places the six channels are shifted in rows at rest: three others, one after the
-/// other, have the magnitude `gravity` in them.
-fn shift(
-    accel: &[Vec<f64>; 3],
-    gyro: &[Vec<f64>; 3],
-    rows: Range<usize>,
-    gravity: f64,
-) -> Option<usize> {
-    let channels: Vec<&[f64]> = accel.iter().chain(gyro).map(|c| &c[rows.clone()]).collect();
-    (1..6).find(|places| {
+/// Whether the six channels are shifted by some places in a block at rest: three others, one after the
+/// other, have the magnitude `gravity` in it.
+fn is_shifted(block: [&[f64]; 3], gyro: &[Vec<f64>; 3], start: usize, gravity: f64) -> bool {
+    let rates = gyro.each_ref().map(|c| &c[start..start + BLOCK_ROWS]);
+    let channels = [block, rates].concat();
+    (1..6).any(|places| {
         let block = [0, 1, 2].map(|i| channels[(places + i) % 6]);
         rest_norm(block, gravity).is_some_and(|norm| (norm / gravity - 1.0).abs() <= RATIO)
     })

@@ -6,132 +6,114 @@ use super::findings;
 use super::time::JudgedTime;
 use crate::error::Error;
 use crate::finding::{Finding, FindingKind};
-use crate::judge::{self, Cells, Encoding};
-use crate::recording::{Labels, ReadAs};
+use crate::judge::{self, Encoding};
+use crate::recording::{Labels, ReadAs, Recording};
 use crate::role::Role;
 use crate::spans::LineSpans;
 use crate::text::{Format, Reason, Rows, no_rows, sensor_of_file, sensor_unknown};
+use crate::units::Units;
 
 /// Sensors that are listed.
 const MAX_SENSORS: usize = 256;
 /// Names of the channels in messages.
-const CHANNELS: [&str; 7] = ["ax", "ay", "az", "gx", "gy", "gz", "temperature"];
-const ALONE: [&str; 7] = ["gx", "gy", "gz", "", "", "", ""];
-/// Rows that are measurements of one sensor, decoded and timed; units are not judged yet.
-pub(crate) struct CleanRows {
-    /// The rows without the columns below.
-    pub rows: Rows,
-    pub accel: [Vec<f64>; 3],
-    pub gyro: Option<[Vec<f64>; 3]>,
-    pub temperature_c: Option<Vec<f64>>,
-    pub time: JudgedTime,
-    pub breaks: Vec<usize>,
-    /// There are temperatures, but not in °C.
-    pub has_unknown_temperature: bool,
-    pub findings: Vec<Finding>,
-    pub read_as: ReadAs,
-}
+const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 
-impl CleanRows {
-    /// # Errors
-    ///
-    /// There are no rows, or the sensor did not answer.
-    pub fn new(format: &Format, mut rows: Rows) -> Result<Self, Error> {
-        let options = &format.options;
-        let mut findings = findings::of_columns(format);
-        let mut read_as = ReadAs::default();
-        if let Some(column) = format.sensor {
-            let (sensor, finding) = select_sensor(format, &mut rows, column)?;
-            read_as.sensor = sensor;
-            findings.extend(finding);
-        }
-        add_gravity(format, &mut rows);
-        check_values(format, &rows)?;
-        let text_cells = findings::of_text_cells(format, &rows);
-        let (temperature, of_temperature) = take_temperature(format, &mut rows);
-        let (thermometer, temperature_c) = temperature.unzip();
-        let has_unknown_temperature = of_temperature.is_some();
-        findings.extend(of_temperature);
-        read_as.thermometer = thermometer;
-        let mut of_time = Vec::new();
-        let mut time = JudgedTime::new(format, &mut rows, temperature_c.as_deref(), &mut of_time);
-        let columns = format.columns.iter().zip(&mut rows.columns);
-        let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
-        stamps.for_each(|(_, column)| *column = Vec::new());
-        // Rows that are set aside lose these, too.
-        rows.columns.push(std::mem::take(&mut time.time_s));
-        rows.columns.push(temperature_c.unwrap_or_default());
-        let emptied = set_aside_defects(format, &mut rows);
-        let accel = format.accel.map(|c| rows.columns[c].as_slice());
-        let is_given = options.zero_offset.is_some() || options.is_gyroscope;
-        read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
-        if let Some(encoding) = read_as.encoding {
-            decode(format, &mut rows, encoding);
-            findings.push(Finding::new(
-                FindingKind::UnsignedCounts,
-                encoding.meaning(),
-            ));
-        }
-        let invalid = empty_invalid_counts(format, &mut rows);
-        let is_regular = judge::regular_blanks(&rows.blanks, rows.rows()) > 0;
-        findings.extend(findings::of_lines(
-            &rows.ledger,
-            &rows.nul_lines,
-            !is_regular,
-        ));
-        findings.extend(text_cells);
-        findings.append(&mut of_time);
-
-        let temperature_c = rows.columns.pop().unwrap_or_default();
-        time.time_s = rows.columns.pop().unwrap_or_default();
-        let mut breaks = std::mem::take(&mut rows.breaks);
-        let (headers, blanks) = (&rows.headers, &rows.blanks);
-        let (rate_hz, count) = (time.clock.median_rate_hz, rows.rows());
-        breaks.extend(judge::breaks(headers, blanks, &time.time_s, rate_hz, count));
-        breaks.sort_unstable();
-        breaks.dedup();
-        breaks.retain(|row| (1..count).contains(row));
-        let texts = format.channels().into_iter();
-        let texts: Vec<Vec<u8>> = texts.map(|c| rows.texts[c].clone()).collect();
-        let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
-        let mut accel = format.accel.map(&mut take);
-        let mut gyro = format.gyro.map(|g| g.map(&mut take));
-        let mut temperature_c = thermometer.map(|_| temperature_c);
-        if let Some(offset) = options.zero_offset {
-            accel.iter_mut().flatten().for_each(|v| *v -= offset);
-        }
-        let cells = Cells {
-            accel: &mut accel,
-            gyro: gyro.as_mut(),
-            temperature_c: temperature_c.as_mut(),
-            texts: &texts,
-            invalid,
-        };
-        let (empty, is_sparse) = judge::fill_cells(cells, &rows.lines, names(format));
-        read_as.is_sparse = is_sparse;
-        findings.extend(empty);
-        findings.extend(emptied);
-        Ok(CleanRows {
-            rows,
-            accel,
-            gyro,
-            temperature_c,
-            time,
-            breaks,
-            has_unknown_temperature,
-            findings,
-            read_as,
-        })
+/// The measurements of one sensor as a recording whose units are not judged yet.
+///
+/// # Errors
+///
+/// There are no rows, or the sensor did not answer.
+pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error> {
+    let options = &format.options;
+    let mut findings = findings::of_columns(format);
+    let mut read_as = ReadAs::default();
+    if let Some(column) = format.sensor {
+        let (sensor, finding) = select_sensor(format, &mut rows, column)?;
+        read_as.sensor = sensor;
+        findings.extend(finding);
     }
+    add_gravity(format, &mut rows);
+    check_values(format, &rows)?;
+    let text_cells = findings::of_text_cells(format, &rows);
+    let (temperature, of_temperature) = take_temperature(format, &mut rows);
+    let (thermometer, temperature_c) = temperature.unzip();
+    let has_unknown_temperature = of_temperature.is_some();
+    findings.extend(of_temperature);
+    read_as.thermometer = thermometer;
+    let mut of_time = Vec::new();
+    let mut time = JudgedTime::new(format, &mut rows, temperature_c.as_deref(), &mut of_time);
+    let columns = format.columns.iter().zip(&mut rows.columns);
+    let stamps = columns.filter(|(c, _)| matches!(c.role, Role::Time | Role::Step));
+    stamps.for_each(|(_, column)| *column = Vec::new());
+    // Rows that are set aside lose these, too.
+    rows.columns.push(std::mem::take(&mut time.time_s));
+    rows.columns.push(temperature_c.unwrap_or_default());
+    let emptied = set_aside_defects(format, &mut rows);
+    let accel = format.accel.map(|c| rows.columns[c].as_slice());
+    let is_given = options.zero_offset.is_some() || options.is_gyroscope;
+    read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
+    if let Some(encoding) = read_as.encoding {
+        decode(format, &mut rows, encoding);
+        let text = encoding.meaning();
+        findings.push(Finding::new(FindingKind::UnsignedCounts, text));
+    }
+    let invalid = empty_invalid_counts(format, &mut rows);
+    let tells_blanks = judge::regular_blanks(&rows.blanks, rows.rows()) == 0;
+    let of_lines = findings::of_lines(&rows.ledger, &rows.nul_lines, tells_blanks);
+    findings.extend(of_lines.into_iter().chain(text_cells));
+    findings.append(&mut of_time);
+
+    let temperature_c = rows.columns.pop().unwrap_or_default();
+    time.time_s = rows.columns.pop().unwrap_or_default();
+    let mut breaks = std::mem::take(&mut rows.breaks);
+    let (headers, blanks) = (&rows.headers, &rows.blanks);
+    let (rate_hz, count) = (time.clock.median_rate_hz, rows.rows());
+    breaks.extend(judge::breaks(headers, blanks, &time.time_s, rate_hz, count));
+    breaks.sort_unstable();
+    breaks.dedup();
+    breaks.retain(|row| (1..count).contains(row));
+    let labels = find_labels(format, &rows)?;
+    let mut take = |c: usize| std::mem::take(&mut rows.columns[c]);
+    let mut accel = format.accel.map(&mut take);
+    let gyro = format.gyro.map(|g| g.map(&mut take));
+    if let Some(offset) = options.zero_offset {
+        accel.iter_mut().flatten().for_each(|v| *v -= offset);
+    }
+    let mut recording = Recording {
+        name: String::new(),
+        sha256: None,
+        gyro_file: None,
+        format: format.clone(),
+        accel,
+        gyro,
+        temperature_c: thermometer.map(|_| temperature_c),
+        time_s: Some(time.time_s).filter(|time_s| !time_s.is_empty()),
+        labels,
+        lines: rows.lines,
+        breaks,
+        ledger: rows.ledger,
+        read_as,
+        clock: time.clock,
+        units: Units {
+            has_unknown_temperature,
+            ..Units::default()
+        },
+        findings,
+    };
+    let texts: Vec<&[u8]> = format
+        .channels()
+        .iter()
+        .map(|c| &rows.texts[*c][..])
+        .collect();
+    let empty = recording.fill_cells(&texts, invalid);
+    recording.findings.extend(empty.into_iter().chain(emptied));
+    Ok(recording)
 }
 
 /// Adds gravity to acceleration without it, where both stand in the rows.
 pub(crate) fn add_gravity(format: &Format, rows: &mut Rows) {
-    let pairs = format
-        .accel
-        .into_iter()
-        .zip(format.added.into_iter().flatten());
-    for (column, added) in pairs {
+    let added = format.added.into_iter().flatten();
+    for (column, added) in format.accel.into_iter().zip(added) {
         let gravity = std::mem::take(&mut rows.columns[added]);
         let cells = rows.columns[column].iter_mut().zip(gravity);
         cells.for_each(|(cell, gravity)| *cell += gravity);
@@ -139,12 +121,8 @@ pub(crate) fn add_gravity(format: &Format, rows: &mut Rows) {
 }
 
 /// Names of the channels of a format, in messages.
-pub(crate) fn names(format: &Format) -> [&'static str; 7] {
-    if format.options.is_gyroscope {
-        ALONE
-    } else {
-        CHANNELS
-    }
+pub(super) fn names(format: &Format) -> &'static [&'static str] {
+    &CHANNELS[if format.options.is_gyroscope { 3 } else { 0 }..]
 }
 
 /// Keeps the rows of the sensor that the user asks for, else of the first word that names one of its
@@ -164,25 +142,16 @@ fn select_sensor(
     } else {
         Role::Accel(0)
     };
-    let answers = |name: &String| {
-        let label = labels.names.iter().position(|other| other == name);
-        let axes = format.accel.map(|c| &rows.columns[c]);
-        let is_value = |row: &usize| {
-            axes.iter()
-                .any(|axis| axis[*row] != 0.0 && !axis[*row].is_nan())
-        };
-        let mut own = (0..rows.rows()).filter(|row| Some(labels.of_row[*row] as usize) == label);
-        own.any(|row| is_value(&row))
+    let is_of = |name: &String, label: &u32| labels.names[*label as usize] == *name;
+    let answers = |name: &&String| {
+        let is_value = |(label, v): (&u32, &f64)| is_of(name, label) && *v != 0.0 && !v.is_nan();
+        let mut axes = format.accel.iter().map(|c| &rows.columns[*c]);
+        axes.any(|axis| labels.of_row.iter().zip(axis).any(is_value))
     };
-    let named = || {
-        sensors
-            .iter()
-            .filter(|name| sensor_of_file(name) == Some(kind))
-    };
-    let named = named()
-        .find(|name| !name.contains("linear"))
-        .or(named().next());
-    let usual = named.or_else(|| sensors.iter().find(|name| answers(name)));
+    let is_named = |name: &&String| sensor_of_file(name) == Some(kind);
+    let named = sensors.iter().filter(is_named);
+    let named = named.min_by_key(|name| name.contains("linear"));
+    let usual = named.or_else(|| sensors.iter().find(answers));
     let usual = usual.or(sensors.first());
     let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
@@ -201,7 +170,7 @@ fn select_sensor(
         );
         Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
     });
-    let is_kept = |label: &u32| labels.names[*label as usize] == *wanted;
+    let is_kept = |label: &u32| is_of(wanted, label);
     let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
     rows.keep(&keep, Reason::OtherSensor);
     Ok((Some(wanted.clone()), finding))
@@ -221,29 +190,40 @@ pub(crate) fn cell_label(rows: &Rows, column: usize, row: usize) -> String {
 }
 
 /// The cells of a column as labels.
-pub(super) fn column_labels(rows: &Rows, column: usize) -> Labels {
+fn column_labels(rows: &Rows, column: usize) -> Labels {
     let mut labels = Labels::default();
     let mut known: HashMap<String, u32> = HashMap::new();
     for row in 0..rows.rows() {
         let name = cell_label(rows, column, row);
         let next = labels.names.len() as u32;
-        let at = *known.entry(name).or_insert_with_key(|name| {
+        let at = known.entry(name).or_insert_with_key(|name| {
             labels.names.push(name.clone());
             next
         });
-        labels.of_row.push(at);
+        labels.of_row.push(*at);
     }
     labels
+}
+
+fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {
+    let Some(column) = format.columns.iter().position(|c| c.role == Role::Label) else {
+        return Ok(None);
+    };
+    if rows.texts[column].contains(&u8::MAX) {
+        let text = "the label column holds more than 254 words";
+        let error = Error::input("too-many-labels", text);
+        let error = error.with_hint("leave the column out, or cut the file");
+        return Err(error.advise("columns", "label=-"));
+    }
+    Ok(Some(column_labels(rows, column)))
 }
 
 /// Whether the sensor answered at all.
 fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     let count = rows.rows();
     if count == 0 {
-        return Err(no_rows(format!(
-            "no row could be read: {}",
-            rows.ledger.sum()
-        )));
+        let sum = rows.ledger.sum();
+        return Err(no_rows(format!("no row could be read: {sum}")));
     }
     let channels = format.accel.map(|c| &rows.columns[c]);
     for (channel, name) in channels.iter().zip(names(format)) {
@@ -278,16 +258,15 @@ fn take_temperature(
     format: &Format,
     rows: &mut Rows,
 ) -> (Option<(usize, Vec<f64>)>, Option<Finding>) {
-    let find = |is_one: fn(f64, f64) -> bool| {
-        let mut columns = format.columns.iter().zip(&rows.columns);
-        columns.position(|(column, values)| {
-            let known = || values.iter().copied().filter(|t| t.is_finite());
-            let shows = |first| known().any(|t| is_one(t, first));
-            column.role == Role::Temperature && known().next().is_some_and(shows)
-        })
+    let known = |c: usize| rows.columns[c].iter().filter(|t| t.is_finite());
+    let is_one = |c: &usize| format.columns[*c].role == Role::Temperature;
+    let columns = || (0..format.columns.len()).filter(is_one);
+    let changes = |c: &usize| {
+        let first = known(*c).next();
+        known(*c).any(|t| Some(t) != first)
     };
-    let column = find(|t, first| t != first).or_else(|| find(|t, _| t != 0.0));
-    let Some(column) = column else {
+    let shows = |c: &usize| known(*c).any(|t| *t != 0.0);
+    let Some(column) = columns().find(changes).or_else(|| columns().find(shows)) else {
         return (None, None);
     };
     let mut values = std::mem::take(&mut rows.columns[column]);
@@ -351,14 +330,14 @@ fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> usize {
     let mut count = 0;
     for column in format.channels() {
         let values = &mut rows.columns[column];
-        let is_ordinary = |v: Option<&f64>| v.is_none_or(|v| *v > NEAR_END || v.is_nan());
-        let is_invalid = |row: &usize| {
-            let before = row.checked_sub(1).and_then(|before| values.get(before));
-            values[*row] == INVALID_COUNT && is_ordinary(before) && is_ordinary(values.get(row + 1))
-        };
-        let invalid: Vec<usize> = (0..values.len()).filter(is_invalid).collect();
-        count += invalid.len();
-        invalid.into_iter().for_each(|row| values[row] = f64::NAN);
+        for row in 0..values.len() {
+            let beside = [row.wrapping_sub(1), row + 1].map(|beside| values.get(beside));
+            let is_ordinary = |v: &f64| *v > NEAR_END || v.is_nan();
+            if values[row] == INVALID_COUNT && beside.into_iter().flatten().all(is_ordinary) {
+                values[row] = f64::NAN;
+                count += 1;
+            }
+        }
     }
     count
 }

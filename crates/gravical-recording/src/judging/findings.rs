@@ -37,17 +37,11 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     }
     if !format.unread.is_empty() {
         let unread = format.unread.iter();
-        let names = unread.clone().map(|c| input_name(format, *c));
-        let names: Vec<String> = names.take(MAX_NAMED).collect();
-        let more = if format.unread.len() > MAX_NAMED {
-            ", …"
-        } else {
-            ""
-        };
-        let text = format!(
-            "columns of numbers that are not read: {}{more}",
-            names.join(", ")
-        );
+        let more = (unread.len() > MAX_NAMED).then(|| "…".to_owned());
+        let names = unread.map(|c| input_name(format, *c));
+        let names: Vec<String> = names.take(MAX_NAMED).chain(more).collect();
+        let names = names.join(", ");
+        let text = format!("columns of numbers that are not read: {names}");
         findings.push(Finding::new(FindingKind::ColumnsUnread, text));
     }
     if format.is_guessed {
@@ -109,10 +103,8 @@ fn spec(format: &Format) -> String {
 pub(super) fn not_an_accelerometer(accel: &[Vec<f64>; 3]) -> Option<Finding> {
     let quiet = judge::quiet_norm(accel.each_ref().map(Vec::as_slice))?;
     let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
-    let mut norms: Vec<f64> = (0..accel[0].len())
-        .map(norm)
-        .filter(|n| n.is_finite())
-        .collect();
+    let norms = (0..accel[0].len()).map(norm);
+    let mut norms: Vec<f64> = norms.filter(|n| n.is_finite()).collect();
     let at = ((norms.len() * 49) / 50).min(norms.len().checked_sub(1)?);
     let high = *norms.select_nth_unstable_by(at, f64::total_cmp).1;
     (high > 4.0 * quiet).then(|| {

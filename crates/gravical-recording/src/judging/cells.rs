@@ -1,0 +1,99 @@
+//! Empty cells.
+
+use super::clean::names;
+use crate::finding::{Finding, FindingKind};
+use crate::judge::{POSSIBLE_C, are_many};
+use crate::recording::Recording;
+
+/// Longest holding of the gyroscope's values, in usual distances between them. As for gaps, an
+/// integral over longer holding would be meaningless.
+const GYRO_HELD: f64 = 4.5;
+
+impl Recording {
+    /// Counts empty cells and temperatures that no sensor can have, which become empty.
+    ///
+    /// A recorder that writes each channel when it arrives leaves most cells empty: then the last
+    /// value of a channel holds until the next one, but not in cells of text: these are failed readings.
+    /// `texts`: of each channel, not zero where a cell holds text; empty without any. `invalid`: cells
+    /// that are empty because they held what marks an invalid sample.
+    pub(super) fn fill_cells(&mut self, texts: &[&[u8]], invalid: usize) -> Option<Finding> {
+        let temperatures = self.temperature_c.iter_mut().flatten();
+        let impossible = temperatures.filter(|t| t.is_finite() && !POSSIBLE_C.contains(t));
+        let impossible = impossible.map(|t| *t = f64::NAN).count();
+        let rows = self.rows();
+        let (mut is_marked, mut total, mut parts) = (vec![false; rows], 0, Vec::new());
+        let channels = self.accel.iter().chain(self.gyro.iter().flatten());
+        let named = names(&self.format).iter().copied().zip(channels);
+        let temperature = self.temperature_c.iter().map(|t| ("temperature", t));
+        for (name, channel) in named.chain(temperature) {
+            let empty = (0..rows).filter(|row| channel[*row].is_nan());
+            let count = empty.map(|row| is_marked[row] = true).count();
+            total += count;
+            parts.extend((count > 0).then(|| format!("{name} {count}")));
+        }
+        let sensors = [Some(&mut self.accel), self.gyro.as_mut()];
+        let sensors = sensors.into_iter().flatten().zip(texts.chunks(3));
+        for ((axes, texts), distances) in sensors.zip([f64::INFINITY, GYRO_HELD]) {
+            if is_sparse(axes, texts) {
+                self.read_as.is_sparse = true;
+                let channels = axes.iter_mut().zip(texts);
+                channels.for_each(|(channel, text)| forward_fill(channel, distances, text));
+            }
+        }
+        if invalid > 0 {
+            parts.push(format!(
+                "{invalid} of them held -32768 alone, which marks an invalid sample"
+            ));
+        }
+        if impossible > 0 {
+            let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
+            parts.push(format!("{impossible} of them outside {low} to {high} °C"));
+        }
+        let is_sparse = self.read_as.is_sparse;
+        let done = if is_sparse {
+            "each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows"
+        } else {
+            "they stay empty"
+        };
+        let parts = parts.join(", ");
+        let lacking = is_marked.iter().filter(|m| **m).count();
+        let text = format!("{total} empty cells in {lacking} of {rows} rows ({parts}); {done}");
+        // If cells are empty throughout the file, their lines are of no use.
+        let lines = self
+            .lines
+            .iter()
+            .zip(is_marked)
+            .filter(|(_, m)| *m && !is_sparse);
+        let lines = lines.map(|(line, _)| u64::from(*line)).collect();
+        (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines))
+    }
+}
+
+/// Whether cells of a sensor are often empty, other than by text.
+fn is_sparse(axes: &[Vec<f64>; 3], texts: &[&[u8]]) -> bool {
+    let rows = axes[0].len();
+    let is_empty = |row: &usize| {
+        let mut cells = axes.iter().zip(texts);
+        cells.any(|(axis, text)| axis[*row].is_nan() && !is_text(text, *row))
+    };
+    are_many((0..rows).filter(is_empty).count(), rows)
+}
+
+fn is_text(text: &[u8], row: usize) -> bool {
+    text.get(row).is_some_and(|code| *code > 0)
+}
+
+/// Fills empty cells with the value before, over so many usual distances between values at most.
+fn forward_fill(channel: &mut [f64], distances: f64, text: &[u8]) {
+    let known = channel.iter().filter(|v| !v.is_nan()).count();
+    let max_rows = distances * channel.len() as f64 / known.max(1) as f64;
+    let (mut last, mut rows) = (f64::NAN, 0.0);
+    for (row, v) in channel.iter_mut().enumerate() {
+        if !v.is_nan() {
+            (last, rows) = (*v, 0.0);
+        } else if rows < max_rows && !is_text(text, row) {
+            *v = last;
+            rows += 1.0;
+        }
+    }
+}
