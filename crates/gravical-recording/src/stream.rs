@@ -64,7 +64,7 @@ impl Rest {
     fn next_rows(&mut self) -> Result<Option<Rows>> {
         match self {
             Rest::Worn(samples) => Ok(samples.next().transpose()?),
-            Rest::Text(blocks, parser) => match blocks.next()? {
+            Rest::Text(blocks, parser) => match blocks.next(0)? {
                 Some(lines) => {
                     parser.read(&lines)?;
                     Ok(Some(parser.take_whole()))
