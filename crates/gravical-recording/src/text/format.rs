@@ -125,33 +125,27 @@ impl Format {
     /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
     pub fn describe(&self) -> String {
         let packing = if self.is_packed { "gzip, " } else { "" };
-        format!("{packing}{}", self.unpacked())
-    }
-
-    fn unpacked(&self) -> String {
         if let Some(device) = &self.device {
-            return device.clone();
+            return format!("{packing}{device}");
         }
         let header = match self.header_line {
             0 => "no header".to_owned(),
             line => format!("header in line {line}"),
         };
-        if self.sentences.is_some() {
-            return format!("numbers in sentences, {header}");
-        }
-        let delimiter = match self.dialect.delimiter {
-            Some(b',') => "comma",
-            Some(b';') => "semicolon",
-            Some(b'\t') => "tab",
-            Some(_) => "bar",
-            None => "white space",
+        let fields = match self.dialect.delimiter {
+            _ if self.sentences.is_some() => "numbers in sentences",
+            Some(b',') => "comma separated",
+            Some(b';') => "semicolon separated",
+            Some(b'\t') => "tab separated",
+            Some(_) => "bar separated",
+            None => "white space separated",
         };
         let decimals = if self.dialect.decimal_comma {
-            " decimal comma,"
+            ", decimal comma"
         } else {
             ""
         };
-        format!("{delimiter} separated,{decimals} {header}")
+        format!("{packing}{fields}{decimals}, {header}")
     }
 
     /// Serial number of the sensor, where the lines above the header name it.

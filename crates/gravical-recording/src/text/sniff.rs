@@ -77,7 +77,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     let (line_end, lines) = split_lines(head);
     let with_roles = |format: Format| format.with_roles(head, file_name, options);
     let table = Format::table(&lines, line_end, true);
-    let is_axis = |column: &Column| matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+    let is_axis = |column: &Column| column.is_accel() || column.is_gyro();
     let names_axes = table.iter().flat_map(|t| &t.columns).any(is_axis);
     let table = table
         .ok_or_else(|| no_table(head, NO_ROWS))
@@ -92,27 +92,22 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
                 unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
             })
         });
-    // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
-    let is_told = |column: &Column| is_axis(column) && !column.is_given;
-    let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
-    let is_better = |sentences: &Format| match &table {
-        // A table has no stamps where they are on lines of their own.
-        Ok((table, is_wordy)) => {
-            let has_more = !sentences.is_guessed || has_clock(sentences) && !has_clock(table);
-            *is_wordy || table.is_guessed && has_more
-        }
-        Err(_) => true,
+    let (is_wordy, is_guessed) = match &table {
+        Ok((format, is_wordy)) => (*is_wordy, format.is_guessed),
+        Err(_) => (true, true),
     };
-    let may_be_sentences = match &table {
-        Ok((table, is_wordy)) => *is_wordy || table.is_guessed,
-        Err(_) => true,
-    };
-    if may_be_sentences
-        && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
-        && is_better(&format)
-        && (!names_axes || is_told(&format.columns[format.accel[0]]))
+    if (is_wordy || is_guessed)
+        && let Some(Ok((sentences, _))) = Format::sentences(&lines, line_end).map(with_roles)
     {
-        return Ok(format);
+        let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
+        // A table has no stamps where they are on lines of their own.
+        let has_more = has_clock(&sentences) && !table.as_ref().is_ok_and(|t| has_clock(&t.0));
+        // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
+        let x = &sentences.columns[sentences.accel[0]];
+        let is_told = is_axis(x) && !x.is_given;
+        if (is_wordy || !sentences.is_guessed || has_more) && (!names_axes || is_told) {
+            return Ok(sentences);
+        }
     }
     table.map(|(format, _)| format)
 }
@@ -307,7 +302,7 @@ impl Format {
         // Names of other quantities, constants and counts of rows are known for what they are.
         let is_open = |c: &usize| {
             let (column, values) = (&self.columns[*c], &sample.columns[*c]);
-            let is_sensor = matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+            let is_sensor = column.is_accel() || column.is_gyro();
             let is_told = is_asked(*c) || is_sensor || column.is_foreign || column.is_dropped;
             let changes = values.windows(2).any(|w| w[0] != w[1] && !w[0].is_nan());
             !is_told && changes && !sample.is_text(*c) && !roles::is_counter(values)
