@@ -161,11 +161,8 @@ impl Dialect {
     /// The delimiter and decimal sign under which most lines are rows of one width.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
         let delimiters = [Some(b','), Some(b';'), Some(b'\t'), Some(b'|'), None];
-        let with_points = delimiters.map(|delimiter| (delimiter, false));
         // Decimal commas stand in quotes where commas are delimiters.
-        let delimiters = [Some(b','), Some(b';'), Some(b'\t'), None];
-        let with_commas = delimiters.map(|delimiter| (delimiter, true));
-        let candidates = with_points.into_iter().chain(with_commas);
+        let candidates = [false, true].map(|decimal_comma| delimiters.map(|d| (d, decimal_comma)));
         let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
@@ -187,7 +184,7 @@ impl Dialect {
             Some((score, dialect))
         };
         // `max_by_key` returns the last of equals.
-        let scored = candidates.rev().filter_map(score);
+        let scored = candidates.into_iter().flatten().rev().filter_map(score);
         let best = scored.max_by_key(|(score, _)| *score);
         best.map(|(_, dialect)| dialect)
     }

@@ -140,11 +140,7 @@ impl Parser {
         // Looking for what is not UTF-8 takes ten times as long as finding that all is.
         let valid = std::str::from_utf8(text).map(Cow::Borrowed);
         let text = valid.unwrap_or_else(|_| String::from_utf8_lossy(text));
-        let mut rest = text.as_ref();
-        while !rest.is_empty() {
-            let end = memchr(self.format.line_end, rest.as_bytes());
-            let line = &rest[..end.unwrap_or(rest.len())];
-            rest = end.map_or("", |end| &rest[end + 1..]);
+        for line in text.split_terminator(char::from(self.format.line_end)) {
             self.read_line(line)?;
         }
         Ok(())

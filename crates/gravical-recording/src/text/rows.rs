@@ -310,15 +310,12 @@ impl Rows {
 
     /// Forgets the other rows, but not the lines set aside.
     pub(crate) fn crop(&mut self, rows: Range<usize>) {
-        // In place: a copy would take as much again.
-        fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
-            values.truncate(rows.end);
-            values.drain(..rows.start.min(values.len()));
-        }
-        self.columns.iter_mut().for_each(|c| cut(c, &rows));
-        self.texts.iter_mut().for_each(|t| cut(t, &rows));
-        cut(&mut self.lines, &rows);
-        self.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
+        let slice = self.slice(rows);
+        *self = Rows {
+            nul_lines: std::mem::take(&mut self.nul_lines),
+            ledger: std::mem::take(&mut self.ledger),
+            ..slice
+        };
         self.ledger.lines = self.rows() + self.ledger.total();
     }
 

@@ -9,7 +9,7 @@ use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
-use super::words::{Heading, Sentences};
+use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
@@ -209,7 +209,7 @@ impl Format {
     /// The format of a table; its columns may be named by a comment or not.
     fn table(lines: &[&str], line_end: u8, is_named_by_comment: bool) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
-        let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
+        let dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let measured = lines.iter().position(|l| dialect.is_row(l))?;
         let head_lines = Header::first_row(&lines[..measured], dialect).unwrap_or(measured);
         let above = &lines[..head_lines];
@@ -219,17 +219,6 @@ impl Format {
             header = Header::default();
         }
         let first_row: Vec<&str> = fields(lines[measured], dialect.delimiter).collect();
-        let is_dated = |cell: &&str| cell.contains(':') || parse_date(cell, false).is_some();
-        let is_dated: Vec<bool> = first_row.iter().map(is_dated).collect();
-        let day_first = metadata::is_day_first(above);
-        let day_first = day_first.or_else(|| {
-            let mut columns = (0..is_dated.len()).filter(|c| is_dated[*c]);
-            columns.find_map(|c| {
-                let rows = lines[measured..].iter();
-                date::is_day_first(rows.filter_map(|l| fields(l, dialect.delimiter).nth(c)))
-            })
-        });
-        dialect.day_first = day_first == Some(true);
         let mut misfit = None;
         if header.names.is_empty() {
             header.names = known_names(above, &first_row);
@@ -243,27 +232,30 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        for (column, is_dated) in format.columns.iter_mut().zip(is_dated) {
-            column.is_dated = is_dated;
+        for (column, cell) in format.columns.iter_mut().zip(&first_row) {
+            column.is_dated = cell.contains(':') || parse_date(cell, false).is_some();
         }
+        let is_day_first = metadata::is_day_first(above).or_else(|| {
+            let mut dated = (0..dialect.fields).filter(|c| format.columns[*c].is_dated);
+            dated.find_map(|c| {
+                let rows = lines[measured..].iter();
+                date::is_day_first(rows.filter_map(|l| fields(l, dialect.delimiter).nth(c)))
+            })
+        });
+        format.dialect.day_first = is_day_first == Some(true);
         Some(format.with_head(lines, head_lines))
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let head_lines = sentences.first_line(lines)?;
-        let mut names = sentences.names(lines);
+        let (head_lines, texts) = sentences.sample(lines)?;
+        let mut names = sentences.names(&lines[..head_lines], &texts);
         if names.iter().all(String::is_empty) {
             names.clear();
         }
         let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
-        let mut heading = Heading::default();
-        let rows = lines
-            .iter()
-            .filter_map(|line| sentences.parse(line, &mut heading));
-        let first_row = rows.take(1 + sentences.last_place());
-        for (slot, number) in first_row.flat_map(|s| s.numbers) {
-            format.columns[slot].is_dated = number.contains(':');
+        for (column, texts) in format.columns.iter_mut().zip(&texts) {
+            column.is_dated = texts.first().is_some_and(|text| text.contains(':'));
         }
         format.sentences = Some(sentences);
         Some(format.with_head(lines, head_lines))

@@ -23,7 +23,7 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         .any(|c| c.is_accel() && !c.may_be_linear());
     let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
-        if column.role != Role::Other || column.is_dropped {
+        if column.role != Role::Other || column.is_dropped || column.is_foreign {
             continue;
         }
         match role_from_unit(name, &column.unit, file) {
