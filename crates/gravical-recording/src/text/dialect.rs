@@ -63,26 +63,24 @@ impl<'a> Iterator for Fields<'a> {
 
     fn next(&mut self) -> Option<&'a str> {
         let mut rest = self.line.get(self.at..)?;
-        match self.delimiter {
-            None => {
-                rest = rest.trim_ascii_start();
-                self.at = self.line.len() - rest.len();
-                let end = rest.bytes().position(|b| b.is_ascii_whitespace());
-                let field = &rest[..end.unwrap_or(rest.len())];
-                self.step_over(self.at + field.len());
-                Some(field).filter(|f| !f.is_empty())
-            }
-            Some(delimiter) => {
-                let mut quoted = false;
-                let end = rest.bytes().position(|b| {
-                    quoted ^= b == b'"';
-                    b == delimiter && !quoted
-                });
-                let field = &rest[..end.unwrap_or(rest.len())];
-                self.step_over(self.at + field.len());
-                Some(field.trim_ascii().trim_matches('"').trim_ascii())
-            }
+        let delimiter = self.delimiter;
+        if delimiter.is_none() {
+            rest = rest.trim_ascii_start();
+            self.at = self.line.len() - rest.len();
         }
+        let mut is_quoted = false;
+        let ends = |byte: u8| match delimiter {
+            Some(delimiter) => {
+                is_quoted ^= byte == b'"';
+                byte == delimiter && !is_quoted
+            }
+            None => byte.is_ascii_whitespace(),
+        };
+        let end = rest.bytes().position(ends).unwrap_or(rest.len());
+        self.step_over(self.at + end);
+        // White space at the end parts nothing.
+        let field = Some(&rest[..end]).filter(|f| delimiter.is_some() || !f.is_empty())?;
+        Some(field.trim_ascii().trim_matches('"').trim_ascii())
     }
 }
 

@@ -92,10 +92,9 @@ impl Header {
             let mut axes = format.accel.iter().enumerate();
             axes.all(|(axis, column)| role(column) == Some(Role::Accel(axis)))
         } else {
-            let filled = |names: &[&str]| names.iter().rposition(|n| !n.is_empty());
-            let own: Vec<&str> = format.names.iter().map(String::as_str).collect();
-            let end = filled(&names);
-            end == filled(&own) && names.iter().zip(&own).all(|(name, own)| name == own)
+            let columns = names.len().max(format.names.len());
+            let first = |c: usize| format.names.get(c).map_or("", String::as_str);
+            (0..columns).all(|c| names.get(c).copied().unwrap_or_default() == first(c))
         };
         Some(is_same && delimiter == dialect.delimiter)
     }

@@ -212,13 +212,15 @@ fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
     if !decimal_comma || !line.contains(',') {
         return Cow::Borrowed(line);
     }
-    let bytes = line.as_bytes();
-    let is_digit = |i: usize| bytes.get(i).is_some_and(u8::is_ascii_digit);
-    let point = |(i, c): (usize, char)| {
-        let is_point = c == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1);
-        if is_point { '.' } else { c }
-    };
-    line.char_indices().map(point).collect::<String>().into()
+    let is_digit = |c: char| c.is_ascii_digit();
+    let mut pieces = line.split(',');
+    let mut out = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let is_point = out.ends_with(is_digit) && piece.starts_with(is_digit);
+        out.push(if is_point { '.' } else { ',' });
+        out.push_str(piece);
+    }
+    out.into()
 }
 
 /// A line above the rows whose last words (all, or all but the stamp's) name an accelerometer.
@@ -452,10 +454,9 @@ fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
 /// Length of the number, or of the time of day with its date, that a text starts with.
 fn number_length(text: &str) -> Option<usize> {
     if let Some(rest) = text.strip_prefix('\u{2212}') {
-        let digits = fast_float2::parse_partial::<f64, _>(rest).ok()?;
-        return rest
-            .starts_with(|c: char| c.is_ascii_digit() || c == '.')
-            .then_some(text.len() - rest.len() + digits.1);
+        let is_number = rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        let length = is_number.then(|| number_length(rest)).flatten()?;
+        return Some(text.len() - rest.len() + length);
     }
     let bytes = text.as_bytes();
     if let Some(n) = time_length(bytes) {

@@ -17,24 +17,22 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
     if format.has_no_clock {
         return;
     }
-    let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
-    let names_clock = format.columns.iter().any(is_given_clock);
     let axes = format.channels();
-    for c in 0..format.columns.len() {
-        let column = &format.columns[c];
-        let is_open = !column.is_dropped && !column.is_given && !names_clock;
-        let is_clock = column.is_dated && !holds_days(&sample.columns[c]);
-        if is_clock && is_open && !axes.contains(&c) && !sample.is_text(c) {
-            format.columns[c].role = Role::Time;
+    if !format
+        .columns
+        .iter()
+        .any(|c| c.is_given && c.role == Role::Time)
+    {
+        for c in (0..format.columns.len()).filter(|c| !axes.contains(c) && !sample.is_text(*c)) {
+            let column = &mut format.columns[c];
+            let is_open = !column.is_dropped && !column.is_given;
+            if is_open && column.is_dated && !holds_days(&sample.columns[c]) {
+                column.role = Role::Time;
+            }
         }
-    }
-    if !names_clock {
         format.stamp_parts = find_parts(format, sample);
-        for part in format.stamp_parts.clone() {
-            let columns = part.columns();
-            columns
-                .iter()
-                .for_each(|c| format.columns[*c].role = Role::Time);
+        for c in format.stamp_parts.iter().flat_map(StampPart::columns) {
+            format.columns[*c].role = Role::Time;
         }
     }
     let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
@@ -89,10 +87,10 @@ fn find_date(format: &Format, sample: &Rows) -> Option<StampPart> {
     };
     let columns = [find("year yyyy"), find("month mon"), find("day dd")];
     if let [Some(year), Some(month), Some(day)] = columns {
-        let day = StampPart::Day([year, month, day]);
-        let sums = StampPart::sum(&[day], sample);
+        let day = [StampPart::Day(vec![year, month, day])];
+        let sums = StampPart::sum(&day, sample);
         if sums.iter().any(|s| s.is_finite()) {
-            return Some(day);
+            return day.into_iter().next();
         }
     }
     let is_compact = |v: &f64| v.is_nan() || compact_day_s(*v).is_some();
@@ -102,7 +100,7 @@ fn find_date(format: &Format, sample: &Rows) -> Option<StampPart> {
             return Some(StampPart::Unit(c, 1.0));
         }
         let is_named = name(c).iter().any(|word| word == "date");
-        (is_named && values.iter().all(is_compact)).then_some(StampPart::CompactDay(c))
+        (is_named && values.iter().all(is_compact)).then(|| StampPart::Day(vec![c]))
     })
 }
 
@@ -163,24 +161,19 @@ fn second_and_fraction(format: &Format, sample: &Rows) -> Option<Vec<StampPart>>
     wholes.find_map(|whole| {
         let mut fractions = times().filter_map(|c| Some((c, unit_s(c).filter(|u| *u < 1.0)?)));
         fractions.find_map(|(below, unit_s)| {
-            let [seconds, fraction] = [whole, below].map(|c| sample.columns[c].as_slice());
             let parts = vec![StampPart::Unit(whole, 1.0), StampPart::Unit(below, unit_s)];
-            let sum = StampPart::sum(&parts, sample);
-            are_parts(seconds, fraction, unit_s, &sum).then_some(parts)
+            let ((rises, falls), (turns, _)) = (
+                trend(&StampPart::sum(&parts, sample)),
+                trend(&sample.columns[whole]),
+            );
+            // The sum rises. An independent clock falls where it begins again, and the duration of a
+            // loop at any time.
+            let is_sum = turns < 1.0 && rises >= 0.9 && falls <= 0.2 * turns;
+            let are_parts = are_all(&sample.columns[whole], |s| s.fract() == 0.0)
+                && are_within(&sample.columns[below], 1.0 / unit_s);
+            (is_sum && are_parts).then_some(parts)
         })
     })
-}
-
-/// Whether seconds and fraction add up: the sum rises. An independent clock falls where it begins again,
-/// and the duration of a loop at any time.
-fn are_parts(seconds: &[f64], fraction: &[f64], unit_s: f64, sum: &[f64]) -> bool {
-    let known = seconds.iter().zip(fraction);
-    let mut known = known.filter(|(s, f)| s.is_finite() && f.is_finite());
-    let ((rises, falls), (turns, _)) = (trend(sum), trend(seconds));
-    known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
-        && turns < 1.0
-        && rises >= 0.9
-        && falls <= 0.2 * turns
 }
 
 /// Whether a column without a name rises as a clock or a counter does.

@@ -42,9 +42,8 @@ pub(super) fn add_body_rates(format: &mut Format) {
         let mut names = format.names.iter().zip(&format.columns);
         names.position(|(n, c)| words(n) == [name] && c.role == Role::Other && !c.is_dropped)
     };
-    let rates = ["p", "q", "r"].map(find);
     let has_accel = format.columns.iter().any(Column::is_accel) || format.options.is_gyroscope;
-    if let [Some(p), Some(q), Some(r)] = rates
+    if let [Some(p), Some(q), Some(r)] = ["p", "q", "r"].map(find)
         && has_accel
         && !format.columns.iter().any(Column::is_gyro)
     {

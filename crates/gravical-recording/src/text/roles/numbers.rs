@@ -70,20 +70,16 @@ pub(super) fn guess(
         }
         _ => return None,
     }
-    let (first, second) = (triple(0)?, triple(3)?);
+    let (mut accel, mut other) = (triple(0)?, triple(3)?);
     let shows = |axes| shows_gravity(sample_of(axes));
-    let is_first = match (shows(first), shows(second)) {
-        (a, b) if a != b => a,
-        _ => {
-            let spread = |axes| norm_spread(sample_of(axes)).unwrap_or(f64::MAX);
-            spread(first) <= spread(second)
-        }
+    let spread = |axes| norm_spread(sample_of(axes)).unwrap_or(f64::MAX);
+    let is_second = match (shows(accel), shows(other)) {
+        (first, second) if first != second => second,
+        _ => spread(other) < spread(accel),
     };
-    let (accel, other) = if is_first {
-        (first, second)
-    } else {
-        (second, first)
-    };
+    if is_second {
+        std::mem::swap(&mut accel, &mut other);
+    }
     let is_rate = |axes: &[usize; 3]| may_be_rate(sample_of(*axes), sample_of(accel));
     let gyro = [Some(other), triple(6)].into_iter().flatten().find(is_rate);
     Some((accel, gyro))
