@@ -59,7 +59,7 @@ fn parse_blocks(text: Box<dyn Read + Send>, format: &Format, copied: &[(usize, u
     let mut blocks = LineBlocks::new(text, format.line_end);
     let mut parser = Parser::new(format, copied);
     let mut next_rows = move || -> Result<Option<Rows>> {
-        if let Some(lines) = blocks.next()? {
+        if let Some(lines) = blocks.next(0)? {
             parser.read(&lines)?;
             return Ok(Some(parser.take_whole()));
         }

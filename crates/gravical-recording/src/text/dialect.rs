@@ -63,26 +63,24 @@ impl<'a> Iterator for Fields<'a> {
 
     fn next(&mut self) -> Option<&'a str> {
         let mut rest = self.line.get(self.at..)?;
-        match self.delimiter {
-            None => {
-                rest = rest.trim_ascii_start();
-                self.at = self.line.len() - rest.len();
-                let end = rest.bytes().position(|b| b.is_ascii_whitespace());
-                let field = &rest[..end.unwrap_or(rest.len())];
-                self.step_over(self.at + field.len());
-                Some(field).filter(|f| !f.is_empty())
-            }
-            Some(delimiter) => {
-                let mut quoted = false;
-                let end = rest.bytes().position(|b| {
-                    quoted ^= b == b'"';
-                    b == delimiter && !quoted
-                });
-                let field = &rest[..end.unwrap_or(rest.len())];
-                self.step_over(self.at + field.len());
-                Some(field.trim_ascii().trim_matches('"').trim_ascii())
-            }
+        let delimiter = self.delimiter;
+        if delimiter.is_none() {
+            rest = rest.trim_ascii_start();
+            self.at = self.line.len() - rest.len();
         }
+        let mut is_quoted = false;
+        let ends = |byte: u8| match delimiter {
+            Some(delimiter) => {
+                is_quoted ^= byte == b'"';
+                byte == delimiter && !is_quoted
+            }
+            None => byte.is_ascii_whitespace(),
+        };
+        let end = rest.bytes().position(ends).unwrap_or(rest.len());
+        self.step_over(self.at + end);
+        // White space at the end parts nothing.
+        let field = Some(&rest[..end]).filter(|f| delimiter.is_some() || !f.is_empty())?;
+        Some(field.trim_ascii().trim_matches('"').trim_ascii())
     }
 }
 
@@ -161,11 +159,8 @@ impl Dialect {
     /// The delimiter and decimal sign under which most lines are rows of one width.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Dialect> {
         let delimiters = [Some(b','), Some(b';'), Some(b'\t'), Some(b'|'), None];
-        let with_points = delimiters.map(|delimiter| (delimiter, false));
         // Decimal commas stand in quotes where commas are delimiters.
-        let delimiters = [Some(b','), Some(b';'), Some(b'\t'), None];
-        let with_commas = delimiters.map(|delimiter| (delimiter, true));
-        let candidates = with_points.into_iter().chain(with_commas);
+        let candidates = [false, true].map(|decimal_comma| delimiters.map(|d| (d, decimal_comma)));
         let score = |(delimiter, decimal_comma): (Option<u8>, bool)| {
             // Rows and numbers of each width.
             let mut widths: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
@@ -187,7 +182,7 @@ impl Dialect {
             Some((score, dialect))
         };
         // `max_by_key` returns the last of equals.
-        let scored = candidates.rev().filter_map(score);
+        let scored = candidates.into_iter().flatten().rev().filter_map(score);
         let best = scored.max_by_key(|(score, _)| *score);
         best.map(|(_, dialect)| dialect)
     }

@@ -75,33 +75,29 @@ pub struct Format {
 }
 
 /// A column that holds a part of the stamps.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(crate) enum StampPart {
     /// Column, and seconds of one unit
     Unit(usize, f64),
-    /// Column of days that are written as one number: 20240301
-    CompactDay(usize),
-    /// Columns of year, month and day
-    Day([usize; 3]),
+    /// Columns of year, month and day, or one of days that are written as one number: 20240301
+    Day(Vec<usize>),
 }
 
 impl StampPart {
     pub(crate) fn columns(&self) -> &[usize] {
         match self {
-            StampPart::Unit(column, _) | StampPart::CompactDay(column) => slice::from_ref(column),
+            StampPart::Unit(column, _) => slice::from_ref(column),
             StampPart::Day(columns) => columns,
         }
     }
 
     /// The sums of parts, s.
     pub(crate) fn sum(parts: &[StampPart], rows: &Rows) -> Vec<f64> {
-        let day_s = |day: f64| compact_day_s(day).unwrap_or(f64::NAN);
         let second = |part: &StampPart, row: usize| match part {
             StampPart::Unit(column, unit_s) => rows.columns[*column][row] * unit_s,
-            StampPart::CompactDay(c) => day_s(rows.columns[*c][row]),
             StampPart::Day(columns) => {
-                let [year, month, day] = columns.map(|c| rows.columns[c][row]);
-                day_s(1e4 * year + 100.0 * month + day)
+                let join = |day: f64, c: &usize| 100.0 * day + rows.columns[*c][row];
+                compact_day_s(columns.iter().fold(0.0, join)).unwrap_or(f64::NAN)
             }
         };
         let sum = |row| parts.iter().map(|part| second(part, row)).sum();
@@ -125,33 +121,27 @@ impl Format {
     /// The format in words: `comma separated, header in line 1`; the device, if it wrote no text.
     pub fn describe(&self) -> String {
         let packing = if self.is_packed { "gzip, " } else { "" };
-        format!("{packing}{}", self.unpacked())
-    }
-
-    fn unpacked(&self) -> String {
         if let Some(device) = &self.device {
-            return device.clone();
+            return format!("{packing}{device}");
         }
         let header = match self.header_line {
             0 => "no header".to_owned(),
             line => format!("header in line {line}"),
         };
-        if self.sentences.is_some() {
-            return format!("numbers in sentences, {header}");
-        }
-        let delimiter = match self.dialect.delimiter {
-            Some(b',') => "comma",
-            Some(b';') => "semicolon",
-            Some(b'\t') => "tab",
-            Some(_) => "bar",
-            None => "white space",
+        let fields = match self.dialect.delimiter {
+            _ if self.sentences.is_some() => "numbers in sentences",
+            Some(b',') => "comma separated",
+            Some(b';') => "semicolon separated",
+            Some(b'\t') => "tab separated",
+            Some(_) => "bar separated",
+            None => "white space separated",
         };
         let decimals = if self.dialect.decimal_comma {
-            " decimal comma,"
+            ", decimal comma"
         } else {
             ""
         };
-        format!("{delimiter} separated,{decimals} {header}")
+        format!("{packing}{fields}{decimals}, {header}")
     }
 
     /// Serial number of the sensor, where the lines above the header name it.

@@ -64,11 +64,9 @@ impl Header {
         let below = named_line(above, dialect)? + 1;
         let is_row = |line: &&str| {
             let cells = fields(line, dialect.delimiter).map(|cell| dialect.parse_field(cell));
-            let cells: Vec<Option<f64>> = cells.collect();
-            cells.len() == dialect.fields
-                && !is_comment(line)
-                && cells.iter().all(Option::is_some)
-                && cells.iter().flatten().any(|v| v.is_finite())
+            let cells = cells.collect::<Option<Vec<f64>>>().unwrap_or_default();
+            let is_whole = cells.len() == dialect.fields && !is_comment(line);
+            is_whole && cells.iter().any(|v| v.is_finite())
         };
         let row = above[below..].iter().position(is_row)?;
         Some(below + row)
@@ -83,25 +81,20 @@ impl Header {
         if line.len() > 3 && first.is_some_and(|first| first.contains(line)) {
             return Some(true);
         }
-        let text = uncommented(line);
-        let others = [b',', b';', b'\t'].map(Some);
-        let mut delimiters = [dialect.delimiter].into_iter().chain(others);
-        let (delimiter, names) = delimiters.find_map(|delimiter| {
-            let names: Vec<&str> = fields(text, delimiter).collect();
+        let (delimiter, names) = split_names(line, dialect).find(|(_, names)| {
             let known = |name: &&&str| format.names.iter().any(|n| n == **name);
             let is_like_first = names.len() == format.names.len()
                 && 2 * names.iter().filter(known).count() >= names.len();
-            (is_like_first || names_sensor(&names)).then_some((delimiter, names))
+            is_like_first || names_sensor(names)
         })?;
         let role = |column: &usize| names.get(*column).map(|n| Column::from_name(n).role);
         let is_same = if format.names.is_empty() {
             let mut axes = format.accel.iter().enumerate();
             axes.all(|(axis, column)| role(column) == Some(Role::Accel(axis)))
         } else {
-            let filled = |names: &[&str]| names.iter().rposition(|n| !n.is_empty());
-            let own: Vec<&str> = format.names.iter().map(String::as_str).collect();
-            let end = filled(&names);
-            end == filled(&own) && names.iter().zip(&own).all(|(name, own)| name == own)
+            let columns = names.len().max(format.names.len());
+            let first = |c: usize| format.names.get(c).map_or("", String::as_str);
+            (0..columns).all(|c| names.get(c).copied().unwrap_or_default() == first(c))
         };
         Some(is_same && delimiter == dialect.delimiter)
     }
@@ -164,12 +157,17 @@ pub(crate) fn names_sensor(names: &[impl AsRef<str>]) -> bool {
     has_all(Role::Accel) || has_all(Role::Gyro)
 }
 
+/// The fields of a line of names under the delimiter of the rows, and under others.
+fn split_names(line: &str, dialect: Dialect) -> impl Iterator<Item = (Option<u8>, Vec<&str>)> {
+    let others = [b'\t', b',', b';'].map(Some);
+    let delimiters = [dialect.delimiter].into_iter().chain(others);
+    delimiters.map(move |delimiter| (delimiter, fields(uncommented(line), delimiter).collect()))
+}
+
 /// The fields of a line of the header, which may have another delimiter than the rows.
 fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
-    let text = uncommented(line);
-    let others = [b'\t', b',', b';'].map(Some);
-    for delimiter in [dialect.delimiter].into_iter().chain(others) {
-        let mut parts: Vec<String> = fields(text, delimiter).map(str::to_owned).collect();
+    for (delimiter, parts) in split_names(line, dialect) {
+        let mut parts: Vec<String> = parts.into_iter().map(str::to_owned).collect();
         if parts.len() == dialect.fields + 1 {
             parts.pop_if(|last| last.is_empty());
         }
@@ -183,7 +181,10 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
         }
     }
     // Names with blanks in them, set apart by two.
-    let parts = text.split("  ").map(str::trim).filter(|f| !f.is_empty());
+    let parts = uncommented(line)
+        .split("  ")
+        .map(str::trim)
+        .filter(|f| !f.is_empty());
     let parts: Vec<String> = parts.map(str::to_owned).collect();
     (parts.len() == dialect.fields).then_some(parts)
 }

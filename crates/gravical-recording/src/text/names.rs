@@ -226,9 +226,6 @@ pub(crate) fn is_linear(word: &str) -> bool {
 pub(crate) fn role_from_unit(name: &str, unit: &str, file: Option<Role>) -> Option<Role> {
     let (outside, _) = split_unit(name);
     let mut words = words(&outside);
-    if words.iter().any(|w| is_listed(FOREIGN, w)) {
-        return None;
-    }
     let mut unit = unit.to_owned();
     while words.len() > 1
         && let Some(word) = words.pop_if(|w| is_listed(UNIT_WORDS, w) || is_listed("axis value", w))

@@ -2,11 +2,10 @@
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::VecDeque;
 use std::io::Read;
 use std::num::NonZero;
-use std::sync::{Mutex, mpsc};
-use std::thread;
+use std::{panic, thread};
 
 use memchr::{memchr, memchr_iter};
 
@@ -15,7 +14,7 @@ use super::format::Format;
 use super::header::Header;
 use super::lines::{LineBlocks, trim_end};
 use super::number::parse_cell;
-use super::rows::{CopiedText, Reason, Rows};
+use super::rows::{CopiedText, Reason, Rows, mark};
 use super::words::{Heading, Sentences};
 use crate::board::BoardSettings;
 use crate::error::{Error, cut_hint};
@@ -53,80 +52,42 @@ impl Format {
     ) -> Result<Rows, Error> {
         let mut whole = Parser::new(self, copied);
         let mut blocks = LineBlocks::new(text, self.line_end);
-        let mut is_end = false;
-        // What is short is not worth a thread, and the lines of a row in sentences stay together.
-        while !is_end && (self.sentences.is_some() || whole.line_number == 0) {
-            match blocks.next_of(BLOCK_BYTES)? {
-                Some(lines) => whole.read(&lines)?,
-                None => is_end = true,
-            }
-            check(whole.rows())?;
-        }
-        if is_end {
-            return Ok(whole.take());
-        }
-        // The next block, its number, and the lines before it.
-        let source = Mutex::new((blocks, 0, whole.line_number));
-        let next = || -> Option<Result<Block, Error>> {
-            let mut source = source.lock().ok()?;
-            let (blocks, number, lines_before) = &mut *source;
-            let lines = match blocks.next_of(BLOCK_BYTES).transpose()? {
-                Ok(lines) => lines,
-                Err(error) => return Some(Err(error.into())),
-            };
-            let mut parser = Parser::new(self, copied);
-            parser.line_number = *lines_before;
-            *lines_before += memchr_iter(self.line_end, &lines).count();
-            *number += 1;
-            let number = *number - 1;
-            Some(Ok(Block {
-                number,
-                parser,
-                lines,
-            }))
-        };
         let cores = thread::available_parallelism().map_or(1, NonZero::get);
-        let (send, parsed) = mpsc::sync_channel(cores);
         thread::scope(|scope| {
-            for _ in 0..cores {
-                let (send, next) = (send.clone(), &next);
-                scope.spawn(move || {
-                    while let Some(block) = next() {
-                        // A fault in a block is one only if those before it have none.
-                        let parsed = block.map(|mut block| {
-                            let read = block.parser.read(&block.lines);
-                            (block.number, read.map(|()| block.parser))
-                        });
-                        // Nobody receives any longer once a block has failed.
-                        if send.send(parsed).is_err() {
-                            break;
-                        }
+            let (mut parsing, mut lines_read) = (VecDeque::new(), 0);
+            loop {
+                let block = blocks.next(BLOCK_BYTES)?;
+                let waiting = if block.is_some() { cores } else { 0 };
+                match block {
+                    None if parsing.is_empty() => break,
+                    None => {}
+                    // What is short is not worth a thread, and the lines of a row in sentences stay together.
+                    Some(lines) if self.sentences.is_some() || whole.line_number == 0 => {
+                        whole.read(&lines)?;
+                        lines_read = whole.line_number;
                     }
-                });
-            }
-            drop(send);
-            let (mut waiting, mut due) = (BTreeMap::new(), 0);
-            for block in parsed {
-                let (number, parser) = block?;
-                waiting.insert(number, parser);
-                while let Some(parser) = waiting.remove(&due) {
-                    whole.append(parser?);
-                    check(whole.rows())?;
-                    due += 1;
+                    Some(lines) => {
+                        let mut parser = Parser::new(self, copied);
+                        parser.line_number = lines_read;
+                        lines_read += memchr_iter(self.line_end, &lines).count();
+                        let read = move || parser.read(&lines).map(|()| parser);
+                        parsing.push_back(scope.spawn(read));
+                    }
                 }
+                // A fault in a block is one only if those before it have none.
+                while parsing.len() > waiting
+                    && let Some(block) = parsing.pop_front()
+                {
+                    let parser = block.join().unwrap_or_else(|e| panic::resume_unwind(e));
+                    whole.append(parser?);
+                }
+                check(whole.rows())?;
             }
             let mut rows = whole.take();
             rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
             Ok(rows)
         })
     }
-}
-
-/// Lines that a thread parses.
-struct Block {
-    number: usize,
-    parser: Parser,
-    lines: Vec<u8>,
 }
 
 /// Lines on their way into rows.
@@ -136,10 +97,6 @@ pub(crate) struct Parser {
     /// Lines read.
     line_number: usize,
     rows: Rows,
-    /// Blank lines since the last row.
-    blanks: usize,
-    has_break: bool,
-    has_header: bool,
     /// Place of the last line within its row.
     place: Option<usize>,
     /// Of the lines read.
@@ -183,11 +140,7 @@ impl Parser {
         // Looking for what is not UTF-8 takes ten times as long as finding that all is.
         let valid = std::str::from_utf8(text).map(Cow::Borrowed);
         let text = valid.unwrap_or_else(|_| String::from_utf8_lossy(text));
-        let mut rest = text.as_ref();
-        while !rest.is_empty() {
-            let end = memchr(self.format.line_end, rest.as_bytes());
-            let line = &rest[..end.unwrap_or(rest.len())];
-            rest = end.map_or("", |end| &rest[end + 1..]);
+        for line in text.split_terminator(char::from(self.format.line_end)) {
             self.read_line(line)?;
         }
         Ok(())
@@ -203,6 +156,7 @@ impl Parser {
         self.push_slots();
         let mut next = Rows::new(self.rows.columns.len());
         next.text = CopiedText::new(self.copied.len());
+        self.rows.take_marks(&mut next);
         let mut rows = std::mem::replace(&mut self.rows, next);
         let count = rows.rows();
         let texts = rows.texts.iter_mut().filter(|t| !t.is_empty());
@@ -221,33 +175,9 @@ impl Parser {
     }
 
     /// Adds the rows of the lines that follow.
-    fn append(&mut self, mut later: Parser) {
-        let is_pending = later.rows() == 0;
-        let marks = [self.blanks > 0, self.has_break, self.has_header];
-        if !is_pending && marks.contains(&true) {
-            let rows = &mut later.rows;
-            let blanks = std::mem::take(&mut self.blanks);
-            match rows.blanks.first_mut() {
-                Some((0, count)) => *count += blanks,
-                _ if blanks > 0 => rows.blanks.insert(0, (0, blanks)),
-                _ => {}
-            }
-            for (has_mark, marks) in [
-                (&mut self.has_break, &mut rows.breaks),
-                (&mut self.has_header, &mut rows.headers),
-            ] {
-                if std::mem::take(has_mark) && marks.first() != Some(&0) {
-                    marks.insert(0, 0);
-                }
-            }
-        }
-        self.blanks += later.blanks;
-        self.has_break |= later.has_break;
-        self.has_header |= later.has_header;
+    fn append(&mut self, later: Parser) {
         self.line_number = later.line_number;
-        let rows = later.take();
-        self.rows.text.append(&rows.text);
-        self.rows.append(rows);
+        self.rows.append(later.rows);
     }
 
     fn read_line(&mut self, line: &str) -> Result<(), Error> {
@@ -274,7 +204,7 @@ impl Parser {
             return Ok(Some(Reason::Metadata));
         }
         if is_blank(line) {
-            self.blanks += 1;
+            self.rows.add_blanks(self.rows(), 1);
             return Ok(Some(Reason::Blank));
         }
         if is_comment(line) {
@@ -288,7 +218,7 @@ impl Parser {
         match reason.and_then(|_| Header::is_repeated(line, dialect, &self.format)) {
             None => Ok(reason),
             Some(true) => {
-                self.has_header = true;
+                mark(&mut self.rows.headers, self.rows.lines.len());
                 Ok(Some(Reason::RepeatedHeader))
             }
             Some(false) => {
@@ -302,7 +232,7 @@ impl Parser {
     fn read_comment(&mut self, line: &str) -> Result<Reason, Error> {
         let text = uncommented(line);
         if text.starts_with("gap:") {
-            self.has_break = true;
+            mark(&mut self.rows.breaks, self.rows.lines.len());
             return Ok(Reason::NamedGap);
         }
         if text.starts_with("rejected:") {
@@ -388,7 +318,8 @@ impl Parser {
             let columns = self.rows.columns.iter_mut();
             columns.for_each(|column| column.push(f64::NAN));
         } else {
-            self.blanks = 0;
+            let row = self.rows();
+            self.rows.blanks.pop_if(|(before, _)| *before == row);
         }
         self.place = Some(sentence.place);
         for (slot, number) in sentence.numbers {
@@ -402,17 +333,6 @@ impl Parser {
     }
 
     fn begin_row(&mut self) {
-        let row = self.rows.rows();
-        if std::mem::take(&mut self.has_break) {
-            self.rows.breaks.push(row);
-        }
-        if std::mem::take(&mut self.has_header) {
-            self.rows.headers.push(row);
-        }
-        let blanks = std::mem::take(&mut self.blanks);
-        if blanks > 0 {
-            self.rows.blanks.push((row, blanks));
-        }
         let line = u32::try_from(self.line_number).unwrap_or(u32::MAX);
         self.rows.lines.push(line);
     }

@@ -15,8 +15,9 @@ use super::format::Format;
 use super::names::sensor_of_file;
 use super::rows::Rows;
 use crate::error::Error;
+use crate::judge::shows_gravity;
 use crate::role::Role;
-use behaviour::{Axes, Gravity};
+use behaviour::{Axes, answers};
 pub(crate) use errors::sensor_unknown;
 use errors::{columns_unknown, no_accelerometer, no_gyroscope};
 
@@ -79,18 +80,17 @@ fn choose_sensors(
     // Names tell sensors apart that stand side by side.
     let are_named = !format.names.is_empty() && format.sensor.is_none();
     let values = |axes: &[usize; 3]| -> Axes<'_> { axes.map(|c| sample.columns[c].as_slice()) };
-    let gravity = |axes: &[usize; 3]| Gravity::of(values(axes));
+    let is_force = |axes: &[usize; 3]| shows_gravity(values(axes));
     let linear = named::take_linear(&format.columns, &mut accel);
-    let shows_none = |accel: &[[usize; 3]]| !accel.iter().any(|axes| gravity(axes).is_shown);
+    let shows_none = |accel: &[[usize; 3]]| !accel.iter().any(is_force);
     let is_given = accel.iter().flatten().any(|c| format.columns[*c].is_given);
     if are_named && !is_given && format.options.sensor.is_none() && shows_none(&accel) {
         if let Some((linear, gravity)) = named::parts(format, &accel) {
             format.added = Some(gravity);
             accel = vec![linear];
         } else {
-            let shows_gravity = |axes: &[usize; 3]| gravity(axes).is_shown;
             let mut others = named::other_triples(format).into_iter().chain(linear);
-            if let Some(other) = others.find(shows_gravity) {
+            if let Some(other) = others.find(is_force) {
                 accel.insert(0, other);
                 format.is_guessed = !accel.is_empty();
                 format.misfit = Some("the columns named so hold no gravity".to_owned());
@@ -104,7 +104,7 @@ fn choose_sensors(
         // `max_by_key` returns the last of equals.
         _ => (0..accel.len())
             .rev()
-            .max_by_key(|i| gravity(&accel[*i]))
+            .max_by_key(|i| (is_force(&accel[*i]), answers(values(&accel[*i]))))
             .unwrap_or(0),
     };
     let none = || no_accelerometer(!gyro.is_empty(), format, sample);

@@ -237,7 +237,7 @@ impl Rows {
         columns.iter().map(|c| &self.columns[*c][..]).collect()
     }
 
-    /// Adds the rows that follow, without their text.
+    /// Adds the rows that follow.
     pub(crate) fn append(&mut self, mut later: Rows) {
         let (rows, later_rows) = (self.rows(), later.rows());
         later.renumber_words(&mut self.words);
@@ -252,12 +252,36 @@ impl Rows {
             }
         }
         append(&mut self.lines, &mut later.lines);
-        self.breaks.extend(later.breaks.iter().map(|b| b + rows));
-        self.blanks
-            .extend(later.blanks.iter().map(|(row, n)| (row + rows, *n)));
-        self.headers.extend(later.headers.iter().map(|b| b + rows));
+        for row in later.breaks {
+            mark(&mut self.breaks, row + rows);
+        }
+        for row in later.headers {
+            mark(&mut self.headers, row + rows);
+        }
+        for (row, lines) in later.blanks {
+            self.add_blanks(row + rows, lines);
+        }
+        self.text.append(&later.text);
         self.nul_lines.append(&later.nul_lines);
         self.ledger.append(later.ledger);
+    }
+
+    /// Adds blank lines before a row.
+    pub(crate) fn add_blanks(&mut self, row: usize, lines: usize) {
+        match self.blanks.last_mut() {
+            Some((last, count)) if *last == row => *count += lines,
+            _ => self.blanks.push((row, lines)),
+        }
+    }
+
+    /// Moves the marks behind the last row to the rows that follow.
+    pub(crate) fn take_marks(&mut self, next: &mut Rows) {
+        let end = self.rows();
+        let take = |marks: &mut Vec<usize>| marks.pop_if(|row| *row == end).map(|_| 0);
+        next.breaks.extend(take(&mut self.breaks));
+        next.headers.extend(take(&mut self.headers));
+        let blanks = self.blanks.pop_if(|(row, _)| *row == end);
+        next.blanks.extend(blanks.map(|(_, lines)| (0, lines)));
     }
 
     /// Gives the words of text the numbers that they have among others, which get the new ones.
@@ -286,15 +310,12 @@ impl Rows {
 
     /// Forgets the other rows, but not the lines set aside.
     pub(crate) fn crop(&mut self, rows: Range<usize>) {
-        // In place: a copy would take as much again.
-        fn cut<T>(values: &mut Vec<T>, rows: &Range<usize>) {
-            values.truncate(rows.end);
-            values.drain(..rows.start.min(values.len()));
-        }
-        self.columns.iter_mut().for_each(|c| cut(c, &rows));
-        self.texts.iter_mut().for_each(|t| cut(t, &rows));
-        cut(&mut self.lines, &rows);
-        self.move_marks(|row| rows.contains(&row).then(|| row - rows.start));
+        let slice = self.slice(rows);
+        *self = Rows {
+            nul_lines: std::mem::take(&mut self.nul_lines),
+            ledger: std::mem::take(&mut self.ledger),
+            ..slice
+        };
         self.ledger.lines = self.rows() + self.ledger.total();
     }
 
@@ -360,6 +381,13 @@ impl Rows {
     /// Whether most cells of a column are text.
     pub(crate) fn is_text(&self, column: usize) -> bool {
         self.texts[column].iter().filter(|t| **t > 0).count() * 2 > self.rows()
+    }
+}
+
+/// Marks a row, once.
+pub(crate) fn mark(marks: &mut Vec<usize>, row: usize) {
+    if marks.last() != Some(&row) {
+        marks.push(row);
     }
 }
 

@@ -9,7 +9,7 @@ use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
-use super::words::{Heading, Sentences};
+use super::words::Sentences;
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
@@ -77,7 +77,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     let (line_end, lines) = split_lines(head);
     let with_roles = |format: Format| format.with_roles(head, file_name, options);
     let table = Format::table(&lines, line_end, true);
-    let is_axis = |column: &Column| matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+    let is_axis = |column: &Column| column.is_accel() || column.is_gyro();
     let names_axes = table.iter().flat_map(|t| &t.columns).any(is_axis);
     let table = table
         .ok_or_else(|| no_table(head, NO_ROWS))
@@ -92,27 +92,22 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
                 unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
             })
         });
-    // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
-    let is_told = |column: &Column| is_axis(column) && !column.is_given;
-    let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
-    let is_better = |sentences: &Format| match &table {
-        // A table has no stamps where they are on lines of their own.
-        Ok((table, is_wordy)) => {
-            let has_more = !sentences.is_guessed || has_clock(sentences) && !has_clock(table);
-            *is_wordy || table.is_guessed && has_more
-        }
-        Err(_) => true,
+    let (is_wordy, is_guessed) = match &table {
+        Ok((format, is_wordy)) => (*is_wordy, format.is_guessed),
+        Err(_) => (true, true),
     };
-    let may_be_sentences = match &table {
-        Ok((table, is_wordy)) => *is_wordy || table.is_guessed,
-        Err(_) => true,
-    };
-    if may_be_sentences
-        && let Some(Ok((format, _))) = Format::sentences(&lines, line_end).map(with_roles)
-        && is_better(&format)
-        && (!names_axes || is_told(&format.columns[format.accel[0]]))
+    if (is_wordy || is_guessed)
+        && let Some(Ok((sentences, _))) = Format::sentences(&lines, line_end).map(with_roles)
     {
-        return Ok(format);
+        let has_clock = |format: &Format| format.columns.iter().any(|c| c.role == Role::Time);
+        // A table has no stamps where they are on lines of their own.
+        let has_more = has_clock(&sentences) && !table.as_ref().is_ok_and(|t| has_clock(&t.0));
+        // Where a header names axes, words have to name them, too: numbers alone may be those of a date.
+        let x = &sentences.columns[sentences.accel[0]];
+        let is_told = is_axis(x) && !x.is_given;
+        if (is_wordy || !sentences.is_guessed || has_more) && (!names_axes || is_told) {
+            return Ok(sentences);
+        }
     }
     table.map(|(format, _)| format)
 }
@@ -214,7 +209,7 @@ impl Format {
     /// The format of a table; its columns may be named by a comment or not.
     fn table(lines: &[&str], line_end: u8, is_named_by_comment: bool) -> Option<Self> {
         let head = &lines[..lines.len().min(DIALECT_LINES)];
-        let mut dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
+        let dialect = Dialect::sniff(head).or_else(|| Dialect::sniff(lines))?;
         let measured = lines.iter().position(|l| dialect.is_row(l))?;
         let head_lines = Header::first_row(&lines[..measured], dialect).unwrap_or(measured);
         let above = &lines[..head_lines];
@@ -224,17 +219,6 @@ impl Format {
             header = Header::default();
         }
         let first_row: Vec<&str> = fields(lines[measured], dialect.delimiter).collect();
-        let is_dated = |cell: &&str| cell.contains(':') || parse_date(cell, false).is_some();
-        let is_dated: Vec<bool> = first_row.iter().map(is_dated).collect();
-        let day_first = metadata::is_day_first(above);
-        let day_first = day_first.or_else(|| {
-            let mut columns = (0..is_dated.len()).filter(|c| is_dated[*c]);
-            columns.find_map(|c| {
-                let rows = lines[measured..].iter();
-                date::is_day_first(rows.filter_map(|l| fields(l, dialect.delimiter).nth(c)))
-            })
-        });
-        dialect.day_first = day_first == Some(true);
         let mut misfit = None;
         if header.names.is_empty() {
             header.names = known_names(above, &first_row);
@@ -248,27 +232,30 @@ impl Format {
                 column.unit = unit.to_lowercase();
             }
         }
-        for (column, is_dated) in format.columns.iter_mut().zip(is_dated) {
-            column.is_dated = is_dated;
+        for (column, cell) in format.columns.iter_mut().zip(&first_row) {
+            column.is_dated = cell.contains(':') || parse_date(cell, false).is_some();
         }
+        let is_day_first = metadata::is_day_first(above).or_else(|| {
+            let mut dated = (0..dialect.fields).filter(|c| format.columns[*c].is_dated);
+            dated.find_map(|c| {
+                let rows = lines[measured..].iter();
+                date::is_day_first(rows.filter_map(|l| fields(l, dialect.delimiter).nth(c)))
+            })
+        });
+        format.dialect.day_first = is_day_first == Some(true);
         Some(format.with_head(lines, head_lines))
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
         let sentences = Sentences::sniff(lines)?;
-        let head_lines = sentences.first_line(lines)?;
-        let mut names = sentences.names(lines);
+        let (head_lines, texts) = sentences.sample(lines)?;
+        let mut names = sentences.names(&lines[..head_lines], &texts);
         if names.iter().all(String::is_empty) {
             names.clear();
         }
         let mut format = Format::new(Dialect::of_commas(sentences.slots), line_end, names);
-        let mut heading = Heading::default();
-        let rows = lines
-            .iter()
-            .filter_map(|line| sentences.parse(line, &mut heading));
-        let first_row = rows.take(1 + sentences.last_place());
-        for (slot, number) in first_row.flat_map(|s| s.numbers) {
-            format.columns[slot].is_dated = number.contains(':');
+        for (column, texts) in format.columns.iter_mut().zip(&texts) {
+            column.is_dated = texts.first().is_some_and(|text| text.contains(':'));
         }
         format.sentences = Some(sentences);
         Some(format.with_head(lines, head_lines))
@@ -307,7 +294,7 @@ impl Format {
         // Names of other quantities, constants and counts of rows are known for what they are.
         let is_open = |c: &usize| {
             let (column, values) = (&self.columns[*c], &sample.columns[*c]);
-            let is_sensor = matches!(column.role, Role::Accel(_) | Role::Gyro(_));
+            let is_sensor = column.is_accel() || column.is_gyro();
             let is_told = is_asked(*c) || is_sensor || column.is_foreign || column.is_dropped;
             let changes = values.windows(2).any(|w| w[0] != w[1] && !w[0].is_nan());
             !is_told && changes && !sample.is_text(*c) && !roles::is_counter(values)

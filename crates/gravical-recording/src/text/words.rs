@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::names::{Column, axis, sensor, words};
 use super::number::parse_cell;
+use crate::judge::trend;
 use crate::role::Role;
 use crate::units::{is_listed, is_unit};
 
@@ -153,45 +154,43 @@ impl Sentences {
         })
     }
 
-    /// Names of the slots: by the words before them, else by a line above the rows.
-    pub(crate) fn names(&self, lines: &[&str]) -> Vec<String> {
-        let rising = self.rising(lines);
-        let mut names = Vec::new();
-        for (shape, slots) in &self.cycle {
-            names.extend(slot_names(shape, &rising[slots.clone()]));
+    /// Lines above the first that is a part of a row, and the texts of each slot in the first rows.
+    pub(crate) fn sample(&self, lines: &[&str]) -> Option<(usize, Vec<Vec<String>>)> {
+        let mut heading = Heading::default();
+        let (mut first, mut texts) = (None, vec![Vec::new(); self.slots]);
+        for (at, line) in lines.iter().enumerate() {
+            if let Some(sentence) = self.parse(line, &mut heading) {
+                first.get_or_insert(at);
+                for (slot, text) in sentence.numbers {
+                    texts[slot].push(text);
+                }
+            }
+            if texts[0].len() == RISING_ROWS {
+                break;
+            }
         }
-        let is_accel = |name: &String| matches!(Column::from_name(name).role, Role::Accel(_));
-        if names.iter().any(is_accel) {
-            return names;
-        }
-        let first = self.first_line(lines).unwrap_or(0);
-        let mut above = lines[..first].iter().rev();
+        Some((first?, texts))
+    }
+
+    /// Names of the slots, by the words before them, else by a line above the rows.
+    pub(crate) fn names(&self, above: &[&str], texts: &[Vec<String>]) -> Vec<String> {
+        let rising: Vec<bool> = texts.iter().map(|texts| is_rising(texts)).collect();
+        let cycle = self.cycle.iter();
+        let names = cycle.flat_map(|(shape, slots)| slot_names(shape, &rising[slots.clone()]));
+        let names: Vec<String> = names.collect();
+        let is_accel = |name: &String| Column::from_name(name).is_accel();
+        let mut above = above.iter().rev().filter(|_| !names.iter().any(is_accel));
         let header = above.find_map(|l| names_in_line(l, names.len()));
         header.unwrap_or(names)
     }
+}
 
-    /// The first line that is a part of a row.
-    pub(crate) fn first_line(&self, lines: &[&str]) -> Option<usize> {
-        let mut heading = Heading::default();
-        let mut lines = lines.iter();
-        lines.position(|line| self.parse(line, &mut heading).is_some())
-    }
-
-    /// Slots whose numbers never fall and rise often: clocks.
-    fn rising(&self, lines: &[&str]) -> Vec<bool> {
-        let mut columns = vec![Vec::new(); self.slots];
-        let lines = lines.iter().take(RISING_ROWS * self.cycle.len());
-        let mut heading = Heading::default();
-        let rows = lines.filter_map(|line| self.parse(line, &mut heading));
-        for (slot, number) in rows.flat_map(|s| s.numbers) {
-            columns[slot].extend(parse_cell(&number, false));
-        }
-        let is_rising = |v: &Vec<f64>| {
-            v.windows(2).all(|w| w[1] >= w[0])
-                && v.windows(2).filter(|w| w[1] > w[0]).count() * 10 >= v.len()
-        };
-        columns.iter().map(is_rising).collect()
-    }
+/// Whether numbers never fall and rise often, as those of a clock.
+fn is_rising(texts: &[String]) -> bool {
+    let values = texts.iter().filter_map(|text| parse_cell(text, false));
+    let values: Vec<f64> = values.collect();
+    let (rises, falls) = trend(&values);
+    falls == 0.0 && rises >= 0.1
 }
 
 /// Whether commas join numbers in pairs only, `ax=0,12; ay=…`, and no number has a point.
@@ -213,13 +212,15 @@ fn with_points(line: &str, decimal_comma: bool) -> Cow<'_, str> {
     if !decimal_comma || !line.contains(',') {
         return Cow::Borrowed(line);
     }
-    let bytes = line.as_bytes();
-    let is_digit = |i: usize| bytes.get(i).is_some_and(u8::is_ascii_digit);
-    let point = |(i, c): (usize, char)| {
-        let is_point = c == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1);
-        if is_point { '.' } else { c }
-    };
-    line.char_indices().map(point).collect::<String>().into()
+    let is_digit = |c: char| c.is_ascii_digit();
+    let mut pieces = line.split(',');
+    let mut out = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let is_point = out.ends_with(is_digit) && piece.starts_with(is_digit);
+        out.push(if is_point { '.' } else { ',' });
+        out.push_str(piece);
+    }
+    out.into()
 }
 
 /// A line above the rows whose last words (all, or all but the stamp's) name an accelerometer.
@@ -228,7 +229,7 @@ fn names_in_line(line: &str, slots: usize) -> Option<Vec<String>> {
     let words: Vec<&str> = words.filter(|w| !w.is_empty()).collect();
     [slots, slots - 1].into_iter().find_map(|count| {
         let names = &words[words.len().checked_sub(count)?..];
-        let is_accel = |w: &&&str| matches!(Column::from_name(w).role, Role::Accel(_));
+        let is_accel = |w: &&&str| Column::from_name(w).is_accel();
         let mut out = vec!["time".to_owned(); slots - count];
         out.extend(names.iter().map(|w| (*w).to_owned()));
         (names.iter().filter(is_accel).count() >= 3).then_some(out)
@@ -265,19 +266,18 @@ fn label(text: &str) -> String {
 /// force until their three axes are used up. A unit behind a slot holds for the slots before it
 /// that share its words.
 fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
-    let pieces: Vec<&str> = skeleton.split(SLOT).collect();
+    let pieces = skeleton.split(SLOT).enumerate();
+    let pieces: Vec<(&str, &str)> = pieces
+        .map(|(i, piece)| leading_unit(piece, i > 0))
+        .collect();
     let mut names = Vec::new();
-    let mut units = vec![String::new(); rising.len()];
     let mut groups = Vec::new();
     // Words in force, and how many axes of theirs are used up.
     let (mut heads, mut used, mut group) = (Vec::new(), 0, 0);
     // Groups of slots of which the words name an axis.
     let mut named_axes = Vec::new();
     for (slot, is_rising) in rising.iter().enumerate() {
-        let (unit, text) = leading_unit(pieces[slot], slot > 0);
-        if slot > 0 {
-            units[slot - 1] = unit.to_owned();
-        }
+        let text = pieces[slot].1;
         let mut words = label(last_clause(text));
         let lone_axis = axis(&words.to_lowercase());
         if let Some((head, clock)) = split_clock(text) {
@@ -314,15 +314,14 @@ fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
             *name = word.unwrap_or(name).to_owned();
         }
     }
-    if let Some(last) = units.last_mut() {
-        *last = leading_unit(pieces[rising.len()], true).0.to_owned();
-    }
-    for slot in (0..rising.len()).rev() {
-        if units[slot].is_empty() && groups.get(slot + 1) == Some(&groups[slot]) {
-            units[slot] = units[slot + 1].clone();
+    let mut unit = "";
+    for (slot, name) in names.iter_mut().enumerate().rev() {
+        let own = pieces[slot + 1].0;
+        if !own.is_empty() || groups.get(slot + 1) != Some(&groups[slot]) {
+            unit = own;
         }
-        if !units[slot].is_empty() && !names[slot].is_empty() && !names[slot].contains('(') {
-            names[slot] = format!("{} ({})", names[slot], units[slot]);
+        if !unit.is_empty() && !name.is_empty() && !name.contains('(') {
+            name.push_str(&format!(" ({unit})"));
         }
     }
     names
@@ -350,9 +349,11 @@ fn heads_of(label: &str) -> (Vec<String>, usize) {
 fn last_clause(text: &str) -> &str {
     let clause = text.trim_end_matches([':', '=', ' ', '"', '\'']);
     let clause = clause.rsplit(':').next().unwrap_or_default();
-    match Column::from_name(&label(clause)).role {
-        Role::Accel(_) | Role::Gyro(_) => clause,
-        _ => text,
+    let column = Column::from_name(&label(clause));
+    if column.is_accel() || column.is_gyro() {
+        clause
+    } else {
+        text
     }
 }
 
@@ -453,10 +454,9 @@ fn prefix(bytes: &[u8], is: impl Fn(&u8) -> bool) -> usize {
 /// Length of the number, or of the time of day with its date, that a text starts with.
 fn number_length(text: &str) -> Option<usize> {
     if let Some(rest) = text.strip_prefix('\u{2212}') {
-        let digits = fast_float2::parse_partial::<f64, _>(rest).ok()?;
-        return rest
-            .starts_with(|c: char| c.is_ascii_digit() || c == '.')
-            .then_some(text.len() - rest.len() + digits.1);
+        let is_number = rest.starts_with(|c: char| c.is_ascii_digit() || c == '.');
+        let length = is_number.then(|| number_length(rest)).flatten()?;
+        return Some(text.len() - rest.len() + length);
     }
     let bytes = text.as_bytes();
     if let Some(n) = time_length(bytes) {

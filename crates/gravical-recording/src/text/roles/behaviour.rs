@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use crate::judge::{median, shows_gravity};
+use gravical_core::matrix3::{dot, norm, sub, unit};
+
+use crate::judge::median;
 
 /// Rows of a block that is at rest or in motion.
 const BLOCK_ROWS: usize = 10;
@@ -20,96 +22,68 @@ const MAX_SHARE: f64 = 0.2;
 /// Three columns of the head.
 pub(super) type Axes<'a> = [&'a [f64]; 3];
 
-/// How good an accelerometer three columns are: the sensor answers, and shows gravity at rest.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub(super) struct Gravity {
-    pub answers: bool,
-    pub is_shown: bool,
-}
-
-impl Gravity {
-    pub(super) fn of(axes: Axes<'_>) -> Self {
-        let answers = axes
-            .iter()
-            .any(|c| c.iter().any(|v| *v != 0.0 && !v.is_nan()));
-        Gravity {
-            answers,
-            is_shown: answers && shows_gravity(axes),
-        }
-    }
+/// Whether the sensor answers at all.
+pub(super) fn answers(axes: Axes<'_>) -> bool {
+    let is_value = |v: &f64| *v != 0.0 && !v.is_nan();
+    axes.iter().any(|axis| axis.iter().any(is_value))
 }
 
 /// Whether three columns may be the angular rate of the sensor whose specific force others are: at rest
 /// it is the same in every pose. Angles and the magnetic field at rest differ from pose to pose.
 pub(super) fn may_be_rate(axes: Axes<'_>, accel: Axes<'_>) -> bool {
     let poses = poses(accel);
-    let means = |blocks: &Vec<Range<usize>>| {
-        let mean = |axis: &[f64]| median(blocks.iter().map(|rows| mean(&axis[rows.clone()])));
-        Some([mean(axes[0])?, mean(axes[1])?, mean(axes[2])?])
+    let pose_means = |blocks: &Vec<Range<usize>>| {
+        let means = |axis: &[f64]| median(blocks.iter().map(|rows| mean(&axis[rows.clone()])));
+        let [x, y, z] = axes.map(means);
+        Some([x?, y?, z?])
     };
-    let means: Vec<[f64; 3]> = poses.iter().filter_map(means).collect();
+    let means: Vec<[f64; 3]> = poses.iter().filter_map(pose_means).collect();
     if means.len() < MIN_POSES {
         return true;
     }
-    let blocks = poses.iter().flatten();
-    let deviation = |rows: &Range<usize>| {
-        let axes = axes.iter().map(|axis| variance(&axis[rows.clone()]));
-        axes.sum::<f64>().sqrt()
-    };
-    let noise = median(blocks.map(deviation)).unwrap_or(0.0);
-    let largest = axes.iter().flat_map(|axis| axis.iter());
-    let largest = largest
-        .filter(|v| v.is_finite())
-        .fold(0.0, |m: f64, v| m.max(v.abs()));
-    let first = means[0];
-    let far = means.iter().filter(|mean| {
-        let apart = distance(mean, &first);
+    let noise = median(poses.iter().flatten().map(|rows| deviation(axes, rows))).unwrap_or(0.0);
+    let values = axes.into_iter().flatten().filter(|v| v.is_finite());
+    let largest = values.fold(0.0, |m: f64, v| m.max(v.abs()));
+    let is_far = |mean: &&[f64; 3]| {
+        let apart = norm(&sub(mean, &means[0]));
         apart > MAX_DEVIATIONS * noise && apart > MAX_SHARE * largest
-    });
+    };
     // One other pose may be a turn.
-    far.count() + 1 < MIN_POSES
+    means.iter().filter(is_far).count() + 1 < MIN_POSES
 }
 
 /// Blocks at rest by the specific force, of each pose; none where its magnitude is not the same in all:
 /// then the sensor was in motion throughout.
 fn poses(accel: Axes<'_>) -> Vec<Vec<Range<usize>>> {
-    let rows = accel[0].len();
-    let blocks = (0..rows / BLOCK_ROWS).map(|b| BLOCK_ROWS * b..BLOCK_ROWS * (b + 1));
-    let variance = |rows: &Range<usize>| -> f64 {
-        accel.iter().map(|axis| variance(&axis[rows.clone()])).sum()
-    };
-    let mut blocks: Vec<(f64, Range<usize>)> = blocks.map(|rows| (variance(&rows), rows)).collect();
+    let blocks = (0..accel[0].len() / BLOCK_ROWS).map(|b| BLOCK_ROWS * b..BLOCK_ROWS * (b + 1));
+    let means = |rows: &Range<usize>| accel.map(|axis| mean(&axis[rows.clone()]));
+    let described = blocks.map(|rows| (deviation(accel, &rows), means(&rows), rows));
+    let mut blocks: Vec<(f64, [f64; 3], Range<usize>)> = described.collect();
     blocks.retain(|block| block.0.is_finite());
     blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
     // In half of the rows at least a session is at rest.
     blocks.truncate(blocks.len().div_ceil(2));
-    let norm = |rows: &Range<usize>| {
-        let means = accel.map(|axis| mean(&axis[rows.clone()]));
-        means.iter().map(|v| v * v).sum::<f64>().sqrt()
-    };
     let gravity = median(blocks.iter().map(|block| norm(&block.1))).unwrap_or(f64::NAN);
-    let off = blocks
-        .iter()
-        .map(|block| (norm(&block.1) / gravity - 1.0).abs());
-    if median(off).is_none_or(|off| off > MAX_OFF) {
+    let off = |block: &(f64, [f64; 3], _)| (norm(&block.1) / gravity - 1.0).abs();
+    if median(blocks.iter().map(off)).is_none_or(|off| off > MAX_OFF) {
         return Vec::new();
     }
     let mut poses: Vec<([f64; 3], Vec<Range<usize>>)> = Vec::new();
-    for (_, rows) in blocks {
-        let direction = accel.map(|axis| mean(&axis[rows.clone()]));
-        let norm = direction.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let direction = direction.map(|v| v / norm);
-        let is_same = |pose: &&mut ([f64; 3], Vec<Range<usize>>)| {
-            let cosine: f64 = pose.0.iter().zip(&direction).map(|(a, b)| a * b).sum();
-            cosine > ONE_POSE
-        };
-        match poses.iter_mut().find(is_same) {
+    for (_, mean, rows) in blocks {
+        let direction = unit(&mean);
+        let mut others = poses.iter_mut();
+        match others.find(|pose| dot(&pose.0, &direction) > ONE_POSE) {
             Some(pose) => pose.1.push(rows),
             None => poses.push((direction, vec![rows])),
         }
     }
     let poses = poses.into_iter().map(|pose| pose.1);
     poses.filter(|blocks| blocks.len() > 1).collect()
+}
+
+/// Standard deviation in some rows, over all axes.
+fn deviation(axes: Axes<'_>, rows: &Range<usize>) -> f64 {
+    norm(&axes.map(|axis| variance(&axis[rows.clone()]).sqrt()))
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -119,9 +93,4 @@ fn mean(values: &[f64]) -> f64 {
 fn variance(values: &[f64]) -> f64 {
     let mean = mean(values);
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len() as f64
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
-    squares.sum::<f64>().sqrt()
 }

@@ -17,24 +17,22 @@ pub(super) fn assign(format: &mut Format, sample: &Rows) {
     if format.has_no_clock {
         return;
     }
-    let is_given_clock = |c: &Column| c.is_given && c.role == Role::Time;
-    let names_clock = format.columns.iter().any(is_given_clock);
     let axes = format.channels();
-    for c in 0..format.columns.len() {
-        let column = &format.columns[c];
-        let is_open = !column.is_dropped && !column.is_given && !names_clock;
-        let is_clock = column.is_dated && !holds_days(&sample.columns[c]);
-        if is_clock && is_open && !axes.contains(&c) && !sample.is_text(c) {
-            format.columns[c].role = Role::Time;
+    if !format
+        .columns
+        .iter()
+        .any(|c| c.is_given && c.role == Role::Time)
+    {
+        for c in (0..format.columns.len()).filter(|c| !axes.contains(c) && !sample.is_text(*c)) {
+            let column = &mut format.columns[c];
+            let is_open = !column.is_dropped && !column.is_given;
+            if is_open && column.is_dated && !holds_days(&sample.columns[c]) {
+                column.role = Role::Time;
+            }
         }
-    }
-    if !names_clock {
         format.stamp_parts = find_parts(format, sample);
-        for part in format.stamp_parts.clone() {
-            let columns = part.columns();
-            columns
-                .iter()
-                .for_each(|c| format.columns[*c].role = Role::Time);
+        for c in format.stamp_parts.iter().flat_map(StampPart::columns) {
+            format.columns[*c].role = Role::Time;
         }
     }
     let is_clock = |c: &Column| matches!(c.role, Role::Time | Role::Step);
@@ -71,51 +69,54 @@ fn find_parts(format: &Format, sample: &Rows) -> Vec<StampPart> {
     if parts.is_empty() || !are_within(&StampPart::sum(&parts, sample), DAY_S) {
         return parts;
     }
-    let date = columns.clone().find_map(|c| {
-        let column = &format.columns[c];
-        let is_open = !column.is_dropped && matches!(column.role, Role::Time | Role::Other);
-        let is_named = || words(&format.names[c]).iter().any(|w| w == "date");
-        let is_compact = |v: &f64| v.is_nan() || compact_day_s(*v).is_some();
-        match () {
-            _ if !is_open => None,
-            _ if column.is_dated && holds_days(values(c)) => Some(StampPart::Unit(c, 1.0)),
-            _ if c < format.names.len() && is_named() && values(c).iter().all(is_compact) => {
-                Some(StampPart::CompactDay(c))
-            }
-            _ => None,
-        }
-    });
-    let date = year_month_day(format, sample).or(date);
-    parts.splice(0..0, date);
+    parts.splice(0..0, find_date(format, sample));
     if parts.len() > 1 { parts } else { Vec::new() }
 }
 
-/// Year, month and day in columns of these names.
-fn year_month_day(format: &Format, sample: &Rows) -> Option<StampPart> {
-    let find = |names: &str| {
-        let is_open = |c: &usize| {
-            let column = &format.columns[*c];
-            !column.is_dropped && matches!(column.role, Role::Time | Role::Other)
-        };
-        let has_name =
-            |c: &usize| matches!(&words(&format.names[*c])[..], [word] if is_listed(names, word));
-        let columns = 0..format.names.len();
-        columns.filter(is_open).find(has_name)
+/// The date in one column, or year, month and day in columns of these names.
+fn find_date(format: &Format, sample: &Rows) -> Option<StampPart> {
+    let is_open = |c: &usize| {
+        let column = &format.columns[*c];
+        !column.is_dropped && matches!(column.role, Role::Time | Role::Other)
     };
-    let day = StampPart::Day([find("year yyyy")?, find("month mon")?, find("day dd")?]);
-    let sums = StampPart::sum(&[day], sample);
-    sums.iter().any(|s| s.is_finite()).then_some(day)
+    let mut open = (0..format.columns.len()).filter(is_open);
+    let name = |c: usize| words(format.names.get(c).map_or("", String::as_str));
+    let find = |names: &str| {
+        let is_it = |c: &usize| matches!(&name(*c)[..], [word] if is_listed(names, word));
+        open.clone().find(is_it)
+    };
+    let columns = [find("year yyyy"), find("month mon"), find("day dd")];
+    if let [Some(year), Some(month), Some(day)] = columns {
+        let day = [StampPart::Day(vec![year, month, day])];
+        let sums = StampPart::sum(&day, sample);
+        if sums.iter().any(|s| s.is_finite()) {
+            return day.into_iter().next();
+        }
+    }
+    let is_compact = |v: &f64| v.is_nan() || compact_day_s(*v).is_some();
+    open.find_map(|c| {
+        let values = &sample.columns[c];
+        if format.columns[c].is_dated && holds_days(values) {
+            return Some(StampPart::Unit(c, 1.0));
+        }
+        let is_named = name(c).iter().any(|word| word == "date");
+        (is_named && values.iter().all(is_compact)).then(|| StampPart::Day(vec![c]))
+    })
+}
+
+/// Whether a column has values, and all are such.
+fn are_all(values: &[f64], is: impl Fn(f64) -> bool) -> bool {
+    let mut known = values.iter().filter(|v| v.is_finite()).peekable();
+    known.peek().is_some() && known.all(|v| is(*v))
 }
 
 /// Whether the dates of a column have no time of day.
 fn holds_days(values: &[f64]) -> bool {
-    let mut known = values.iter().filter(|v| v.is_finite()).peekable();
-    known.peek().is_some() && known.all(|v| *v >= DAY_S && v % DAY_S == 0.0)
+    are_all(values, |v| v >= DAY_S && v % DAY_S == 0.0)
 }
 
 fn are_within(values: &[f64], end: f64) -> bool {
-    let mut known = values.iter().filter(|v| v.is_finite()).peekable();
-    known.peek().is_some() && known.all(|v| (0.0..end).contains(v))
+    are_all(values, |v| (0.0..end).contains(&v))
 }
 
 /// Minutes and seconds in neighbouring columns, with hours before them or not, and a fraction behind
@@ -135,27 +136,18 @@ fn hours_to_seconds(format: &Format, sample: &Rows) -> Option<Vec<StampPart>> {
         let is_open = !axes.contains(&c) && !format.columns[c].is_dropped;
         (is_open && are_within(&sample.columns[c], end)).then_some(unit_s)
     };
-    let is_whole = |c: usize| {
-        sample.columns[c]
-            .iter()
-            .all(|v| v.is_nan() || v.fract() == 0.0)
-    };
+    let is_whole = |c: usize| are_all(&sample.columns[c], |v| v.fract() == 0.0);
     let has_unit = |c: usize, unit: f64| unit_s(c) == Some(unit);
     let minutes = (0..format.columns.len())
         .find(|c| has_unit(*c, 60.0) && is_whole(*c) && has_unit(c + 1, 1.0))?;
     let hours = minutes.checked_sub(1);
     let hours = hours.filter(|c| has_unit(*c, 3600.0) && is_whole(*c));
     let fraction = unit_s(minutes + 2).filter(|u| *u < 1.0 && is_whole(minutes + 1));
-    let ends = [
-        hours.map(|c| (c, 3600.0)),
-        Some((minutes, 60.0)),
-        Some((minutes + 1, 1.0)),
-    ];
-    let parts = ends.into_iter().flatten();
+    let hours = hours.map(|c| (c, 3600.0)).into_iter();
+    let parts = hours.chain([(minutes, 60.0), (minutes + 1, 1.0)]);
     let parts = parts.chain(fraction.map(|unit_s| (minutes + 2, unit_s)));
-    let parts: Vec<StampPart> = parts
-        .map(|(c, unit_s)| StampPart::Unit(c, unit_s))
-        .collect();
+    let parts = parts.map(|(c, unit_s)| StampPart::Unit(c, unit_s));
+    let parts: Vec<StampPart> = parts.collect();
     let (rises, falls) = trend(&StampPart::sum(&parts, sample));
     (falls <= 0.2 * rises).then_some(parts)
 }
@@ -169,24 +161,19 @@ fn second_and_fraction(format: &Format, sample: &Rows) -> Option<Vec<StampPart>>
     wholes.find_map(|whole| {
         let mut fractions = times().filter_map(|c| Some((c, unit_s(c).filter(|u| *u < 1.0)?)));
         fractions.find_map(|(below, unit_s)| {
-            let [seconds, fraction] = [whole, below].map(|c| sample.columns[c].as_slice());
             let parts = vec![StampPart::Unit(whole, 1.0), StampPart::Unit(below, unit_s)];
-            let sum = StampPart::sum(&parts, sample);
-            are_parts(seconds, fraction, unit_s, &sum).then_some(parts)
+            let ((rises, falls), (turns, _)) = (
+                trend(&StampPart::sum(&parts, sample)),
+                trend(&sample.columns[whole]),
+            );
+            // The sum rises. An independent clock falls where it begins again, and the duration of a
+            // loop at any time.
+            let is_sum = turns < 1.0 && rises >= 0.9 && falls <= 0.2 * turns;
+            let are_parts = are_all(&sample.columns[whole], |s| s.fract() == 0.0)
+                && are_within(&sample.columns[below], 1.0 / unit_s);
+            (is_sum && are_parts).then_some(parts)
         })
     })
-}
-
-/// Whether seconds and fraction add up: the sum rises. An independent clock falls where it begins again,
-/// and the duration of a loop at any time.
-fn are_parts(seconds: &[f64], fraction: &[f64], unit_s: f64, sum: &[f64]) -> bool {
-    let known = seconds.iter().zip(fraction);
-    let mut known = known.filter(|(s, f)| s.is_finite() && f.is_finite());
-    let ((rises, falls), (turns, _)) = (trend(sum), trend(seconds));
-    known.all(|(s, f)| s.fract() == 0.0 && (0.0..1.0).contains(&(f * unit_s)))
-        && turns < 1.0
-        && rises >= 0.9
-        && falls <= 0.2 * turns
 }
 
 /// Whether a column without a name rises as a clock or a counter does.

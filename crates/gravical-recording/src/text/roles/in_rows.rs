@@ -31,10 +31,13 @@ pub(super) fn find_column(format: &Format, sample: &Rows) -> Option<usize> {
         let counts = (0..16).map(|code| values.iter().filter(|v| **v == code).count());
         let counts: Vec<usize> = counts.filter(|count| *count > 0).collect();
         let kinds = counts.len();
+        if !(2..=8).contains(&kinds) {
+            return None;
+        }
         let is_near = |count: &usize| (*count * kinds).abs_diff(rows) * 5 <= rows;
         let is_even = rows >= MIN_TURNS * kinds && counts.iter().all(is_near);
         let changes = values.windows(2).filter(|w| w[0] != w[1]).count();
-        let takes_turns = (2..=8).contains(&kinds) && is_even && changes * 5 >= rows * 4;
+        let takes_turns = is_even && changes * 5 >= rows * 4;
         let is_named = || {
             let name = format.names.get(c);
             name.is_some_and(|n| words(n).iter().any(|w| is_listed(NAMES, w)))
@@ -51,8 +54,7 @@ pub(super) fn find_column(format: &Format, sample: &Rows) -> Option<usize> {
             let axes = 0..format.columns.len();
             let axes = axes.filter(|c| format.columns[*c].is_accel());
             let axes = sample.slices(&axes.collect::<Vec<_>>());
-            (2..=8).contains(&kinds)
-                && (is_text || is_named())
+            (is_text || is_named())
                 && counts.iter().all(|count| *count >= MIN_TURNS)
                 && changes * 5 >= rows
                 && rows == sample.rows()

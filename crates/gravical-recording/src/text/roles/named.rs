@@ -1,6 +1,7 @@
 //! Columns whose names, units or last letters tell them.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 
 use super::errors::sensor_unknown;
 use crate::error::Error;
@@ -22,7 +23,7 @@ pub(super) fn add_roles_from_units(format: &mut Format, file: Option<Role>, file
         .any(|c| c.is_accel() && !c.may_be_linear());
     let has_gyro = format.columns.iter().any(Column::is_gyro);
     for (column, name) in format.columns.iter_mut().zip(&format.names) {
-        if column.role != Role::Other || column.is_dropped {
+        if column.role != Role::Other || column.is_dropped || column.is_foreign {
             continue;
         }
         match role_from_unit(name, &column.unit, file) {
@@ -41,9 +42,8 @@ pub(super) fn add_body_rates(format: &mut Format) {
         let mut names = format.names.iter().zip(&format.columns);
         names.position(|(n, c)| words(n) == [name] && c.role == Role::Other && !c.is_dropped)
     };
-    let rates = ["p", "q", "r"].map(find);
     let has_accel = format.columns.iter().any(Column::is_accel) || format.options.is_gyroscope;
-    if let [Some(p), Some(q), Some(r)] = rates
+    if let [Some(p), Some(q), Some(r)] = ["p", "q", "r"].map(find)
         && has_accel
         && !format.columns.iter().any(Column::is_gyro)
     {
@@ -60,15 +60,22 @@ pub(super) fn triples(columns: &[Column], role: fn(usize) -> Role) -> Vec<[usize
     // Where the user names an axis, the others need not be of a sensor of that name.
     axes.sort_by_key(|(c, _)| !columns[*c].is_given);
     let any_given = axes.first().is_some_and(|(c, _)| columns[*c].is_given);
-    let mut sensors: HashMap<_, [Option<usize>; 3]> = HashMap::new();
-    for (c, axis) in axes {
+    let keyed = axes.into_iter().map(|(c, axis)| {
         let sensor = (&columns[c].sensor, columns[c].is_linear, &columns[c].unit);
-        let own = sensors.entry((!any_given).then_some(sensor)).or_default();
-        own[axis].get_or_insert(c);
+        ((!any_given).then_some(sensor), axis, c)
+    });
+    group_axes(keyed).into_iter().map(|group| group.1).collect()
+}
+
+/// What three axes have in common, and their columns, of keys, axes and columns.
+fn group_axes<K: Eq + Hash>(axes: impl Iterator<Item = (K, usize, usize)>) -> Vec<(K, [usize; 3])> {
+    let mut groups: HashMap<K, [Option<usize>; 3]> = HashMap::new();
+    for (key, axis, column) in axes {
+        groups.entry(key).or_default()[axis].get_or_insert(column);
     }
-    let complete = |axes: &[Option<usize>; 3]| Some([axes[0]?, axes[1]?, axes[2]?]);
-    let mut found: Vec<[usize; 3]> = sensors.values().filter_map(complete).collect();
-    found.sort_unstable();
+    let complete = |(key, [x, y, z]): (K, [Option<usize>; 3])| Some((key, [x?, y?, z?]));
+    let mut found: Vec<(K, [usize; 3])> = groups.into_iter().filter_map(complete).collect();
+    found.sort_unstable_by_key(|group| group.1);
     found
 }
 
@@ -107,28 +114,14 @@ pub(super) fn other_triples(format: &Format) -> Vec<[usize; 3]> {
 
 /// Columns whose names differ in a last word x, y, z alone, and what is common.
 fn axes_of_names(format: &Format) -> Vec<(String, [usize; 3])> {
-    let mut groups: Vec<(String, [Option<usize>; 3])> = Vec::new();
-    for (c, name) in format.names.iter().enumerate() {
-        let words = words(name);
-        let Some(at) = words.iter().rposition(|w| axis(w).is_some()) else {
-            continue;
-        };
-        let rest = words.iter().enumerate().filter(|(i, _)| *i != at);
-        let rest: Vec<&str> = rest.map(|(_, word)| word.as_str()).collect();
-        let rest = rest.join(" ");
-        let group = match groups.iter().position(|group| group.0 == rest) {
-            Some(group) => group,
-            None => {
-                groups.push((rest, [None; 3]));
-                groups.len() - 1
-            }
-        };
-        if let Some(axis) = axis(&words[at]) {
-            groups[group].1[axis].get_or_insert(c);
-        }
-    }
-    let complete = |(name, [x, y, z]): (String, [Option<usize>; 3])| Some((name, [x?, y?, z?]));
-    groups.into_iter().filter_map(complete).collect()
+    let names = format.names.iter().enumerate();
+    let axes = names.filter_map(|(c, name)| {
+        let mut words = words(name);
+        let at = words.iter().rposition(|w| axis(w).is_some())?;
+        let axis = axis(&words.remove(at))?;
+        Some((words.join(" "), axis, c))
+    });
+    group_axes(axes)
 }
 
 /// What the name of each sensor says beyond what all say; its number if that tells nothing.

@@ -1,10 +1,10 @@
 //! Columns without names: told by their numbers.
 
-use std::ops::Range;
+use gravical_core::matrix3::norm;
 
-use super::behaviour::{Axes, Gravity, may_be_rate};
+use super::behaviour::{Axes, may_be_rate};
 use super::clocks::{is_counter, rises};
-use crate::judge::{POSSIBLE_C, median, trend};
+use crate::judge::{POSSIBLE_C, median, shows_gravity, trend};
 use crate::role::Role;
 use crate::text::format::Format;
 use crate::text::rows::Rows;
@@ -36,16 +36,14 @@ pub(super) fn guess(
         .filter(|c| !is_text(*c) && is_clock(*c))
         .collect();
     let may_be_axis = |c: &usize| !is_text(*c) && !is_open(*c) && !clocks.contains(c);
-    let mut runs: Vec<Range<usize>> = Vec::new();
-    for c in (0..columns).filter(may_be_axis) {
-        match runs.last_mut() {
-            Some(run) if run.end == c => run.end += 1,
-            _ => runs.push(c..c + 1),
-        }
-    }
+    let columns: Vec<usize> = (0..columns).filter(may_be_axis).collect();
     // What stands alone is a number of the user, the session, the sensor.
-    runs.retain(|run| run.len() >= 3);
-    let axes: Vec<usize> = runs.into_iter().flatten().collect();
+    let runs = columns.chunk_by(|a, b| a + 1 == *b);
+    let axes: Vec<usize> = runs
+        .filter(|run| run.len() >= 3)
+        .flatten()
+        .copied()
+        .collect();
     for c in &clocks {
         let is_number = is_counter(values(*c));
         format.columns[*c].role = if is_number { Role::Other } else { Role::Time };
@@ -72,20 +70,16 @@ pub(super) fn guess(
         }
         _ => return None,
     }
-    let (first, second) = (triple(0)?, triple(3)?);
-    let shows = |axes| Gravity::of(sample_of(axes)).is_shown;
-    let is_first = match (shows(first), shows(second)) {
-        (a, b) if a != b => a,
-        _ => {
-            let spread = |axes| norm_spread(sample_of(axes)).unwrap_or(f64::MAX);
-            spread(first) <= spread(second)
-        }
+    let (mut accel, mut other) = (triple(0)?, triple(3)?);
+    let shows = |axes| shows_gravity(sample_of(axes));
+    let spread = |axes| norm_spread(sample_of(axes)).unwrap_or(f64::MAX);
+    let is_second = match (shows(accel), shows(other)) {
+        (first, second) if first != second => second,
+        _ => spread(other) < spread(accel),
     };
-    let (accel, other) = if is_first {
-        (first, second)
-    } else {
-        (second, first)
-    };
+    if is_second {
+        std::mem::swap(&mut accel, &mut other);
+    }
     let is_rate = |axes: &[usize; 3]| may_be_rate(sample_of(*axes), sample_of(accel));
     let gyro = [Some(other), triple(6)].into_iter().flatten().find(is_rate);
     Some((accel, gyro))
@@ -94,8 +88,7 @@ pub(super) fn guess(
 /// What a number beside an accelerometer is: its magnitude, the time since the row before, or its
 /// temperature.
 fn role_beside(values: &[f64], accel: Axes<'_>) -> Role {
-    let norm = |row: usize| accel.iter().map(|c| c[row] * c[row]).sum::<f64>().sqrt();
-    let off = |(row, v): (usize, &f64)| (v / norm(row) - 1.0).abs();
+    let off = |(row, v): (usize, &f64)| (v / norm(&accel.map(|c| c[row])) - 1.0).abs();
     let off = median(values.iter().enumerate().map(off));
     if off.is_some_and(|off| off < NORM_TOLERANCE) {
         return Role::Other;
@@ -130,8 +123,8 @@ fn spread(values: &[f64]) -> f64 {
 
 /// Median deviation of the magnitude from its median, as a share of it.
 fn norm_spread(axes: [&[f64]; 3]) -> Option<f64> {
-    let norm = |row: usize| axes.iter().map(|c| c[row].powi(2)).sum::<f64>().sqrt();
-    let norms: Vec<f64> = (0..axes[0].len()).map(norm).collect();
+    let norms = (0..axes[0].len()).map(|row| norm(&axes.map(|c| c[row])));
+    let norms: Vec<f64> = norms.collect();
     let middle = median(norms.iter().copied())?;
     Some(median(norms.iter().map(|x| (x - middle).abs()))? / middle)
 }
