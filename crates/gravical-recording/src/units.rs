@@ -202,7 +202,7 @@ pub(crate) fn is_celsius(text: &str) -> bool {
 /// True for the unit of any quantity that recorders measure, as in a row of units.
 pub(crate) fn is_unit(text: &str) -> bool {
     const OTHERS: &str = "ut µt μt mt nt gauss mgauss hpa pa kpa mbar v mv % ° m mm m/s hz nounits \
-        unitless n/a - localflux localfluxunits yyyy/mm/ddhh:mm:ss.sss";
+        unitless n/a - localflux localfluxunits kohms cal yyyy/mm/ddhh:mm:ss.sss";
     AccelUnit::parse(text).is_some()
         || GyroUnit::parse(text).is_some()
         || time_scale_s(text).is_some()

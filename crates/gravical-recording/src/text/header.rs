@@ -8,7 +8,7 @@ use super::names::Column;
 use super::number::parse_cell;
 use super::roles::is_counter;
 use crate::role::Role;
-use crate::units::{AccelUnit, GyroUnit, is_listed, is_unit};
+use crate::units::{AccelUnit, GyroUnit, is_unit};
 
 /// Rows by which a column without a name is told.
 const ROWS: usize = 400;
@@ -190,7 +190,6 @@ fn header_fields(line: &str, dialect: Dialect) -> Option<Vec<String>> {
 }
 
 fn is_row_of_units(parts: &[String]) -> bool {
-    const OTHERS: &str = "CAL mV kPa n/a uT uS kOhms local_flux no_units";
-    let is_known = |u: &&String| u.is_empty() || is_unit(u) || is_listed(OTHERS, u);
+    let is_known = |u: &&String| u.is_empty() || is_unit(u);
     parts.iter().filter(is_known).count() * 10 >= parts.len() * 7
 }

@@ -12,19 +12,11 @@ pub(crate) fn parse_cell(field: &str, decimal_comma: bool) -> Option<f64> {
 
 /// The same without dates.
 pub(crate) fn parse_number(field: &str, decimal_comma: bool) -> Option<f64> {
-    if let Ok(value) = fast_float2::parse::<f64, _>(field) {
-        return Some(finite(value));
-    }
-    if is_missing(field) {
-        return Some(f64::NAN);
-    }
-    if let Some(text) = with_point(field, decimal_comma)
-        && let Ok(value) = fast_float2::parse::<f64, _>(text)
-    {
-        return Some(finite(value));
-    }
-    let rest = field.strip_prefix('\u{2212}')?;
-    fast_float2::parse::<f64, _>(rest).ok().map(|v| -finite(v))
+    let parse = |text: &str| fast_float2::parse::<f64, _>(text).ok().map(finite);
+    let missing = || is_missing(field).then_some(f64::NAN);
+    let pointed = || with_point(field, decimal_comma).and_then(|text| parse(&text));
+    let number = parse(field).or_else(missing).or_else(pointed);
+    number.or_else(|| Some(-parse(field.strip_prefix('\u{2212}')?)?))
 }
 
 const POWERS: [f64; 16] = [

@@ -36,22 +36,19 @@ pub(crate) fn no_rows(text: impl Into<String>) -> Error {
 /// `no-rows` for a text without a table of samples; `what` is there instead.
 pub(crate) fn no_table(head: &str, what: &str) -> Error {
     let head = head.trim_start_matches('\u{feff}').trim_start();
-    no_rows(match head.chars().next() {
-        Some('{' | '[') => {
-            let text = "this is JSON; no table of samples was found in it";
-            return Error::input("no-rows", text).with_hint(
-                "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name, and `jq -r '[.t, .ax, .ay, .az] | transpose[] | @csv'` a list for each quantity",
-            );
-        }
-        Some('<') => "this is HTML or XML; no table of samples was found in it".to_owned(),
-        _ if has_one_number_a_line(head) => {
-            let text = "no table of samples was found: one number a line";
-            return Error::input("no-rows", text).with_hint(
-                "`grep . FILE | paste -d, - - - > rows.csv` joins three lines to a row; give as many - as a row has numbers",
-            );
-        }
-        _ => format!("no table of samples was found: {what}"),
-    })
+    let (text, hint) = match head.chars().next() {
+        Some('{' | '[') => (
+            "this is JSON; no table of samples was found in it",
+            "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name, and `jq -r '[.t, .ax, .ay, .az] | transpose[] | @csv'` a list for each quantity",
+        ),
+        Some('<') => return no_rows("this is HTML or XML; no table of samples was found in it"),
+        _ if has_one_number_a_line(head) => (
+            "no table of samples was found: one number a line",
+            "`grep . FILE | paste -d, - - - > rows.csv` joins three lines to a row; give as many - as a row has numbers",
+        ),
+        _ => return no_rows(format!("no table of samples was found: {what}")),
+    };
+    Error::input("no-rows", text).with_hint(hint)
 }
 
 /// Whether most lines are nothing but a number.
@@ -151,8 +148,7 @@ fn ros_imu() -> Vec<String> {
 fn known_names(above: &[&str], first_row: &[&str]) -> Vec<String> {
     const GENEACTIV: &str = "time,x (g),y (g),z (g),light (lux),button,temperature (C)";
     let is_geneactiv = above.iter().any(|line| {
-        let mut words = line.split(|c: char| !c.is_alphanumeric());
-        line.starts_with("Device Type") && words.any(|w| w.eq_ignore_ascii_case("geneactiv"))
+        line.starts_with("Device Type") && names::words(line).iter().any(|w| w == "geneactiv")
     });
     let names_frame = first_row.get(2).is_some_and(|f| f.parse::<f64>().is_err());
     match first_row.len() {
