@@ -356,16 +356,14 @@ impl Opened {
             .map(|row| value(&recording.time_s, row));
         let since_start_s = recording.clock.start_s.unwrap_or(f64::NAN) - self.start_s;
         let shift_s = known_s.map_or(since_start_s, |known_s| last_s - known_s);
+        let gyro = recording.gyro.as_ref();
         let sample = |row: usize| Sample {
             row: self.returned + row - first,
             line: recording.lines[row],
             time_s: value(&recording.time_s, row) + shift_s,
             is_break: recording.breaks.binary_search(&row).is_ok(),
             accel: recording.accel_at(row),
-            gyro: match &recording.gyro {
-                Some(axes) => axes.each_ref().map(|c| c[row]),
-                None => [f64::NAN; 3],
-            },
+            gyro: gyro.map_or([f64::NAN; 3], |axes| axes.each_ref().map(|c| c[row])),
             temperature_c: value(&recording.temperature_c, row),
         };
         let samples: Vec<Sample> = (first..recording.rows()).map(sample).collect();

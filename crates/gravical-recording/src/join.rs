@@ -223,7 +223,19 @@ fn by_stamps(
     let uncovered: LineSpans = uncovered.map(|row| recording.line(row)).collect();
     let rows = times_s.len() as u64;
     if uncovered.count() == rows {
-        return Err(no_overlap(recording, gyro));
+        let [of_accel, of_gyro] = [recording, gyro].map(|r| {
+            let start_s = r.clock.start_s.unwrap_or(f64::NAN);
+            let end_s = start_s + r.clock.duration_s.unwrap_or(f64::NAN);
+            format!("from {start_s:.3} to {end_s:.3} s")
+        });
+        let text = format!(
+            "the two files have no time in common: {} runs {of_accel}, this one {of_gyro}",
+            recording.name
+        );
+        let error = Error::input("gyro-overlap", text).at(gyro.name.as_ref(), None);
+        let hint =
+            "give the two files of one recording, stamped by one clock, or the time unit of both";
+        return Err(error.with_hint(hint).advise("time_unit", ""));
     }
     let finding = (!uncovered.is_empty()).then(|| {
         let text = format!(
@@ -236,22 +248,4 @@ fn by_stamps(
         finding.at_lines(&uncovered).in_file(&recording.name)
     });
     Ok((joined, finding))
-}
-
-fn no_overlap(recording: &Recording, gyro: &Recording) -> Error {
-    let span = |r: &Recording| {
-        let start_s = r.clock.start_s.unwrap_or(f64::NAN);
-        let end_s = start_s + r.clock.duration_s.unwrap_or(f64::NAN);
-        format!("from {start_s:.3} to {end_s:.3} s")
-    };
-    let text = format!(
-        "the two files have no time in common: {} runs {}, this one {}",
-        recording.name,
-        span(recording),
-        span(gyro)
-    );
-    let hint =
-        "give the two files of one recording, stamped by one clock, or the time unit of both";
-    let error = Error::input("gyro-overlap", text).at(gyro.name.as_ref(), None);
-    error.with_hint(hint).advise("time_unit", "")
 }

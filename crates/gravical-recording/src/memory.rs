@@ -14,16 +14,12 @@ const DEFAULT_BYTES: u64 = 1 << 31;
 const ROW_BYTES: u64 = 4 + 8 + 7 * 8;
 
 /// Memory that a recording may take: its columns and samples together.
-pub(crate) struct Budget {
-    bytes: u64,
-}
+pub(crate) struct Budget(u64);
 
 impl Budget {
     /// Half of the memory of the machine, unless the options say less.
     pub(crate) fn new(options: &ReadOptions) -> Self {
-        Budget {
-            bytes: options.max_bytes.unwrap_or_else(max_bytes),
-        }
+        Budget(options.max_bytes.unwrap_or_else(max_bytes))
     }
 
     /// Refuses more rows than fit.
@@ -33,13 +29,13 @@ impl Budget {
     /// `too-large`.
     pub(crate) fn check_rows(&self, format: &Format, rows: usize) -> Result<()> {
         let columns = format.is_read.iter().filter(|is_read| **is_read);
-        let max_rows = self.bytes / (ROW_BYTES + 8 * columns.count() as u64);
+        let max_rows = self.0 / (ROW_BYTES + 8 * columns.count() as u64);
         if rows as u64 <= max_rows {
             return Ok(());
         }
         let text = format!(
             "the recording takes more than {:.1} GiB of memory, the share of this machine that it may take; {max_rows} lines fit",
-            self.bytes as f64 / (1_u64 << 30) as f64
+            self.0 as f64 / (1_u64 << 30) as f64
         );
         let hint = cut_hint(format.head_lines, max_rows as usize);
         Err(Error::input("too-large", text).with_hint(hint))

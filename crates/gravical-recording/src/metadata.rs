@@ -61,14 +61,12 @@ pub fn range_g(metadata: &[String]) -> Option<f64> {
         let line = line.to_lowercase();
         let words = words(&line);
         let foreign = |w: &&str| w.starts_with("gyro") || w.starts_with("mag");
-        let at = words
-            .iter()
-            .position(|w| *w == "range" || *w == "scale")
-            .filter(|_| !words.iter().any(foreign))?;
+        let at = words.iter().position(|w| is_listed("range scale", w))?;
         let (number, rest) = words[at + 1..].split_first()?;
         let has_unit = number.ends_with('g') || rest.first() == Some(&"g");
         let range: f64 = number.strip_suffix('g').unwrap_or(number).parse().ok()?;
-        (has_unit && RANGES_G.contains(&range)).then_some(range)
+        let is_ours = has_unit && !words.iter().any(foreign);
+        (is_ours && RANGES_G.contains(&range)).then_some(range)
     })
 }
 

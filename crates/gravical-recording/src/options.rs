@@ -186,16 +186,13 @@ impl FromStr for ColumnsSpec {
 }
 
 /// Refuses a channel that is named twice.
-fn check_once(roles: impl Iterator<Item = Role>) -> Result<()> {
-    let mut seen = Vec::new();
-    for role in roles.filter(|role| *role != Role::Other) {
-        if seen.contains(&role) {
-            let text = format!("{} is named twice", role.name(0));
-            return Err(Error::usage("columns-syntax", text));
-        }
-        seen.push(role);
-    }
-    Ok(())
+fn check_once(roles: impl Iterator<Item = Role> + Clone) -> Result<()> {
+    let count = |role: &Role| roles.clone().filter(|other| other == role).count();
+    let is_twice = |role: &Role| *role != Role::Other && count(role) > 1;
+    roles.clone().find(is_twice).map_or(Ok(()), |role| {
+        let text = format!("{} is named twice", role.name(0));
+        Err(Error::usage("columns-syntax", text))
+    })
 }
 
 /// The part that does not concern a gyroscope's separate file; `None` without such a part.

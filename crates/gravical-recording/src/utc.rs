@@ -31,10 +31,9 @@ pub struct UtcTime(jiff::Timestamp);
 impl UtcTime {
     /// The current time, or SOURCE_DATE_EPOCH.
     pub fn now() -> Self {
-        let epoch = std::env::var("SOURCE_DATE_EPOCH")
-            .ok()
-            .and_then(|s| s.trim().parse::<i64>().ok())
-            .and_then(|s| jiff::Timestamp::from_second(s).ok());
+        let epoch = std::env::var("SOURCE_DATE_EPOCH").ok();
+        let epoch = epoch.and_then(|s| s.trim().parse().ok());
+        let epoch = epoch.and_then(|s| jiff::Timestamp::from_second(s).ok());
         whole(epoch.unwrap_or_else(jiff::Timestamp::now))
     }
 

@@ -345,10 +345,8 @@ impl Times {
         let mut steps = Vec::with_capacity(self.time_s.len());
         let (mut stamped, mut pauses, mut paused) = (0, 0, 0.0);
         let mut before = f64::NAN;
-        for (row, t) in self.time_s.iter().enumerate() {
-            if !t.is_finite() {
-                continue;
-            }
+        let times = self.time_s.iter().enumerate();
+        for (row, t) in times.filter(|(_, t)| t.is_finite()) {
             let step = t - std::mem::replace(&mut before, *t);
             stamped += 1;
             self.duration_s = self.duration_s.max(*t);

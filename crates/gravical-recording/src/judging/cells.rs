@@ -59,11 +59,8 @@ impl Recording {
         let lacking = is_marked.iter().filter(|m| **m).count();
         let text = format!("{total} empty cells in {lacking} of {rows} rows ({parts}); {done}");
         // If cells are empty throughout the file, their lines are of no use.
-        let lines = self
-            .lines
-            .iter()
-            .zip(is_marked)
-            .filter(|(_, m)| *m && !is_sparse);
+        let lines = self.lines.iter().zip(is_marked);
+        let lines = lines.filter(|(_, is_marked)| *is_marked && !is_sparse);
         let lines = lines.map(|(line, _)| u64::from(*line)).collect();
         (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines))
     }

@@ -53,10 +53,9 @@ pub(super) fn of_columns(format: &Format) -> Vec<Finding> {
     if let [first, others @ ..] = &format.unnamed_clocks[..] {
         let clocks = format.unnamed_clocks.iter();
         let names: Vec<&str> = clocks.map(|c| name(format, *c)).collect();
-        let what = if others.is_empty() {
-            "rises steadily and is used as the time"
-        } else {
-            "rise steadily: each could be the time, and none is used"
+        let what = match others {
+            [] => "rises steadily and is used as the time",
+            _ => "rise steadily: each could be the time, and none is used",
         };
         let text = format!(
             "no column is named as the time; {} {what}; name the one that is",
