@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
-use std::collections::VecDeque;
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::num::NonZero;
-use std::{panic, thread};
+use std::sync::{Mutex, mpsc};
+use std::thread;
 
 use memchr::{memchr, memchr_iter};
 
@@ -52,42 +53,80 @@ impl Format {
     ) -> Result<Rows, Error> {
         let mut whole = Parser::new(self, copied);
         let mut blocks = LineBlocks::new(text, self.line_end);
+        let mut is_end = false;
+        // What is short is not worth a thread, and the lines of a row in sentences stay together.
+        while !is_end && (self.sentences.is_some() || whole.line_number == 0) {
+            match blocks.next(BLOCK_BYTES)? {
+                Some(lines) => whole.read(&lines)?,
+                None => is_end = true,
+            }
+            check(whole.rows())?;
+        }
+        if is_end {
+            return Ok(whole.take());
+        }
+        // The next block, its number, and the lines before it.
+        let source = Mutex::new((blocks, 0, whole.line_number));
+        let next = || -> Option<Result<Block, Error>> {
+            let mut source = source.lock().ok()?;
+            let (blocks, number, lines_before) = &mut *source;
+            let lines = match blocks.next(BLOCK_BYTES).transpose()? {
+                Ok(lines) => lines,
+                Err(error) => return Some(Err(error.into())),
+            };
+            let mut parser = Parser::new(self, copied);
+            parser.line_number = *lines_before;
+            *lines_before += memchr_iter(self.line_end, &lines).count();
+            *number += 1;
+            let number = *number - 1;
+            Some(Ok(Block {
+                number,
+                parser,
+                lines,
+            }))
+        };
         let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let (send, parsed) = mpsc::sync_channel(cores);
         thread::scope(|scope| {
-            let (mut parsing, mut lines_read) = (VecDeque::new(), 0);
-            loop {
-                let block = blocks.next(BLOCK_BYTES)?;
-                let waiting = if block.is_some() { cores } else { 0 };
-                match block {
-                    None if parsing.is_empty() => break,
-                    None => {}
-                    // What is short is not worth a thread, and the lines of a row in sentences stay together.
-                    Some(lines) if self.sentences.is_some() || whole.line_number == 0 => {
-                        whole.read(&lines)?;
-                        lines_read = whole.line_number;
+            for _ in 0..cores {
+                let (send, next) = (send.clone(), &next);
+                scope.spawn(move || {
+                    while let Some(block) = next() {
+                        // A fault in a block is one only if those before it have none.
+                        let parsed = block.map(|mut block| {
+                            let read = block.parser.read(&block.lines);
+                            (block.number, read.map(|()| block.parser))
+                        });
+                        // Nobody receives any longer once a block has failed.
+                        if send.send(parsed).is_err() {
+                            break;
+                        }
                     }
-                    Some(lines) => {
-                        let mut parser = Parser::new(self, copied);
-                        parser.line_number = lines_read;
-                        lines_read += memchr_iter(self.line_end, &lines).count();
-                        let read = move || parser.read(&lines).map(|()| parser);
-                        parsing.push_back(scope.spawn(read));
-                    }
-                }
-                // A fault in a block is one only if those before it have none.
-                while parsing.len() > waiting
-                    && let Some(block) = parsing.pop_front()
-                {
-                    let parser = block.join().unwrap_or_else(|e| panic::resume_unwind(e));
+                });
+            }
+            drop(send);
+            let (mut waiting, mut due) = (BTreeMap::new(), 0);
+            for block in parsed {
+                let (number, parser) = block?;
+                waiting.insert(number, parser);
+                while let Some(parser) = waiting.remove(&due) {
                     whole.append(parser?);
+                    check(whole.rows())?;
+                    due += 1;
                 }
-                check(whole.rows())?;
             }
             let mut rows = whole.take();
             rows.columns.iter_mut().for_each(Vec::shrink_to_fit);
             Ok(rows)
         })
     }
+}
+
+/// Lines that a thread parses.
+struct Block {
+    number: usize,
+    parser: Parser,
+    lines: Vec<u8>,
 }
 
 /// Lines on their way into rows.
