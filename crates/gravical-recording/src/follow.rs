@@ -92,8 +92,10 @@ struct Opened {
     rows: Rows,
     /// Rows that were returned.
     returned: usize,
-    /// Line of the last row that was judged, and its time, s.
-    last: (u32, f64),
+    /// Line of the last row that was judged.
+    last_line: u32,
+    /// Line and time, s, of the last one that has a time.
+    anchor: (u32, f64),
     /// The first time stamp, s.
     start_s: f64,
     /// Blank lines stand between rows without being breaks.
@@ -189,7 +191,8 @@ impl Follow {
             writes_blanks: !rows.blanks.is_empty() && recording.breaks.is_empty(),
             rows: Rows::default(),
             returned: 0,
-            last: (0, 0.0),
+            last_line: 0,
+            anchor: (0, 0.0),
             start_s: recording.clock.start_s.unwrap_or(f64::NAN),
             rate_hz: recording.clock.rate_hz(),
             lines: Vec::new(),
@@ -331,31 +334,44 @@ impl Opened {
         self.note_lines(&new);
         let has_new = new.rows() > 0;
         self.rows.append(new);
-        let known = self.rows.lines.partition_point(|line| *line <= self.last.0);
+        let known = self
+            .rows
+            .lines
+            .partition_point(|line| *line <= self.last_line);
         let mut tail = self
             .rows
             .slice(known.saturating_sub(TAIL_ROWS)..self.rows.rows());
         if self.writes_blanks {
             tail.blanks.clear();
         }
-        let judged = has_new.then(|| Recording::judge(&self.format, tail).ok());
-        // Rows of which none is a measurement are none of the samples; why, the whole recording says.
-        let samples = judged.flatten().map(|tail| self.samples(&tail));
+        let judged = has_new.then(|| Recording::judge(&self.format, tail));
+        let samples = match judged {
+            None => Vec::new(),
+            Some(Ok(tail)) => self.samples(&tail),
+            // Rows of which none is a measurement so far are judged with those that follow.
+            Some(Err(e)) if matches!(e.code(), "no-rows" | "no-values" | "all-zero") => Vec::new(),
+            // Of others the whole recording says why they are none of the samples.
+            Some(Err(_)) => {
+                self.last_line = self.rows.lines.last().copied().unwrap_or_default();
+                Vec::new()
+            }
+        };
         if self.rows.rows() / 2 > max_rows {
             self.rows.crop(self.rows.rows() - max_rows..usize::MAX);
         }
-        read.map(|()| samples.unwrap_or_default())
+        read.map(|()| samples)
     }
 
     /// The rows of a recording behind the last one.
     fn samples(&mut self, recording: &Recording) -> Vec<Sample> {
-        let (last_line, last_s) = self.last;
-        let first = recording.lines.partition_point(|line| *line <= last_line);
-        let known_s = first
-            .checked_sub(1)
-            .map(|row| value(&recording.time_s, row));
+        let is_known = |line: &u32| *line <= self.last_line;
+        let first = recording.lines.partition_point(is_known);
+        let (anchor, anchor_s) = self.anchor;
+        let known = recording.lines.binary_search(&anchor);
+        let known_s = known.map_or(f64::NAN, |row| value(&recording.time_s, row));
         let since_start_s = recording.clock.start_s.unwrap_or(f64::NAN) - self.start_s;
-        let shift_s = known_s.map_or(since_start_s, |known_s| last_s - known_s);
+        let shift_s = Some(anchor_s - known_s).filter(|s| s.is_finite());
+        let shift_s = shift_s.unwrap_or(since_start_s);
         let gyro = recording.gyro.as_ref();
         let sample = |row: usize| Sample {
             row: self.returned + row - first,
@@ -368,8 +384,9 @@ impl Opened {
         };
         let samples: Vec<Sample> = (first..recording.rows()).map(sample).collect();
         self.returned += samples.len();
-        if let Some(last) = samples.last() {
-            self.last = (last.line, last.time_s);
+        self.last_line = samples.last().map_or(self.last_line, |last| last.line);
+        if let Some(last) = samples.iter().rfind(|s| s.time_s.is_finite()) {
+            self.anchor = (last.line, last.time_s);
         }
         samples
     }

@@ -66,8 +66,12 @@ impl Recording {
         for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.units.resolution) {
             findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
         }
-        let accel_end = Clipping::of_accel(&self.units.accel);
         let gyro_end = self.units.gyro.as_ref().map(Clipping::of_gyro);
+        // In a file of its own the gyroscope is the first sensor.
+        let alone = gyro_end
+            .clone()
+            .filter(|_| self.format.options.is_gyroscope);
+        let accel_end = alone.unwrap_or_else(|| Clipping::of_accel(&self.units.accel));
         let ends = std::iter::repeat_n(accel_end, 3).chain(gyro_end.into_iter().cycle());
         let channels = self.accel.iter().chain(self.gyro.iter().flatten());
         for ((channel, name), mut clipping) in channels.clone().zip(names).zip(ends) {

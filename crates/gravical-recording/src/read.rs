@@ -82,6 +82,8 @@ pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Rec
 pub(crate) fn read_gyroscope(input: Input, name: &str, options: &ReadOptions) -> Result<Recording> {
     let options = ReadOptions {
         is_gyroscope: true,
+        // It is that of the accelerometer.
+        zero_offset: None,
         ..options.clone()
     };
     let mut read = read_input(input, name, &options, false)?;

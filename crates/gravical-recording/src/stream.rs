@@ -48,6 +48,8 @@ pub struct Stream {
     regular_blanks: usize,
     /// The account of the lines behind those by which it was judged.
     ledger: Ledger,
+    /// Lines among them that held NUL bytes.
+    nul_lines: LineSpans,
     input: Input,
 }
 
@@ -143,6 +145,7 @@ impl Stream {
             rest,
             regular_blanks,
             ledger: Ledger::default(),
+            nul_lines: LineSpans::default(),
             input,
         })
     }
@@ -197,10 +200,11 @@ impl Stream {
         add_gravity(format, &mut rows);
         let sensor = format.sensor.zip(read_as.sensor.as_ref());
         let channels = rows.slices(&format.channels());
+        let may_be_zero = format.columns[format.accel[0]].is_linear;
         let why_not = |row: usize| {
             let is_other =
                 |(column, label): (usize, &String)| cell_label(&rows, column, row) != *label;
-            let is_zero = || channels.iter().all(|c| c[row] == 0.0);
+            let is_zero = || !may_be_zero && channels.iter().all(|c| c[row] == 0.0);
             let other = sensor.is_some_and(is_other).then_some(Reason::OtherSensor);
             other.or_else(|| is_zero().then_some(Reason::Zeros))
         };
@@ -238,6 +242,7 @@ impl Stream {
         breaks.sort_unstable();
         breaks.dedup();
         self.ledger.append(std::mem::take(&mut rows.ledger));
+        self.nul_lines.append(&rows.nul_lines);
         Piece {
             text: rows.text,
             lines: rows.lines,
@@ -252,7 +257,7 @@ impl Stream {
     /// The recording with the account of all lines; to be called after the last piece.
     pub fn finish(mut self) -> Recording {
         let first_line = self.recording.ledger.lines + 1;
-        let mut findings = of_lines(&self.ledger, &LineSpans::default(), false);
+        let mut findings = of_lines(&self.ledger, &self.nul_lines, false);
         for finding in &mut findings {
             finding.message = format!("from line {first_line} on: {}", finding.message);
             finding.file = Some(self.recording.name.clone());

@@ -241,9 +241,12 @@ fn count_directions(readings: &[[f64; 3]], most: usize) -> usize {
 fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> bool {
     /// One row lies so far from the one before in a table without order.
     const JUMP_DEG: f64 = 10.0;
+    /// As many tell how far.
+    const MANY_ROWS: usize = 10_000;
     let rows = (0..recording.rows()).map(|row| recording.accel_at(row));
     let rows: Vec<[f64; 3]> = rows.filter(|u| u.iter().all(|v| v.is_finite())).collect();
-    let mut jumps: Vec<f64> = rows.windows(2).map(|w| angle_deg(w[0], w[1])).collect();
+    let some = rows.windows(2).step_by(1 + rows.len() / MANY_ROWS);
+    let mut jumps: Vec<f64> = some.map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
     let is_without_clock = hardly_static && recording.time_s.is_none();
     if jump <= JUMP_DEG && !(is_without_clock && jumps_on(&rows)) {

@@ -28,8 +28,7 @@ Examples:
   gravical apply cals/ ride.csv --sensor-id left-foot -o ride-calibrated.csv
   gravical apply cal.json rides/*.csv -o calibrated/
 
-Exit codes: 0 done, 3 bad input, 4 a later row contradicts the first ones, or
-one of many recordings failed")]
+Exit codes: 0 done, 3 bad input, 4 one of many recordings failed")]
 pub struct Args {
     /// File of `gravical calibrate` or imucal, or a folder
     #[arg(value_name = "CAL")]

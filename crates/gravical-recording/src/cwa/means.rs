@@ -33,13 +33,13 @@ pub fn read_means<R: Read>(
     max_samples: usize,
 ) -> Result<Recording, Error> {
     let mut head = Rows::new(format.columns.len());
-    while head.rows() < max_samples
+    while head.rows() <= max_samples
         && let Some(next) = samples.next()
     {
         head.append(next?);
         budget.check_rows(format, head.rows())?;
     }
-    if head.rows() < max_samples {
+    if head.rows() <= max_samples {
         return Recording::judge(format, head);
     }
     // Blocks name their nominal rate; the samples that are held tell the true one.

@@ -143,7 +143,12 @@ pub fn accel_unit(
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
-            let origin = claim.unit.map_or(Origin::Given, |_| Origin::Header);
+            let is_claimed = claim.unit == Some(AccelUnit::Counts);
+            let origin = if is_claimed {
+                Origin::Header
+            } else {
+                Origin::Given
+            };
             return AccelScale::new(AccelUnit::Counts, range_lsb, origin);
         }
         Evidence::None if !has_rest(accel) => {

@@ -33,7 +33,12 @@ impl Recording {
         }
         let sensors = [Some(&mut self.accel), self.gyro.as_mut()];
         let sensors = sensors.into_iter().flatten().zip(texts.chunks(3));
-        for ((axes, texts), distances) in sensors.zip([f64::INFINITY, GYRO_HELD]) {
+        let first = if self.format.options.is_gyroscope {
+            GYRO_HELD
+        } else {
+            f64::INFINITY
+        };
+        for ((axes, texts), distances) in sensors.zip([first, GYRO_HELD]) {
             if is_sparse(axes, texts) {
                 self.read_as.is_sparse = true;
                 let channels = axes.iter_mut().zip(texts);

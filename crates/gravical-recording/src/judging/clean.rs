@@ -1,6 +1,7 @@
 //! From the rows of a file to measurements of one sensor: timed, decoded, without rows that are not measurements.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::findings;
 use super::time::JudgedTime;
@@ -50,8 +51,10 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error>
     rows.columns.push(temperature_c.unwrap_or_default());
     let emptied = set_aside_defects(format, &mut rows);
     let accel = format.accel.map(|c| rows.columns[c].as_slice());
-    let is_given = options.zero_offset.is_some() || options.is_gyroscope;
-    read_as.encoding = Encoding::of(accel).filter(|_| !is_given);
+    // A rate is as often below as above the middle.
+    let is_possible = |e: &Encoding| !options.is_gyroscope || *e == Encoding::TwosComplement;
+    let encoding = Encoding::of(accel).filter(is_possible);
+    read_as.encoding = encoding.filter(|_| options.zero_offset.is_none());
     if let Some(encoding) = read_as.encoding {
         decode(format, &mut rows, encoding);
         let text = encoding.meaning();
@@ -305,7 +308,7 @@ fn set_aside_defects(format: &Format, rows: &mut Rows) -> Option<Finding> {
         rows.keep(&keep, Reason::Zeros);
         for run in judge::unread_runs(format.accel.map(|c| rows.columns[c].as_slice())) {
             for column in format.accel {
-                rows.columns[column][run.clone()].fill(f64::NAN);
+                empty_failed(rows, column, run.clone());
             }
             emptied.extend(rows.lines[run].iter().map(|l| u64::from(*l)));
         }
@@ -320,6 +323,14 @@ fn set_aside_defects(format: &Format, rows: &mut Rows) -> Option<Finding> {
     (!lines.is_empty()).then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines))
 }
 
+/// Empties cells that hold a failed reading: as in those of text no value before holds there.
+fn empty_failed(rows: &mut Rows, column: usize, cells: Range<usize>) {
+    let count = rows.rows();
+    rows.columns[column][cells.clone()].fill(f64::NAN);
+    rows.texts[column].resize(count, 0);
+    rows.texts[column][cells].fill(u8::MAX);
+}
+
 /// Lowest count of 16 bits, with which drivers mark a sample as invalid.
 const INVALID_COUNT: f64 = -32_768.0;
 /// No neighbour of an invalid sample is so near to the end of the range.
@@ -329,12 +340,12 @@ const NEAR_END: f64 = -30_000.0;
 fn empty_invalid_counts(format: &Format, rows: &mut Rows) -> usize {
     let mut count = 0;
     for column in format.channels() {
-        let values = &mut rows.columns[column];
-        for row in 0..values.len() {
+        for row in 0..rows.rows() {
+            let values = &rows.columns[column];
             let beside = [row.wrapping_sub(1), row + 1].map(|beside| values.get(beside));
             let is_ordinary = |v: &f64| *v > NEAR_END || v.is_nan();
             if values[row] == INVALID_COUNT && beside.into_iter().flatten().all(is_ordinary) {
-                values[row] = f64::NAN;
+                empty_failed(rows, column, row..row + 1);
                 count += 1;
             }
         }
