@@ -47,8 +47,7 @@ mod unusable;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
-pub use gravical_signal::resolutions;
-pub use gravical_signal::{Bridged, Samples};
+pub use gravical_signal::{Bridged, Samples, resolutions};
 pub use noise::NoiseAtRest;
 pub use odd::bridge_odd;
 pub use options::{

@@ -434,7 +434,7 @@ impl Application {
         for finding in &mut summary.findings {
             finding.file = Some(recording.name.clone());
         }
-        summary.description.clone_from(&recording.format.describe());
+        summary.description = recording.format.describe();
         summary.lines = recording.ledger.lines as u64;
         summary.rows = rows as u64;
         summary.set_aside = set_aside(&recording.ledger);

@@ -118,8 +118,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
         .collect();
     Inspection {
         file: recording.name.clone(),
-        description: recording.format.describe().clone(),
-        serial: recording.format.serial().clone(),
+        description: recording.format.describe(),
+        serial: recording.format.serial(),
         columns: recording.format.names.clone(),
         row_counts: LineCounts {
             lines: recording.ledger.lines as u64,

@@ -122,8 +122,16 @@ pub fn accel_unit(
         Evidence::Unit(unit, lsb) => return rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             units.is_without_gravity = true;
-            let text = "gravity was removed from this acceleration, but a calibration needs it; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
-            at_rest(norm, FindingKind::WithoutGravity, text, &[])
+            let advice = "a calibration needs gravity; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
+            if norm < MIN_GRAVITY || has_rest(accel) {
+                let text = format!("gravity was removed from this acceleration, but {advice}");
+                at_rest(norm, FindingKind::WithoutGravity, &text, &[])
+            } else {
+                let text = format!(
+                    "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {advice}"
+                );
+                Finding::new(FindingKind::WithoutGravity, text)
+            }
         }
         // A given range, or a claim for one of the matching units decides.
         Evidence::Ambiguous => match claim.unit {

@@ -259,3 +259,15 @@ fn units_are_not_told_by_coincidence_motion_or_invalid_samples() {
     assert!(!recording.findings.iter().any(is_clipped));
     assert!(recording.accel[0][7].is_nan());
 }
+
+/// Zeros of an accelerometer that was not read are no value that holds, however many they are.
+#[test]
+fn a_dead_accelerometer_is_no_rest() {
+    let text = table("ms,ax,ay,az,gx,gy,gz", |k, a| {
+        let row = if k % 90 < 30 { [0.0; 3] } else { a };
+        format!("{},{}.5,-0.3,0.2", plain(k, row), k % 7)
+    });
+    let recording = read(&text, "");
+    assert!(found(&recording, FindingKind::ZeroRows).count > 50);
+    assert!(recording.accel[2][95..115].iter().all(|v| v.is_nan()));
+}

@@ -235,7 +235,7 @@ fn timing<'a>(result: &MotionResult, recording: &Recording) -> Section<'a> {
         time += &format!("; {} rows skipped", result.rows_left_out);
     }
     Section::new("Timing and procedure")
-        .fact("read as", recording.format.describe().clone())
+        .fact("read as", recording.format.describe())
         .fact("unit", format!("accelerometer {unit} ({how}); {gyro}"))
         .fact("calibration", calibration)
         .fact("procedure", result.procedure.clone())

@@ -181,7 +181,7 @@ pub fn denoise_file(
         accel.into_iter().chain(gyro).collect()
     })?;
     summary.findings.extend(recording.findings.iter().cloned());
-    summary.description.clone_from(&recording.format.describe());
+    summary.description = recording.format.describe();
     Ok((summary, InputFile::of(std::slice::from_ref(&recording))))
 }
 
@@ -255,7 +255,7 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
     let unknown_gyro = gyro.filter(|scale| scale.nominal().is_none());
     Ok(DenoiseSummary {
         input: recording.name.clone(),
-        description: recording.format.describe().clone(),
+        description: recording.format.describe(),
         rows: recording.rows(),
         rate_hz,
         segments: grid.starts.len(),

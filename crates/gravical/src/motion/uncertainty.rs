@@ -148,10 +148,10 @@ impl GravityMisfit {
         let noise = noise.accel_n.into_iter().fold(0.0, f64::max);
         // The largest of many differences is larger by chance alone.
         let limit = (CONTRADICTS * CONTRADICTS + 2.0 * (rests.len().max(1) as f64).ln()).sqrt();
-        let (channels, t) = (samples, &samples.time_s);
+        let t = &samples.time_s;
         rests
             .map(|rest| {
-                let [x, y, z, ..] = channels.mean(rest);
+                let [x, y, z, ..] = samples.mean(rest);
                 let measured_mps2 = norm(&[x, y, z]);
                 let seconds = (t[rest.end - 1] - t[rest.start]).max(f64::MIN_POSITIVE);
                 let unstable = UNSTABLE * gravity_mps2;
