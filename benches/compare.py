@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CPU time and memory of `gravical apply` beside pandas and polars at the same work.
+"""CPU time, time by the clock and memory of `gravical apply` beside pandas and polars at the same work.
 
     cargo build --release
     python3 benches/compare.py [ROWS [RUNS]]         # 10^7 rows, 3 runs each
@@ -20,6 +20,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 GRAVICAL = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/gravical"
@@ -78,13 +79,14 @@ def write_calibration(path):
 
 
 def measure(command):
-    """CPU time in s and peak memory in MiB of a run."""
+    """CPU time and time by the clock in s, and peak memory in MiB of a run."""
+    begin = time.monotonic()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         sys.exit(f"{command[0]} ended with {process.returncode}")
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+    return usage.ru_utime + usage.ru_stime, time.monotonic() - begin, usage.ru_maxrss / 1024
 
 
 def main():
@@ -110,13 +112,14 @@ def main():
 
         first = None
         print(f"{os.cpu_count()} CPUs, load {os.getloadavg()[0]:.1f}; {rows} rows")
-        print("| program | CPU, s | times gravical | peak memory, MiB | apart by, m/s² |\n| --- | ---: | ---: | ---: | ---: |")
+        print("| program | CPU, s | times gravical | wall, s | peak memory, MiB | apart by, m/s² |")
+        print("| --- | ---: | ---: | ---: | ---: | ---: |")
         for name, path in outputs.items():
-            cpu, peak = (statistics.median(values) for values in zip(*results[name]))
+            cpu, wall, peak = (statistics.median(values) for values in zip(*results[name]))
             values = np.genfromtxt(path, delimiter=",", skip_header=1, max_rows=1000, usecols=(1, 2, 3), encoding="utf-8")
             first = (cpu, values) if first is None else first
             apart = np.abs(values - first[1]).max()
-            print(f"| {name} | {cpu:.2f} | {cpu / first[0]:.2f} | {peak:.0f} | {apart:.1e} |")
+            print(f"| {name} | {cpu:.2f} | {cpu / first[0]:.2f} | {wall:.2f} | {peak:.0f} | {apart:.1e} |")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 //! Every kind of finding: its name, how much it matters, what it means. What was done about it, and
-//! what the user should do, is in the tables of `docs/recording.md`; a test holds them together.
+//! what the user should do, is in the tables of `docs/recording.md`, whose names and severities a test holds to these.
 
 use std::fmt;
 
@@ -70,7 +70,7 @@ kinds! {
     ColumnsGuessed "columns-guessed" Warning "no header, or a header that does not fit the columns";
     ColumnsUnread "columns-unread" Note "columns of changing numbers that are used for nothing, whose names tell no other quantity";
     NotAnAccelerometer "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope";
-    SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `sensor_id`)";
+    SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `type`)";
     UnnamedClock "unnamed-clock" Warning "no column is named as time, and one or several increase steadily";
     WithoutGravity "without-gravity" Warning "at rest the acceleration is near zero, or the column is named linear and its magnitude is not gravity: the device has subtracted gravity";
     NoRecording "no-recording" Note "a file of the folder is not a recording: a text such as a licence, or other columns";
@@ -79,11 +79,11 @@ kinds! {
     GyroLeftOut "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match";
     GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
     GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
-    TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits; or the stated one gives an unlikely rate";
-    TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate";
+    TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits; or the stated one gives less than 0.9 Hz or more than 20 kHz";
+    TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate; or the header names a unit that is not known (`Time [frames]`)";
     FrozenTime "frozen-time" Warning "the time stamps never advance";
     AbsentTime "absent-time" Warning "some rows have no time stamp";
-    RestartedTime "restarted-time" Warning "the time stamps restart: the board was reset";
+    RestartedTime "restarted-time" Warning "the time stamps restart: the board was reset, or its clock set";
     BadStamps "bad-stamps" Warning "time stamps far off the line of their neighbours, or that run backwards";
     StampsUnread "stamps-unread" Warning "a column of time holds text that is no date; the message quotes the first";
     DuplicateTime "duplicate-time" Warning "time stamps repeat";
