@@ -120,11 +120,8 @@ impl Stream {
                 Some(Box::new(samples.map(|rows| Ok(rows?))))
             }
         };
-        let is_enough = |rows: &Rows| {
-            let channels = rows.slices(&format.channels());
-            rows.rows() >= head_rows && !judge::is_sparse(&channels)
-        };
-        while !is_enough(&rows)
+        let mut wanted = head_rows;
+        while rows.rows() < wanted
             && let Some(source) = &mut rest
         {
             match source.next().transpose()? {
@@ -134,6 +131,10 @@ impl Stream {
                     budget.check_rows(&format, rows.rows())?;
                 }
                 None => rest = None,
+            }
+            // A value that holds may hold in rows behind the head.
+            if rows.rows() >= wanted && judge::is_sparse(&rows.slices(&format.channels())) {
+                wanted = Self::WHOLE;
             }
         }
         let regular_blanks = judge::regular_blanks(&rows.blanks, rows.rows());
