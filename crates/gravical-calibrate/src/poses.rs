@@ -36,7 +36,7 @@ use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
 use face::{AxisMap, Claim, Face};
-use mean::{PoseNoise, pooled_noise, pose_mean};
+use mean::{PoseMean, PoseNoise, pooled_noise, pose_mean};
 use sections::Section;
 
 /// A reading further than this from every axis is no face, degrees.
@@ -309,17 +309,22 @@ pub(crate) fn measure_intervals(
     });
     let channels: Vec<[&[f64]; 3]> = held.iter().map(slices).collect();
     let noise = pooled_noise(&channels, coarsest, Recording::samples_per_row(recordings));
-    let measured = intervals.into_iter().zip(&held);
-    let mut poses: Vec<Pose> = measured
-        .map(|(interval, held)| pose(interval, held, &noise, recordings))
-        .collect();
-    let centre = gravical_fit::centre(poses.iter().map(|pose| &pose.mean));
-    for pose in &mut poses {
-        let (nearest, angle_deg) = Face::nearest(axes.to_case(sub(&pose.mean, &centre)));
-        pose.face = (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest);
-        pose.angle_deg = angle_deg;
+    let means = channels.iter().zip(&intervals).map(|(held, interval)| {
+        let rate_hz = recordings[interval.recording].working_rate_hz();
+        pose_mean(held, &noise, rate_hz, interval.is_found)
+    });
+    let means: Vec<PoseMean> = means.collect();
+    let centre = gravical_fit::centre(means.iter().map(|m| &m.mean));
+    let measured = intervals.into_iter().zip(means).zip(&held);
+    let poses = measured.map(|((interval, mean), held)| {
+        let seen = Face::nearest(axes.to_case(sub(&mean.mean, &centre)));
+        pose(interval, mean, seen, held, recordings)
+    });
+    Measured {
+        poses: poses.collect(),
+        held,
+        noise,
     }
-    Measured { poses, held, noise }
 }
 
 /// The channels of a sensor as slices.
@@ -360,13 +365,12 @@ fn without_spikes(
 
 fn pose(
     interval: Interval,
+    mean: PoseMean,
+    (nearest, angle_deg): (Face, f64),
     held: &[Vec<f64>; 3],
-    noise: &PoseNoise,
     recordings: &[Recording],
 ) -> Pose {
     let recording = &recordings[interval.recording];
-    let rate_hz = recording.working_rate_hz();
-    let mean = pose_mean(&slices(held), noise, rate_hz, interval.is_found);
     let clipped = held
         .iter()
         .map(|values| gravical_recording::full_scale::clipped_count(values, &recording.units.accel))
@@ -384,8 +388,8 @@ fn pose(
         standard_error: mean.standard_error,
         count: mean.rows,
         temperature_c: temperature_c.filter(|t| t.is_finite()),
-        face: None,
-        angle_deg: 0.0,
+        face: (angle_deg <= MAX_FACE_ANGLE_DEG).then_some(nearest),
+        angle_deg,
         claim: interval.claim,
         clipped,
         rows,

@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// Deviation from a sphere that scale and misalignment make, of its radius, rms.
 const MAX_DEVIATION: f64 = 0.05;
-/// A centre nearer to zero than this fraction of the radius leaves every face the nearest to itself …
+/// With a bias below this fraction of the radius the largest reading of a face pose is still on its own axis.
 const MIN_CENTRE: f64 = 0.35;
-/// … and one that is known no better than this, standard deviation, is not determined.
+/// A centre whose standard deviation exceeds this fraction of the radius is not used.
 const MAX_CENTRE_SD: f64 = 0.1;
 
 /// The sphere nearest to readings.

@@ -157,7 +157,7 @@ impl Follow {
         self.bytes.extend_from_slice(rest);
         if let Some(opened) = &mut self.opened {
             let heading = opened.parser.heading.clone();
-            let whole = whole_rows(&opened.format, heading, &self.bytes);
+            let whole = complete_rows(&opened.format, heading, &self.bytes);
             let text: Vec<u8> = self.bytes.drain(..whole).collect();
             samples.append(&mut opened.read(&text, self.max_rows)?);
             self.budget.check_rows(&opened.format, opened.rows.rows())?;
@@ -176,7 +176,7 @@ impl Follow {
         let file = Path::new(&self.name).file_name().unwrap_or_default();
         let format = sniff(&head, &file.to_string_lossy(), &self.options)?;
         let mut parser = Parser::new(&format, &[]);
-        let whole = whole_rows(&format, Heading::default(), &self.bytes);
+        let whole = complete_rows(&format, Heading::default(), &self.bytes);
         parser.read(&self.bytes[..whole])?;
         let rows = parser.take();
         let recording = Recording::judge(&format, rows.clone())?;
@@ -283,7 +283,7 @@ fn line_end(bytes: &[u8]) -> Option<usize> {
 }
 
 /// Bytes up to the end of the last whole row, below the heading of those before.
-fn whole_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
+fn complete_rows(format: &Format, mut heading: Heading, bytes: &[u8]) -> usize {
     let end = memrchr(format.line_end, bytes).map_or(0, |at| at + 1);
     let Some(sentences) = &format.sentences else {
         return end;

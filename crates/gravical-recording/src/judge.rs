@@ -10,7 +10,7 @@ mod unit;
 pub(crate) use cells::{POSSIBLE_C, are_many, is_sparse, median, trend};
 pub use clock::{ClockFault, ClockOptions, Times, clock};
 pub(crate) use clock::{
-    RATES_HZ, breaks, counts_rows, holds_steps, regular_blanks, steadiness, sum_steps,
+    RATES_HZ, breaks, counts_rows, holds_steps, regular_blanks, regularity, sum_steps,
 };
 pub(crate) use defects::{count_changes, detect_stuck, frozen_axes, repeated_rows, unread_runs};
 pub(crate) use encoding::{Encoding, are_unsigned};

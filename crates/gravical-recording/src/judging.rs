@@ -20,7 +20,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// There are no rows, or the sensor did not answer.
+    /// `no-rows`, `no-values`, `all-zero`, `sensor-unknown`, `too-many-labels`, `unit-changed`, `shifted-columns`.
     pub fn judge(format: &Format, rows: Rows) -> Result<Self, Error> {
         let mut recording = clean(format, rows)?;
         recording.judge_units()?;

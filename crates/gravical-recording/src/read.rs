@@ -117,12 +117,12 @@ fn read_input(
         }
     };
     let mut recording = judged.map_err(|e| e.in_file(here))?.with_name(name);
-    note_input(&mut recording, &input);
+    attach_metadata(&mut recording, &input);
     Ok(recording)
 }
 
 /// Adds what is known of the file once it is read; a finding if it is packed and cut off.
-pub(crate) fn note_input(recording: &mut Recording, input: &Input) {
+pub(crate) fn attach_metadata(recording: &mut Recording, input: &Input) {
     recording.format.is_packed = input.is_gzip;
     recording.sha256 = input.sha256();
     if input.is_cut_off() {

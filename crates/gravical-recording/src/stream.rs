@@ -11,7 +11,7 @@ use crate::judging::clean::{add_gravity, cell_label, decode, to_celsius};
 use crate::judging::findings::of_lines;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
-use crate::read::{Source, note_input, open_source};
+use crate::read::{Source, attach_metadata, open_source};
 use crate::recording::Recording;
 use crate::spans::LineSpans;
 use crate::text::{CopiedText, Format, Ledger, LineBlocks, Parser, Reason, Rows};
@@ -268,7 +268,7 @@ impl Stream {
         ledger.append(self.ledger);
         // Rows that are not measurements are rows of the table.
         ledger.reasons.retain(|reason, _| !reason.is_of_row());
-        note_input(&mut self.recording, &self.input);
+        attach_metadata(&mut self.recording, &self.input);
         self.recording
     }
 }

@@ -249,7 +249,7 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
     let mut jumps: Vec<f64> = some.map(|w| angle_deg(w[0], w[1])).collect();
     let jump = crate::stats::median(&mut jumps).unwrap_or(0.0);
     let is_without_clock = hardly_static && recording.time_s.is_none();
-    if jump <= JUMP_DEG && !(is_without_clock && jumps_on(&rows)) {
+    if jump <= JUMP_DEG && !(is_without_clock && jumps_between_rows(&rows)) {
         return false;
     }
     let wanted = if few { 6 } else { 12 };
@@ -257,9 +257,9 @@ fn is_table_of_means(recording: &Recording, few: bool, hardly_static: bool) -> b
         && Sphere::nearest(&rows).is_some_and(|sphere| sphere.is_near())
 }
 
-/// True of rows between which nobody turned: Σ‖u₊ − 2u + u₋‖² over Σ‖u₊ − u₋‖² is 3 for rows in no order, 1
-/// for steps from one rest to another, and 0.33 where a turn takes but two rows.
-fn jumps_on(rows: &[[f64; 3]]) -> bool {
+/// True if consecutive rows are not steps of one turn: Σ‖u₊ − 2u + u₋‖² over Σ‖u₊ − u₋‖² is 3 for rows in no
+/// order, 1 for steps from one rest to another, and 0.33 where a turn takes two rows.
+fn jumps_between_rows(rows: &[[f64; 3]]) -> bool {
     const MIN_ROUGHNESS: f64 = 0.6;
     let (mut bends, mut steps) = (0.0, 0.0);
     for w in rows.windows(3) {

@@ -8,7 +8,7 @@ use gravical_signal::{
 };
 
 use super::MANY_POSES;
-use super::samples::Nominal;
+use super::samples::NominalSamples;
 use crate::recording::Recording;
 use crate::stats::weighted_median;
 
@@ -38,11 +38,11 @@ const BLOCKS_PER_S: usize = 5;
 
 /// The rows of the static intervals of a recording, in order.
 ///
-/// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests
-/// are counted in readings: 40, or 20 where that makes a recording a series of rests. A recording without rests has none: what shows
-/// more than 0.3 m/s² or 2 °/s rms on an axis is no rest, whatever else is in it.
+/// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests are
+/// counted in readings: 40, or 20 where that makes a recording a series of rests. What shows
+/// more than 0.3 m/s² or 2 °/s rms on an axis is not a rest, whatever else is in the recording.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let rests = rests_of(recording, &Nominal::new(recording));
+    let rests = rests_of(recording, &NominalSamples::new(recording));
     let share = |rests: &[Range<usize>]| {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
@@ -50,7 +50,7 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     if recording.clock.rate_hz().is_some() || share(&rests) > HARDLY_STATIC {
         return rests;
     }
-    let short = rests_of(recording, &Nominal::for_short_rests(recording));
+    let short = rests_of(recording, &NominalSamples::for_short_rests(recording));
     if share(&short) > MOSTLY_STATIC {
         short
     } else {
@@ -58,7 +58,7 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
 }
 
-fn rests_of(recording: &Recording, nominal: &Nominal) -> Vec<Range<usize>> {
+fn rests_of(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>> {
     let channels = &nominal.samples;
     // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
     // little to matter for a pose.
@@ -94,7 +94,7 @@ fn rests_of(recording: &Recording, nominal: &Nominal) -> Vec<Range<usize>> {
 /// rest while a bias drifts with the temperature.
 #[doc(hidden)]
 pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
-    let nominal = Nominal::new(recording);
+    let nominal = NominalSamples::new(recording);
     detect_quiet(&nominal.samples)
         .iter()
         .filter(|span| nominal.stays(span, HELD_DEG))
@@ -126,7 +126,7 @@ pub fn why_never_static(recording: &Recording) -> String {
     if recording.units.accel.nominal().is_none() {
         return "no second of it is quiet".to_owned();
     }
-    let nominal = Nominal::new(recording);
+    let nominal = NominalSamples::new(recording);
     let max_rms = MAX_VARIANCE.map(|variance| (variance / 3.0).sqrt());
     match [0, 1].map(|sensor| nominal.quietest_rms(sensor)) {
         [force, _] if force > max_rms[0] => format!(
@@ -143,7 +143,7 @@ pub fn why_never_static(recording: &Recording) -> String {
     }
 }
 
-impl Nominal {
+impl NominalSamples {
     /// Mean specific force and angular rate of a span.
     fn mean(&self, span: &Range<usize>) -> ([f64; 3], [f64; 3]) {
         let [x, y, z, u, v, w] = self.samples.mean(span);

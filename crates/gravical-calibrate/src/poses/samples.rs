@@ -29,30 +29,30 @@ const FEWEST_READINGS: f64 = 5.0;
 const QUIET_SHARE: f64 = 0.05;
 
 /// Rows of a recording as the detector takes them, without rows that are no measurement.
-pub(super) struct Nominal {
+pub(super) struct NominalSamples {
     pub samples: Samples,
     /// A rest whose mean rate is off the bias by more is a turn.
     pub turning_rad_s: f64,
 }
 
-impl Nominal {
+impl NominalSamples {
     /// Rows of a span of samples.
     pub fn in_rows(&self, span: &Range<usize>) -> Range<usize> {
         let rows = &self.samples.rows;
         rows[span.start] as usize..rows[span.end - 1] as usize + 1
     }
 
-    pub fn new(recording: &Recording) -> Nominal {
-        Nominal::of_blocks(recording, BLOCK_READINGS)
+    pub fn new(recording: &Recording) -> NominalSamples {
+        NominalSamples::of_blocks(recording, BLOCK_READINGS)
     }
 
     /// The same for the shortest rests of a recording without a rate: 20 readings.
-    pub fn for_short_rests(recording: &Recording) -> Nominal {
-        Nominal::of_blocks(recording, FEWEST_READINGS)
+    pub fn for_short_rests(recording: &Recording) -> NominalSamples {
+        NominalSamples::of_blocks(recording, FEWEST_READINGS)
     }
 
     /// `readings`: those of a block where no rate is known.
-    fn of_blocks(recording: &Recording, readings: f64) -> Nominal {
+    fn of_blocks(recording: &Recording, readings: f64) -> NominalSamples {
         let period_s = match recording.clock.rate_hz() {
             Some(rate_hz) => rate_hz.recip(),
             None => BLOCK_S / (readings * recording.clock.rows_per_reading),
@@ -68,7 +68,7 @@ impl Nominal {
             .map(|row| recording.accel_at(row).map(|v| v / per_mps2))
             .collect();
         let step = recording.units.resolution[0].map(|step| step / per_mps2);
-        // In a second that is counted in few rows, a motion that begins at its end would be few enough for spikes.
+        // Without a rate a block has few rows: the start of a motion at its end would pass for spikes.
         let reach = match recording.clock.rate_hz() {
             Some(_) => 0,
             None => spikes::REACH,
@@ -92,7 +92,7 @@ impl Nominal {
             breaks,
             bridged: Vec::new(),
         };
-        let mut nominal = Nominal {
+        let mut nominal = NominalSamples {
             samples,
             turning_rad_s: TURNING_RAD_S,
         };

@@ -20,9 +20,9 @@ const SHARE: [f64; 2] = [0.02, 1.0 / 3.0];
 /// Fewest spikes that are taken out: one or two of a short pose depend on the last digit.
 const MIN_SPIKES: f64 = 3.0;
 
-/// Makes the rows of three channels empty, those of `inner`, in which any of them has a spike, and counts
-/// them. Other rows are neighbours only: at an end a motion that begins looks like a spike. `step` is what the values of each are rounded to: less than six of those is never
-/// a spike. None are taken out where they are less than 2 % or more than a third.
+/// Makes the rows of three channels empty in which any of them has a spike, and counts them. `inner`: rows that
+/// may be emptied; the others serve as neighbours only. `step` is what the values of each are rounded to: less
+/// than six of those is never a spike. None are taken out where they are less than 2 % or more than a third.
 ///
 /// The rule rejects single samples, so that means keep the full efficiency of the
 /// arithmetic one under normal noise (Hampel, J. Am. Stat. Assoc. 69 (1974) 383).

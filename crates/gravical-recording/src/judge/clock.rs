@@ -19,13 +19,13 @@ const TICK_S: f64 = 1e-4;
 const LIKELY_RATE_HZ: f64 = 100.0;
 const DAY_S: f64 = 86_400.0;
 /// A sensor cannot warm faster, °C/s.
-const FASTEST_WARMING: f64 = 2.0;
+const MAX_WARMING_C_PER_S: f64 = 2.0;
 /// A longer step, in usual ones, is a pause, a gap, or a wait for a buffer.
 const PAUSE: f64 = 4.5;
 /// A buffer that is sent at once holds fewer samples than this.
-const RAREST_BURST: usize = 20;
+const MAX_BURST_ROWS: usize = 20;
 /// Smallest number of waits of equal length that are bursts.
-const FEWEST_BURSTS: usize = 5;
+const MIN_BURSTS: usize = 5;
 /// Periods after which clocks begin again, s: parts of a second, seconds of a minute, of an hour,
 /// of a day, of a week.
 const WRAPS_S: [f64; 5] = [1.0, 60.0, 3600.0, 86_400.0, 604_800.0];
@@ -107,7 +107,7 @@ pub struct Times {
     /// Rows that rate and span ask for, less the rows that are there
     pub missing: f64,
     /// Steps that are far shorter than the mean, where rows were parted evenly: stamps of arrival
-    pub bunched: Option<usize>,
+    pub bursty_steps: Option<usize>,
     /// Rows whose stamp was far off the line of its neighbours, or runs backwards
     pub bad: Vec<usize>,
     /// Rows without a stamp
@@ -135,7 +135,7 @@ pub fn clock(mut stamps: Vec<f64>, options: ClockOptions<'_>) -> Result<Times, C
         absent: (0..stamps.len()).filter(is_absent).collect(),
         ..Times::default()
     };
-    clock.bad = mend(&mut stamps, usual);
+    clock.bad = repair_timestamps(&mut stamps, usual);
     let start = stamps.iter().copied().find(|s| s.is_finite());
     let mut start = start.ok_or(ClockFault::Frozen)?;
     let ticks = positive_steps(&stamps).count();
@@ -201,7 +201,7 @@ fn burst_rate(stamps: &[f64], waits: Range<f64>) -> Option<f64> {
 
 /// Mends stamps far off the line of the good ones around them, and fills in single empty ones. The
 /// rows that were mended.
-fn mend(stamps: &mut [f64], usual: f64) -> Vec<usize> {
+fn repair_timestamps(stamps: &mut [f64], usual: f64) -> Vec<usize> {
     let n = stamps.len();
     let mut bad = Vec::new();
     if n < 4 {
@@ -279,7 +279,7 @@ fn guess_unit_s(
     let units = TIME_UNITS.into_iter().map(|u| u.1).filter(|u| *u <= 1.0);
     let units = units.chain(ticks).chain(days);
     let units: Vec<f64> = units.filter(|u| RATES_HZ.contains(&rate_hz(*u))).collect();
-    let slowest_s = options.temperature_span_c / FASTEST_WARMING;
+    let slowest_s = options.temperature_span_c / MAX_WARMING_C_PER_S;
     // What speaks for a unit, the strongest first; the last does not tell it.
     let reasons = |unit_s: f64| {
         let is_dated = UtcTime::of_stamp(start * unit_s).is_some();
@@ -371,14 +371,14 @@ impl Times {
         let bursts = coarse.or_else(|| burst_rate(&self.time_s, PAUSE * usual..pause));
         let bursts = bursts.or(mean).unwrap_or(0.0);
         let is_bunched = |s: &&f64| (0.0..MAX_BURST_STEP / bursts).contains(*s);
-        let bunched = steps.iter().filter(is_bunched).count();
-        let are_many = bunched * 2 > steps.len() && stamped > RAREST_BURST;
+        let bursty_steps = steps.iter().filter(is_bunched).count();
+        let are_many = bursty_steps * 2 > steps.len() && stamped > MAX_BURST_ROWS;
         if are_many && bursts > 0.0 && !has_only_pauses(&steps, usual) {
-            self.bunched = Some(bunched);
+            self.bursty_steps = Some(bursty_steps);
             self.rate_hz = bursts;
             self.mean_rate_hz = Some(bursts);
             self.gaps.retain(|gap| gap.1 > pause);
-            self.part_evenly(options);
+            self.respace_bursts(options);
             return;
         }
         let near = || steps.iter().filter(|s| is_near(**s, usual));
@@ -398,7 +398,7 @@ impl Times {
     }
 
     /// Rows at equal distances between breaks and gaps.
-    fn part_evenly(&mut self, options: &ClockOptions<'_>) {
+    fn respace_bursts(&mut self, options: &ClockOptions<'_>) {
         let period = 1.0 / self.rate_hz;
         let (mut start, mut from) = (0.0, 0);
         for row in 0..self.time_s.len() {
@@ -459,12 +459,12 @@ fn has_only_pauses(steps: &[f64], usual: f64) -> bool {
     let mut waits: Vec<f64> = waits.collect();
     let even = steps.iter().filter(|s| is_near(**s, usual)).count();
     // Allows for some lost samples.
-    if waits.len() * RAREST_BURST > steps.len() || even * 10 < (steps.len() - waits.len()) * 9 {
+    if waits.len() * MAX_BURST_ROWS > steps.len() || even * 10 < (steps.len() - waits.len()) * 9 {
         return false;
     }
     waits.sort_unstable_by(f64::total_cmp);
     let quarter = waits.len() / 4;
-    waits.len() < FEWEST_BURSTS || waits[waits.len() - 1 - quarter] > 1.5 * waits[quarter]
+    waits.len() < MIN_BURSTS || waits[waits.len() - 1 - quarter] > 1.5 * waits[quarter]
 }
 
 /// Sample standard deviation; `None` for fewer than three values.
@@ -515,7 +515,7 @@ pub fn sum_steps(steps: &[f64]) -> Vec<f64> {
 }
 
 /// How good a clock a column is: it rises with every row (1), and evenly.
-pub fn steadiness(stamps: &[f64]) -> Option<f64> {
+pub fn regularity(stamps: &[f64]) -> Option<f64> {
     let usual = median(positive_steps(stamps))?;
     let steps = stamps.len() as f64 - 1.0;
     let rises = positive_steps(stamps).count() as f64 / steps;

@@ -66,7 +66,8 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
-/// middle was subtracted. Of `units` what contradicts is set.
+/// middle was subtracted. Sets `units.contradicts_given` and
+/// `units.is_without_gravity`.
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,

@@ -255,8 +255,8 @@ fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
     Ok(())
 }
 
-/// The column of the thermometer, and the temperature in °C; a finding if it is in another unit. Of several the first that changes, else
-/// the first that is not zero.
+/// The column of the thermometer, and the temperature in °C; a finding if it is in another unit. Of several
+/// the first that changes, else the first that is not zero.
 fn take_temperature(
     format: &Format,
     rows: &mut Rows,

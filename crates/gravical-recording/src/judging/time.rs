@@ -158,11 +158,11 @@ impl JudgedTime {
         );
         found(Kind::Gap, &gaps, text);
         let of_all = [
-            (Kind::BurstTime, times.bunched.map(|bunched| format!(
-                "{bunched} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
+            (Kind::BurstTime, times.bursty_steps.map(|bursty_steps| format!(
+                "{bursty_steps} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
                 rows.rows() - 1
             ))),
-            (Kind::RateMismatch, stated.filter(|_| times.bunched.is_none()).map(|nominal| format!(
+            (Kind::RateMismatch, stated.filter(|_| times.bursty_steps.is_none()).map(|nominal| format!(
                 "the claimed rate is {nominal} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used"
             ))),
             (Kind::MissingSamples, (missing_share > MISSING).then(|| format!(
@@ -179,7 +179,7 @@ impl JudgedTime {
             mean_rate_hz: times.mean_rate_hz,
             duration_s: Some(times.duration_s),
             jitter_s: times.jitter_s,
-            missing_share: times.bunched.is_none().then_some(missing_share),
+            missing_share: times.bursty_steps.is_none().then_some(missing_share),
             start_s: Some(times.start_s),
             restarts: times.restarts.into_iter().map(line).collect(),
             ..std::mem::take(&mut self.clock)
@@ -277,8 +277,8 @@ fn find_stamps(format: &Format, rows: &Rows) -> Option<Stamps> {
         ..Stamps::default()
     }));
     let score = |stamps: &Stamps| {
-        let steadiness = judge::steadiness(&stamps.values).unwrap_or(f64::MIN);
-        steadiness - f64::from(u8::from(stamps.is_last_resort))
+        let regularity = judge::regularity(&stamps.values).unwrap_or(f64::MIN);
+        regularity - f64::from(u8::from(stamps.is_last_resort))
     };
     // The last of equals: files begin with the coarser clock.
     let candidates = candidates.into_iter();

@@ -5,7 +5,7 @@ use std::slice;
 use super::dialect::Dialect;
 use super::names::Column;
 use super::rows::Rows;
-use super::words::Sentences;
+use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::compact_day_s;
 use crate::metadata;
@@ -25,7 +25,7 @@ pub struct Format {
     /// How the fields of a row are parted
     pub(crate) dialect: Dialect,
     /// The words around its numbers, if it is no table
-    pub(crate) sentences: Option<Sentences>,
+    pub(crate) sentences: Option<LinePattern>,
     pub(crate) line_end: u8,
     pub(crate) head_lines: usize,
     /// Line that names the columns, from 1; 0 without one.

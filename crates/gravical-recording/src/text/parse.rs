@@ -16,7 +16,7 @@ use super::header::Header;
 use super::lines::{LineBlocks, trim_end};
 use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows, mark};
-use super::words::{Heading, Sentences};
+use super::words::{Heading, LinePattern};
 use crate::board::BoardSettings;
 use crate::error::{Error, cut_hint};
 
@@ -206,7 +206,7 @@ impl Parser {
 
     /// The same without a row of which lines are missing, unless the others are many.
     pub(crate) fn take_whole(&mut self) -> Rows {
-        let last = self.format.sentences.as_ref().map(Sentences::last_place);
+        let last = self.format.sentences.as_ref().map(LinePattern::last_place);
         if self.place == last || self.rows() > MAX_WAITING {
             return self.take();
         }

@@ -9,7 +9,7 @@ use super::number::parse_cell;
 use super::parse::{MANY_WORDS, Parser};
 use super::roles;
 use super::rows::Rows;
-use super::words::Sentences;
+use super::words::LinePattern;
 use crate::board::BoardSettings;
 use crate::date::{self, parse_date};
 use crate::error::Error;
@@ -243,7 +243,7 @@ impl Format {
     }
 
     fn sentences(lines: &[&str], line_end: u8) -> Option<Self> {
-        let sentences = Sentences::sniff(lines)?;
+        let sentences = LinePattern::sniff(lines)?;
         let (head_lines, texts) = sentences.sample(lines)?;
         let mut names = sentences.names(&lines[..head_lines], &texts);
         if names.iter().all(String::is_empty) {

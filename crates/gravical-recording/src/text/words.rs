@@ -1,6 +1,6 @@
 //! Numbers wrapped in words: a logger that prints sentences.
 //!
-//! The constant text of a line is its skeleton; lines of one or more skeletons take turns. Each
+//! The constant text of a line is its template; lines of one or more templates take turns. Each
 //! number is a slot, and a slot is a column named by the words before it. Where lines are indented
 //! below a heading, as YAML and JSON are, its words come first.
 
@@ -14,7 +14,7 @@ use crate::judge::trend;
 use crate::role::Role;
 use crate::units::{is_listed, is_unit};
 
-/// Lines of which the skeletons are counted.
+/// Lines of which the templates are counted.
 const MAX_LINES: usize = 4000;
 /// Lines of a row as programs print them, and as they format structures.
 const USUAL_CYCLE: usize = 4;
@@ -22,7 +22,7 @@ const MAX_CYCLE: usize = 32;
 /// Rows that tell a clock from a count of measurement.
 const RISING_ROWS: usize = 200;
 
-/// Stands for a number in a skeleton.
+/// Stands for a number in a template.
 const SLOT: char = '\u{1}';
 const SLOT_TEXT: &str = "\u{1}";
 
@@ -31,7 +31,7 @@ const MAX_WORD: usize = 32;
 
 /// Lines with words.
 #[derive(Clone, Debug)]
-pub(crate) struct Sentences {
+pub(crate) struct LinePattern {
     /// Skeletons of the lines of a row, in order, with the slots of each.
     cycle: Vec<(String, Range<usize>)>,
     /// Skeletons that stand for the first: only their words differ.
@@ -59,9 +59,9 @@ pub(crate) struct Heading {
 }
 
 impl Heading {
-    /// The skeleton of a line below this heading, and its numbers.
-    fn skeleton<'a>(&mut self, line: &'a str) -> (String, Vec<&'a str>) {
-        let (shape, numbers) = skeleton(line);
+    /// The template of a line below this heading, and its numbers.
+    fn template<'a>(&mut self, line: &'a str) -> (String, Vec<&'a str>) {
+        let (shape, numbers) = template(line);
         let indent = line.len() - line.trim_start().len();
         if indent <= self.indent {
             self.words.clear();
@@ -78,15 +78,15 @@ impl Heading {
     }
 }
 
-impl Sentences {
-    /// The skeletons that take turns, if there are any beside delimiters.
+impl LinePattern {
+    /// The templates that take turns, if there are any beside delimiters.
     pub(crate) fn sniff(lines: &[&str]) -> Option<Self> {
         let decimal_comma = has_decimal_commas(lines);
         let filled = lines.iter().filter(|l| !l.trim().is_empty());
         let (mut heading, mut has_headings) = (Heading::default(), false);
         let shape = |line: &&str| {
             let line = with_points(line, decimal_comma);
-            let (shape, numbers) = heading.skeleton(&line);
+            let (shape, numbers) = heading.template(&line);
             has_headings |= !numbers.is_empty() && !heading.words.is_empty();
             shape
         };
@@ -127,7 +127,7 @@ impl Sentences {
             (shape, first..slots)
         });
         let cycle = cycle.collect();
-        Some(Sentences {
+        Some(LinePattern {
             cycle,
             variants,
             decimal_comma,
@@ -141,10 +141,10 @@ impl Sentences {
         self.cycle.len() - 1
     }
 
-    /// Place and numbers of a line below a heading; `None` for a line of another skeleton.
+    /// Place and numbers of a line below a heading; `None` for a line of another template.
     pub(crate) fn parse(&self, line: &str, heading: &mut Heading) -> Option<Sentence> {
         let line = with_points(line, self.decimal_comma);
-        let (shape, numbers) = heading.skeleton(&line);
+        let (shape, numbers) = heading.template(&line);
         let place = self.cycle.iter().position(|c| c.0 == shape);
         let place = place.or_else(|| self.variants.contains(&shape).then_some(0))?;
         let slots = self.cycle[place].1.clone();
@@ -198,7 +198,7 @@ fn has_decimal_commas(lines: &[&str]) -> bool {
     let pair = format!("{SLOT},{SLOT}");
     let mut has_pair = false;
     for line in lines.iter().take(MAX_LINES) {
-        let (shape, numbers) = skeleton(line);
+        let (shape, numbers) = template(line);
         let has_point = numbers.iter().any(|n| n.contains('.') && !n.contains(':'));
         if has_point || shape.contains(&format!("{pair},{SLOT}")) {
             return false;
@@ -260,13 +260,13 @@ fn label(text: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Names the slots of a skeleton.
+/// Names the slots of a template.
 ///
 /// `Acceleration X: #, Y: #` and `a/g: # # # # # #` name more slots than one: the words stay in
 /// force until their three axes are used up. A unit behind a slot holds for the slots before it
 /// that share its words.
-fn slot_names(skeleton: &str, rising: &[bool]) -> Vec<String> {
-    let pieces = skeleton.split(SLOT).enumerate();
+fn slot_names(template: &str, rising: &[bool]) -> Vec<String> {
+    let pieces = template.split(SLOT).enumerate();
     let pieces: Vec<(&str, &str)> = pieces
         .map(|(i, piece)| leading_unit(piece, i > 0))
         .collect();
@@ -378,7 +378,7 @@ fn leading_unit(piece: &str, is_behind_number: bool) -> (&str, &str) {
 }
 
 /// The line with [`SLOT`] for each number, and the numbers. Blanks beside a number do not count.
-fn skeleton(line: &str) -> (String, Vec<&str>) {
+fn template(line: &str) -> (String, Vec<&str>) {
     // In JSON the last of a list has no comma behind it.
     let line = without_checksum(line).trim_end_matches([',', ' ']);
     let (mut out, mut numbers, mut at) = (String::new(), Vec::new(), 0);
@@ -426,12 +426,12 @@ fn is_glued(rest: &str) -> bool {
 }
 
 /// Whether there is more between the slots than delimiters and fields of text.
-fn is_decorated(skeleton: &str) -> bool {
+fn is_decorated(template: &str) -> bool {
     const DELIMITERS: [char; 3] = [',', ';', '|'];
-    let mut pieces = skeleton.split(SLOT).map(|p| p.trim_matches([' ', '"']));
+    let mut pieces = template.split(SLOT).map(|p| p.trim_matches([' ', '"']));
     let is_prefixed = pieces.next().is_some_and(|p| !p.is_empty());
     // What follows the last slot does not count.
-    let inner = skeleton.matches(SLOT).count().saturating_sub(1);
+    let inner = template.matches(SLOT).count().saturating_sub(1);
     let mut inner = pieces.take(inner);
     is_prefixed
         || inner.any(|p| {

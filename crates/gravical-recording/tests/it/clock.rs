@@ -61,13 +61,13 @@ fn pauses_of_the_recorder_are_not_bursts() {
     ] {
         let clock = judged(paused(rows, pauses_s));
         assert_eq!(clock.gaps.len(), pauses_s.len());
-        assert!(clock.missing > 0.0 && clock.bunched.is_none());
+        assert!(clock.missing > 0.0 && clock.bursty_steps.is_none());
         assert!(is_rate(&clock, 100.0, 0.001), "{}", clock.rate_hz);
     }
     // Buffers of 30 rows every 2 s are bursts; so are buffers with nearly equal stamps.
-    assert!(judged(paused(30, &[2.0; 12])).bunched.is_some());
+    assert!(judged(paused(30, &[2.0; 12])).bursty_steps.is_some());
     let nearly_equal = (0..300).map(|i| f64::from(i / 100) * 1e3 + f64::from(i % 7));
-    assert!(judged(nearly_equal.collect()).bunched.is_some());
+    assert!(judged(nearly_equal.collect()).bursty_steps.is_some());
 }
 
 #[test]
