@@ -28,11 +28,8 @@ pub fn sections(data: &[u8]) {
         .map(|s| serde_json::json!({"label": s.label, "start": s.rows.start, "end": s.rows.end}))
         .collect();
     let text = serde_json::Value::from(list).to_string();
-    let again = parse_sections(text.as_bytes());
-    assert_eq!(
-        again.unwrap_or_else(|e| unreachable!("{text}: {e}")),
-        sections
-    );
+    let again = parse_sections(text.as_bytes()).unwrap_or_else(|e| unreachable!("{text}: {e}"));
+    assert_eq!(again, sections);
 }
 
 /// A calibration file, ours or imucal's: what is accepted can be written, read
@@ -44,10 +41,8 @@ pub fn calibration_file(data: &[u8]) {
     let text = file.to_json();
     let text = text.unwrap_or_else(|e| unreachable!("accepted and not writable: {e}"));
     let again = CalibrationFile::parse(text.as_bytes());
-    assert_eq!(
-        again.unwrap_or_else(|e| unreachable!("not readable: {e}\n{text}")),
-        file
-    );
+    let again = again.unwrap_or_else(|e| unreachable!("not readable: {e}\n{text}"));
+    assert_eq!(again, file);
     let imucal = to_imucal(&file);
     let imucal = imucal.unwrap_or_else(|e| unreachable!("not writable for imucal: {e}"));
     let value: serde_json::Value = serde_json::from_str(&imucal)

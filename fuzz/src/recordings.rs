@@ -69,18 +69,14 @@ fn with_options(choice: &[u8], files: &[u8]) {
         }
     }
     let rows = recordings.first().map_or(0, Recording::rows);
+    let section = |&(label, from, to): &Stretch| Section {
+        label: label.to_owned(),
+        rows: rows * from / 100..(rows * to / 100).max(rows * from / 100 + 1),
+    };
+    let axes = chosen(AXES, pick(7) / 8).and_then(|text| text.parse().ok());
     let options = SegmentOptions {
-        sections: SECTIONS[pick(7) % SECTIONS.len()].map(|list| {
-            list.iter()
-                .map(|&(label, from, to)| Section {
-                    label: label.to_owned(),
-                    rows: rows * from / 100..(rows * to / 100).max(rows * from / 100 + 1),
-                })
-                .collect()
-        }),
-        axes: chosen(AXES, pick(7) / 8)
-            .and_then(|text| text.parse().ok())
-            .unwrap_or_default(),
+        sections: SECTIONS[pick(7) % SECTIONS.len()].map(|l| l.iter().map(section).collect()),
+        axes: axes.unwrap_or_default(),
     };
     check_session(&recordings, &options);
     for recording in recordings {
@@ -160,12 +156,8 @@ fn check_recording(r: &Recording) {
     assert!(before <= r.ledger.lines as u64);
 
     let timing = &r.clock;
-    let rates = [
-        timing.median_rate_hz,
-        timing.mean_rate_hz,
-        timing.nominal_rate_hz,
-    ];
-    for rate in rates.into_iter().flatten() {
+    let rates = timing.median_rate_hz.into_iter().chain(timing.mean_rate_hz);
+    for rate in rates.chain(timing.nominal_rate_hz) {
         assert!(rate > 0.0 && rate.is_finite(), "{timing:?}");
     }
     for length in [timing.duration_s, timing.jitter_s].into_iter().flatten() {
@@ -218,9 +210,8 @@ fn check_segment(recordings: &[Recording], options: &SegmentOptions) {
     };
     let Segmentation { poses, noise, .. } = &found;
     for placement in poses {
-        let of = recordings
-            .get(placement.recording)
-            .map_or(0, Recording::rows);
+        let of = recordings.get(placement.recording);
+        let of = of.map_or(0, Recording::rows);
         assert!(placement.rows.end <= of, "{placement:?} of {of}");
         let rows = placement.rows.len();
         assert!(rows > 0, "{placement:?}");

@@ -24,11 +24,8 @@ fn push() -> &'static Recording {
                 _ => 0.0,
             };
             let noise = f64::from(i * 7919 % 13) * 1e-3;
-            text.push_str(&format!(
-                "{t:.3},{:.4},{noise:.4},{:.4}\n",
-                push + noise,
-                9.8 + noise
-            ));
+            let (x, z) = (push + noise, 9.8 + noise);
+            text.push_str(&format!("{t:.3},{x:.4},{noise:.4},{z:.4}\n"));
         }
         read_bytes(text.as_bytes(), "push.csv", &ReadOptions::default())
             .unwrap_or_else(|e| unreachable!("{e}"))

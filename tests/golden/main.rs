@@ -14,7 +14,7 @@ mod columns;
 mod each;
 mod runs;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -56,13 +56,9 @@ fn nothing_moves_unseen() {
             continue;
         }
         let rows = rows(folder.path(), lines, &places);
-        let old = table
-            .insert(section.into(), rows.clone())
-            .unwrap_or_default();
-        let mut names: Vec<&String> = old.keys().chain(rows.keys()).collect();
-        names.sort();
-        names.dedup();
-        for name in names {
+        let old = table.insert(section.into(), rows.clone());
+        let old = old.unwrap_or_default();
+        for name in old.keys().chain(rows.keys()).collect::<BTreeSet<_>>() {
             moved.extend(differences(name, old.get(name), rows.get(name)));
         }
     }
@@ -81,11 +77,8 @@ fn one_line_each(table: &BTreeMap<String, BTreeMap<String, Value>>) -> String {
     let section = |(name, rows): (&String, &BTreeMap<String, Value>)| {
         let row = |(k, v): (&String, &Value)| format!("  {}: {v}", Value::from(k.as_str()));
         let rows: Vec<String> = rows.iter().map(row).collect();
-        format!(
-            "{}: {{\n{}\n}}",
-            Value::from(name.as_str()),
-            rows.join(",\n")
-        )
+        let name = Value::from(name.as_str());
+        format!("{name}: {{\n{}\n}}", rows.join(",\n"))
     };
     let sections: Vec<String> = table.iter().map(section).collect();
     format!("{{\n{}\n}}\n", sections.join(",\n"))
@@ -99,25 +92,19 @@ fn rows(folder: &Path, lines: &[&str], places: &[(&str, PathBuf)]) -> BTreeMap<S
 
 /// Exit code, standard output and the file written to `{out}`.
 fn run(folder: &Path, line: &str, places: &[(&str, PathBuf)]) -> (i32, String, PathBuf) {
-    let name: String = line
-        .chars()
-        .map(|c| if c.is_alphanumeric() { c } else { '_' })
-        .collect();
+    let name = line.replace(|c: char| !c.is_alphanumeric(), "_");
     let name = &name[name.len().saturating_sub(150)..];
     let out = folder.join(name).with_extension("out");
     let words = line.split_whitespace().map(|word| {
         let word = word.replace("{out}", &out.display().to_string());
-        places.iter().fold(word, |w, (place, path)| {
-            w.replace(place, &path.display().to_string())
-        })
+        let put =
+            |w: String, (place, path): &(_, PathBuf)| w.replace(*place, path.to_str().unwrap());
+        places.iter().fold(word, put)
     });
-    let program =
-        std::env::var_os("GRAVICAL_BIN").unwrap_or_else(|| env!("CARGO_BIN_EXE_gravical").into());
-    let run = Command::new(program)
-        .args(words)
-        .current_dir(folder)
-        .output()
-        .unwrap();
+    let program = std::env::var_os("GRAVICAL_BIN");
+    let program = program.unwrap_or_else(|| env!("CARGO_BIN_EXE_gravical").into());
+    let mut run = Command::new(program);
+    let run = run.args(words).current_dir(folder).output().unwrap();
     let code = run.status.code().unwrap();
     let said = String::from_utf8_lossy(&run.stderr);
     assert!(![1, 2, 101].contains(&code), "{line}\n{said}");
@@ -195,8 +182,7 @@ fn collect<'a>(
         (None, value) => into.push(value.clone()),
         (Some("#"), Value::Array(list)) => into.push(list.len().into()),
         (Some("*"), Value::Array(list)) => {
-            list.iter()
-                .for_each(|entry| collect(entry, path.clone(), into));
+            list.iter().for_each(|v| collect(v, path.clone(), into));
         }
         (Some(key), Value::Array(list)) => {
             let entry = key.parse().ok().and_then(|i: usize| list.get(i));
@@ -229,9 +215,8 @@ fn sums(path: &Path) -> Map<String, Value> {
         }
     }
     let columns = names.iter().zip(sums).filter(|(_, s)| s[1] > 0.0);
-    columns
-        .map(|(name, s)| (format!("sum {name}"), json!(s)))
-        .collect()
+    let columns = columns.map(|(name, s)| (format!("sum {name}"), json!(s)));
+    columns.collect()
 }
 
 /// The numbers of a text that have six digits or more, each once, in order of size.
@@ -252,11 +237,8 @@ fn differences(name: &str, old: Option<&Value>, new: Option<&Value>) -> Vec<Stri
         return vec![format!("{name}: {what}")];
     };
     let (old, new) = (old.as_object().unwrap(), new.as_object().unwrap());
-    let mut columns: Vec<&String> = old.keys().chain(new.keys()).collect();
-    columns.sort();
-    columns.dedup();
     let mut moved = Vec::new();
-    for column in columns {
+    for column in old.keys().chain(new.keys()).collect::<BTreeSet<_>>() {
         let entries =
             |row: &Map<String, Value>| flatten(row.get(column).map_or(&[], std::slice::from_ref));
         let (before, after) = (entries(old), entries(new));
@@ -267,9 +249,9 @@ fn differences(name: &str, old: Option<&Value>, new: Option<&Value>) -> Vec<Stri
         };
         if before.len() != after.len() || !(0..before.len()).all(is_same) {
             let [before, after] = [before, after].map(|v| Value::from(v).to_string());
+            let now = "now";
             moved.push(format!(
-                "{name}\n    {column:<15} {before}\n    {:<15} {after}",
-                "now"
+                "{name}\n    {column:<15} {before}\n    {now:<15} {after}"
             ));
         }
     }
@@ -287,10 +269,8 @@ fn allowed(name: &str, column: &str, row: &Map<String, Value>, values: &[Value],
         None => &exact,
     };
     // Of a vector: its largest entry, so that one near zero need not be exact.
-    let largest = values
-        .iter()
-        .filter_map(Value::as_f64)
-        .fold(0.0, |m: f64, v| m.max(v.abs()));
+    let numbers = values.iter().filter_map(Value::as_f64);
+    let largest = numbers.map(f64::abs).fold(0.0, f64::max);
     match tolerance {
         Equal => 0.0,
         Seconds(s) => *s,

@@ -96,11 +96,8 @@ impl Sensor {
     pub fn file(&self, up: [f64; 3], rows: usize, seed: u64) -> String {
         let mut out = "t_ms,ax,ay,az\n".to_owned();
         for (i, row) in self.hold(up, rows, seed).iter().enumerate() {
-            out.push_str(&format!("{}", 10 * i));
-            for value in row {
-                out.push_str(&format!(",{}", self.text(*value)));
-            }
-            out.push('\n');
+            let [x, y, z] = row.map(|value| self.text(value));
+            out += &format!("{},{x},{y},{z}\n", 10 * i);
         }
         out
     }
@@ -114,16 +111,10 @@ pub fn report_lines(header: &str, rows: usize) -> Vec<String> {
     let mut lines = vec![header.to_owned()];
     for (i, a) in sensor.hold([0.0, 0.0, 1.0], rows, 5).iter().enumerate() {
         let g: [f64; 3] = std::array::from_fn(|k| 0.01 * k as f64 + 0.002 * noise.normal());
+        let ([x, y, z], [u, v, w]) = (a, g);
+        let (t_ms, t_c) = (120 + 10 * i, 25.0 + 0.03 * noise.normal());
         lines.push(format!(
-            "{},{:.4},{:.4},{:.4},{:.2},{:.5},{:.5},{:.5}",
-            120 + 10 * i,
-            a[0],
-            a[1],
-            a[2],
-            25.0 + 0.03 * noise.normal(),
-            g[0],
-            g[1],
-            g[2]
+            "{t_ms},{x:.4},{y:.4},{z:.4},{t_c:.2},{u:.5},{v:.5},{w:.5}"
         ));
     }
     lines

@@ -12,10 +12,8 @@ fn replay(target: &str, least: usize, check: fn(&[u8])) {
     let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz");
     let seeds = files(&fuzz.join("seeds").join(target));
     assert!(seeds.len() >= least, "only {} seeds", seeds.len());
-    for file in seeds
-        .into_iter()
-        .chain(files(&fuzz.join("regressions").join(target)))
-    {
+    let regressions = files(&fuzz.join("regressions").join(target));
+    for file in seeds.into_iter().chain(regressions) {
         // Printed if the check fails.
         println!("{}", file.display());
         match fs::read(&file) {
@@ -27,12 +25,8 @@ fn replay(target: &str, least: usize, check: fn(&[u8])) {
 
 /// The files of a folder, sorted; none if the folder does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .map(|entry| entry.path())
-        .collect();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     files.sort();
     files
 }

@@ -73,19 +73,13 @@ fn calibrated(poses: &[Recording], file: &CalibrationFile, truth: &Accelerometer
     let deviations = found.deviations.as_ref().unwrap();
     for (axis, pair) in poses.chunks(2).enumerate() {
         // It warms up meanwhile. The recordings of an axis are those that show its bias.
-        let warmer_c = pair
-            .iter()
-            .map(|pose| 0.5 * temperature_c(pose))
-            .sum::<f64>()
-            - 25.0;
+        let mean_c = 0.5 * pair.iter().map(temperature_c).sum::<f64>();
+        let warmer_c = mean_c - 25.0;
         let bias = truth.bias_mps2[axis] + warmer_c * truth.bias_drift_mps2_per_c[axis];
         let scale = truth.matrix[axis].iter().map(|m| m * m).sum::<f64>().sqrt();
         for (error, sd) in [
             (found.bias[axis] - bias, deviations.bias[axis]),
-            (
-                found.scale[axis] / scale - 1.0,
-                deviations.scale[axis] / scale,
-            ),
+            (found.scale[axis] - scale, deviations.scale[axis]),
         ] {
             assert!(error.abs() < 3.5 * sd, "{axis}: {error} {sd}");
         }

@@ -1,8 +1,8 @@
 //! What is written: columns of a virtual sensor whose truth is known.
 
 use gravical::simulate::{
-    LineOptions, PosesOptions, Row, Scenario, SensorOptions, SimulateOptions, SixPositionOptions,
-    simulate,
+    LineOptions, PosesOptions, Row, Scenario, SensorOptions, SimulateOptions, SimulatedFile,
+    SixPositionOptions, simulate,
 };
 
 use super::{Rate, Scene};
@@ -86,35 +86,28 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
         ..SensorOptions::default()
     };
     let simulated = simulate(&options).unwrap();
-    let mut files: Vec<Columns> = simulated
-        .files
-        .into_iter()
-        .map(|f| {
-            let column = |value: &dyn Fn(&Row) -> f64| f.rows.iter().map(value).collect();
-            Columns {
-                stem: f.name.trim_end_matches(".csv").to_owned(),
-                t_s: (0..f.rows.len())
-                    .map(|row| row as f64 / rate.hz())
-                    .collect(),
-                accel_mps2: [0, 1, 2].map(|i| column(&|row| row.reading.accel_mps2[i])),
-                gyro_rad_s: [0, 1, 2].map(|i| column(&|row| row.reading.gyro_rad_s[i])),
-                temperature_c: column(&|row| row.reading.temperature_c),
-                pauses: Vec::new(),
-            }
-        })
-        .collect();
+    let columns = |f: &SimulatedFile| {
+        let column = |value: &dyn Fn(&Row) -> f64| f.rows.iter().map(value).collect();
+        let times = (0..f.rows.len()).map(|row| row as f64 / rate.hz());
+        Columns {
+            stem: f.name.trim_end_matches(".csv").to_owned(),
+            t_s: times.collect(),
+            accel_mps2: [0, 1, 2].map(|i| column(&|row| row.reading.accel_mps2[i])),
+            gyro_rad_s: [0, 1, 2].map(|i| column(&|row| row.reading.gyro_rad_s[i])),
+            temperature_c: column(&|row| row.reading.temperature_c),
+            pauses: Vec::new(),
+        }
+    };
+    let mut files: Vec<Columns> = simulated.files.iter().map(columns).collect();
     match scene {
         Scene::AxisFiles => {
-            files = files
-                .chunks(2)
-                .zip(["x_axis", "y_axis", "z_axis"])
-                .map(|(pair, stem)| {
-                    let mut both = pair[0].clone();
-                    stem.clone_into(&mut both.stem);
-                    both.go_on_with(&pair[1]);
-                    both
-                })
-                .collect();
+            let both = |(pair, axis): (&[Columns], char)| {
+                let mut both = pair[0].clone();
+                both.stem = format!("{axis}_axis");
+                both.go_on_with(&pair[1]);
+                both
+            };
+            files = files.chunks(2).zip(['x', 'y', 'z']).map(both).collect();
         }
         Scene::TwoRecordings => {
             // Cut in the middle of the sixth hold, so that both halves have it.
@@ -122,15 +115,11 @@ pub fn session(scene: Scene, rate: Rate) -> Session {
             let at_s = 0.5 * (truth.start_s + truth.end_s);
             let whole = &files[0];
             let cut = whole.t_s.partition_point(|t| *t < at_s);
-            files = vec![
-                whole.part(0..cut, "morning"),
-                whole.part(cut..whole.rows(), "evening"),
-            ];
+            let evening = whole.part(cut..whole.rows(), "evening");
+            files = vec![whole.part(0..cut, "morning"), evening];
         }
         _ => {}
     }
-    Session {
-        rate_hz: rate.hz(),
-        files,
-    }
+    let rate_hz = rate.hz();
+    Session { rate_hz, files }
 }

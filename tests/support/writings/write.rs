@@ -1,6 +1,5 @@
 //! From columns to the bytes of files.
 
-use std::fmt::Write as _;
 use std::io::Write as _;
 
 use super::session::{Columns, Session};
@@ -41,46 +40,37 @@ use Channel as C;
 
 /// The files of a session.
 pub fn write(writing: &Writing, session: &Session) -> Vec<Written> {
-    session
-        .files
-        .iter()
-        .map(|columns| {
-            let gyro = (writing.sensors == Sensors::GyroscopeInOtherFile).then(|| File {
-                name: "Gyroscope.csv".to_owned(),
-                bytes: bytes_of(writing, session.rate_hz, columns, &gyro_channels(writing)),
-            });
-            let stem = match (writing.names, session.files.len()) {
-                (Names::Bare, 1) => "TotalAcceleration".to_owned(),
-                (Names::Bare, _) => format!("{}_acc", columns.stem),
-                _ => columns.stem.clone(),
-            };
-            let file = File {
-                name: format!("{stem}.csv"),
-                bytes: bytes_of(writing, session.rate_hz, columns, &channels(writing)),
-            };
-            Written { file, gyro }
-        })
-        .collect()
+    let written = |columns: &Columns| {
+        let file = |stem: &str, channels: &[Channel]| File {
+            name: format!("{stem}.csv"),
+            bytes: bytes_of(writing, session.rate_hz, columns, channels),
+        };
+        let is_apart = writing.sensors == Sensors::GyroscopeInOtherFile;
+        let gyro = is_apart.then(|| file("Gyroscope", &gyro_channels(writing)));
+        let stem = match (writing.names, session.files.len()) {
+            (Names::Bare, 1) => "TotalAcceleration",
+            (Names::Bare, _) => &format!("{}_acc", columns.stem),
+            _ => &columns.stem,
+        };
+        let file = file(stem, &channels(writing));
+        Written { file, gyro }
+    };
+    session.files.iter().map(written).collect()
 }
 
 /// `--columns` as somebody gives it who knows the file.
 pub fn columns_option(writing: &Writing) -> String {
-    let names: Vec<String> = channels(writing)
-        .into_iter()
-        .map(|channel| match channel {
-            C::Time(_) if is_one_clock(writing) => "t".to_owned(),
-            C::Accel(i) => format!("a{}", AXES[i]),
-            C::Gyro(i) => format!("g{}", AXES[i]),
-            C::Temperature => "temp".to_owned(),
-            _ => "_".to_owned(),
-        })
-        .collect();
+    // Whether a column is the time of each row.
+    let is_one_clock = writing.clock != Clock::Differences && clock_channels(writing).count() == 1;
+    let name = |channel| match channel {
+        C::Time(_) if is_one_clock => "t".to_owned(),
+        C::Accel(i) => format!("a{}", AXES[i]),
+        C::Gyro(i) => format!("g{}", AXES[i]),
+        C::Temperature => "temp".to_owned(),
+        _ => "_".to_owned(),
+    };
+    let names: Vec<String> = channels(writing).into_iter().map(name).collect();
     names.join(",")
-}
-
-/// Whether a column is the time of each row.
-fn is_one_clock(writing: &Writing) -> bool {
-    writing.clock != Clock::Differences && clock_channels(writing).count() == 1
 }
 
 fn clock_channels(writing: &Writing) -> impl Iterator<Item = Channel> + use<> {
@@ -146,17 +136,9 @@ fn axes(writing: &Writing) -> [usize; 3] {
 
 fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Channel]) -> Vec<u8> {
     let delimiter = [",", ", ", ";", "\t", "|", " ", ";", "\t"][writing.delimiter as usize];
-    let comma = matches!(
-        writing.delimiter,
-        Delimiter::SemicolonDecimalComma | Delimiter::TabDecimalComma
-    );
-    let end = match writing.line_end {
-        LineEnd::Lf => "\n",
-        LineEnd::CrLf => "\r\n",
-        LineEnd::CrLfTwice => "\r\n\r\n",
-        LineEnd::CrCrLf => "\r\r\n",
-        LineEnd::Cr => "\r",
-    };
+    use Delimiter::{SemicolonDecimalComma, TabDecimalComma};
+    let comma = [SemicolonDecimalComma, TabDecimalComma].contains(&writing.delimiter);
+    let end = ["\n", "\r\n", "\r\n\r\n", "\r\r\n", "\r"][writing.line_end as usize];
     let line_of = |fields: &[String], is_row: bool| -> String {
         let letters = channels.iter().zip(fields).map(|(c, field)| match c {
             _ if writing.header != Header::Letters => field.clone(),
@@ -167,16 +149,16 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
             _ => field.clone(),
         });
         let fields: Vec<String> = letters.collect();
-        let mut line =
-            if writing.header != Header::Letters && writing.delimiter == Delimiter::Padded {
-                let padded: Vec<String> = fields.iter().map(|f| format!("{f:>14}")).collect();
-                padded.join(delimiter)
-            } else {
-                fields.join(delimiter)
-            };
-        if writing.trailing == Trailing::Delimiter
-            || is_row && writing.trailing == Trailing::RowsOnly
-        {
+        let is_padded = writing.header != Header::Letters && writing.delimiter == Delimiter::Padded;
+        let width = if is_padded { 14 } else { 0 };
+        let fields: Vec<String> = fields.iter().map(|f| format!("{f:>width$}")).collect();
+        let mut line = fields.join(delimiter);
+        let is_trailing = match writing.trailing {
+            Trailing::Nothing => false,
+            Trailing::Delimiter => true,
+            Trailing::RowsOnly => is_row,
+        };
+        if is_trailing {
             line.push_str(delimiter.trim_end_matches(' '));
         }
         line.push_str(end);
@@ -186,8 +168,7 @@ fn bytes_of(writing: &Writing, rate_hz: f64, columns: &Columns, channels: &[Chan
     let header = header(writing, rate_hz, channels, &head_line, delimiter, end);
     let mut text = header.before.clone();
     let field = |row: usize, channel: Channel| -> String {
-        let mut field = String::new();
-        cell(writing, columns, row, channel, &mut field);
+        let field = cell(writing, columns, row, channel);
         match channel {
             C::Text(_) if writing.header == Header::Quoted => format!("\"{field}\""),
             C::Text(_) => field,
@@ -233,33 +214,26 @@ fn header(
         Header::UnitsRow | Header::CalAndUnitsRow | Header::TwoRows
     );
     let quote = writing.header == Header::Quoted;
-    let names: Vec<String> = channels
-        .iter()
-        .map(|c| name_of(writing, *c, with_units))
-        .map(|name| if quote { format!("\"{name}\"") } else { name })
-        .collect();
-    let names = line_of(&names);
-    let units = || {
-        let units: Vec<String> = channels.iter().map(|c| unit_of(writing, *c)).collect();
-        line_of(&units)
+    let name = |c: &Channel| match name_of(writing, *c, with_units) {
+        name if quote => format!("\"{name}\""),
+        name => name,
     };
+    let line =
+        |of: &dyn Fn(&Channel) -> String| line_of(&channels.iter().map(of).collect::<Vec<_>>());
+    let names = line(&name);
+    let units = || line(&|c| unit_of(writing, *c));
     let before = match writing.header {
         Header::Absent | Header::Letters => String::new(),
         Header::Plain | Header::Quoted | Header::Repeated => names.clone(),
         Header::Commented => format!("# {names}"),
         Header::UnitsRow => format!("{names}{}", units()),
-        Header::CalAndUnitsRow => {
-            let cal: Vec<String> = channels.iter().map(|_| "CAL".to_owned()).collect();
-            format!("{names}{}{}", line_of(&cal), units())
-        }
+        Header::CalAndUnitsRow => format!("{names}{}{}", line(&|_| "CAL".to_owned()), units()),
         Header::TwoRows => {
-            let (upper, lower): (Vec<String>, Vec<String>) =
-                channels.iter().map(|c| in_two_rows(writing, *c)).unzip();
-            format!("{}{}", line_of(&upper), line_of(&lower))
+            let row = |k: usize| line(&|c| in_two_rows(writing, *c)[k].clone());
+            row(0) + &row(1)
         }
         Header::Metadata => format!(
-            "Device: IMU 42{end}Serial Number: 0017{end}Sample Rate: {} Hz{end}Start: 2024-05-19{end}{names}",
-            rate_hz
+            "Device: IMU 42{end}Serial Number: 0017{end}Sample Rate: {rate_hz} Hz{end}Start: 2024-05-19{end}{names}"
         ),
         Header::SepLine => format!("sep={}{end}{names}", delimiter.trim_end_matches(' ')),
     };
@@ -267,15 +241,16 @@ fn header(
 }
 
 /// Sensor above, axis or unit below.
-fn in_two_rows(writing: &Writing, channel: Channel) -> (String, String) {
-    match channel {
-        C::Accel(i) => ("Accelerometer".to_owned(), AXES[i].to_string()),
-        C::Gyro(i) => ("Gyroscope".to_owned(), AXES[i].to_string()),
-        C::Magnetometer(i) => ("Magnetometer".to_owned(), AXES[i].to_string()),
-        C::Linear(i) => ("Linear Acceleration".to_owned(), AXES[i].to_string()),
-        C::Temperature => ("Temperature".to_owned(), "C".to_owned()),
-        other => ("Time".to_owned(), unit_of(writing, other)),
-    }
+fn in_two_rows(writing: &Writing, channel: Channel) -> [String; 2] {
+    let (upper, lower) = match channel {
+        C::Accel(i) => ("Accelerometer", AXES[i].to_string()),
+        C::Gyro(i) => ("Gyroscope", AXES[i].to_string()),
+        C::Magnetometer(i) => ("Magnetometer", AXES[i].to_string()),
+        C::Linear(i) => ("Linear Acceleration", AXES[i].to_string()),
+        C::Temperature => ("Temperature", "C".to_owned()),
+        other => ("Time", unit_of(writing, other)),
+    };
+    [upper.to_owned(), lower]
 }
 
 fn unit_of(writing: &Writing, channel: Channel) -> String {
@@ -316,19 +291,17 @@ fn unit_of(writing: &Writing, channel: Channel) -> String {
 
 fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
     use Names as N;
-    let unit = |name: String| {
-        if with_units {
-            format!("{name} ({})", unit_of(writing, channel))
-        } else {
-            name
-        }
+    let within = |name: String, [open, close]: [char; 2]| match with_units {
+        true => format!("{name} {open}{}{close}", unit_of(writing, channel)),
+        false => name,
     };
-    let (upper, lower) = match channel {
-        C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) | C::Linear(i) => {
-            (AXES[i].to_ascii_uppercase(), AXES[i])
-        }
-        _ => (' ', ' '),
+    let unit = |name: String| within(name, ['(', ')']);
+    let bracketed = |name: String| within(name, ['[', ']']);
+    let lower = match channel {
+        C::Accel(i) | C::Gyro(i) | C::Magnetometer(i) | C::Linear(i) => AXES[i],
+        _ => ' ',
     };
+    let upper = lower.to_ascii_uppercase();
     match channel {
         C::Time(part) if writing.clock == Clock::Parts => {
             let names = match writing.clock_name {
@@ -368,13 +341,12 @@ fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
         (N::Sketch, _) => unit(format!("{short}{upper}")),
         (N::Short, _) => format!("{short}{lower}"),
         (N::Camel | N::ArduPilot, _) => format!("{camel}{upper}"),
-        (N::Snake, _) if with_units => format!("{word}_{lower} [{}]", unit_of(writing, channel)),
-        (N::Snake, _) => format!("{word}_{lower}"),
+        (N::Snake, _) => bracketed(format!("{word}_{lower}")),
         (N::Phyphox, C::Accel(_)) => unit(format!("Acceleration {lower}")),
         (N::Phyphox, _) => unit(format!("{long} {lower}")),
         (N::Xio, _) => unit(format!("{long} {upper}")),
-        (N::Euroc, C::Accel(_)) => bracketed(writing, channel, with_units, "a_RS_S", lower),
-        (N::Euroc, C::Gyro(_)) => bracketed(writing, channel, with_units, "w_RS_S", lower),
+        (N::Euroc, C::Accel(_)) => bracketed(format!("a_RS_S_{lower}")),
+        (N::Euroc, C::Gyro(_)) => bracketed(format!("w_RS_S_{lower}")),
         (N::Ros, C::Accel(_)) => format!("field.linear_acceleration.{lower}"),
         (N::Ros, C::Gyro(_)) => format!("field.angular_velocity.{lower}"),
         (N::Px4, C::Accel(i)) => format!("accelerometer_m_s2[{i}]"),
@@ -385,19 +357,6 @@ fn name_of(writing: &Writing, channel: Channel, with_units: bool) -> String {
         (N::Phone, C::Gyro(_)) => format!("w{lower}"),
         (N::Bare, C::Accel(_) | C::Gyro(_)) => lower.to_string(),
         _ => format!("{word}_{lower}"),
-    }
-}
-
-fn bracketed(
-    writing: &Writing,
-    channel: Channel,
-    with_units: bool,
-    stem: &str,
-    axis: char,
-) -> String {
-    match with_units {
-        true => format!("{stem}_{axis} [{}]", unit_of(writing, channel)),
-        false => format!("{stem}_{axis}"),
     }
 }
 
@@ -446,10 +405,10 @@ fn clock_name(writing: &Writing, with_units: bool) -> String {
     .to_owned()
 }
 
-fn cell(writing: &Writing, columns: &Columns, row: usize, channel: Channel, out: &mut String) {
+fn cell(writing: &Writing, columns: &Columns, row: usize, channel: Channel) -> String {
     let digits = writing.decimals.digits();
-    let _ = match channel {
-        C::Time(part) => return time_cell(writing, columns, row, part, out),
+    match channel {
+        C::Time(part) => time_cell(writing, columns, row, part),
         C::Accel(i) | C::Linear(i) => {
             let mut mps2 = columns.accel_mps2[i][row];
             if channel == C::Linear(i) {
@@ -458,82 +417,65 @@ fn cell(writing: &Writing, columns: &Columns, row: usize, channel: Channel, out:
             }
             let g = mps2 / STANDARD_GRAVITY_MPS2;
             match writing.values {
-                Values::Counts => write!(out, "{}", count(g * writing.range.lsb_per_g())),
-                Values::GRad | Values::GDeg => write!(out, "{g:.digits$}"),
-                Values::MilliGDeg => write!(out, "{:.digits$}", 1000.0 * g),
-                _ => write!(out, "{mps2:.digits$}"),
+                Values::Counts => count(g * writing.range.lsb_per_g()).to_string(),
+                Values::GRad | Values::GDeg => format!("{g:.digits$}"),
+                Values::MilliGDeg => format!("{:.digits$}", 1000.0 * g),
+                _ => format!("{mps2:.digits$}"),
             }
         }
         C::Gyro(i) => {
             let rad_s = columns.gyro_rad_s[i][row];
             let deg_s = rad_s.to_degrees();
             match writing.values {
-                Values::Counts => write!(out, "{}", count(deg_s * writing.range.lsb_per_deg_s())),
-                Values::Mps2Rad | Values::GRad | Values::Mislabelled => {
-                    write!(out, "{rad_s:.digits$}")
-                }
-                _ => write!(out, "{deg_s:.digits$}"),
+                Values::Counts => count(deg_s * writing.range.lsb_per_deg_s()).to_string(),
+                Values::Mps2Rad | Values::GRad | Values::Mislabelled => format!("{rad_s:.digits$}"),
+                _ => format!("{deg_s:.digits$}"),
             }
         }
         C::Magnetometer(i) => {
             let along = columns.accel_mps2[(i + 1) % 3][row];
-            write!(out, "{:.digits$}", 12.0 + 3.0 * along + 7.0 * i as f64)
+            format!("{:.digits$}", 12.0 + 3.0 * along + 7.0 * i as f64)
         }
-        C::Temperature => write!(out, "{:.2}", columns.temperature_c[row]),
-        C::Counter => write!(out, "{row}"),
-        C::Text(i) => write!(out, "{}", ["portrait", "none", "as found"][i]),
-    };
+        C::Temperature => format!("{:.2}", columns.temperature_c[row]),
+        C::Counter => row.to_string(),
+        C::Text(i) => ["portrait", "none", "as found"][i].to_owned(),
+    }
 }
 
 fn count(value: f64) -> i64 {
     (value.round() as i64).clamp(-32768, 32767)
 }
 
-fn time_cell(writing: &Writing, columns: &Columns, row: usize, part: usize, out: &mut String) {
+fn time_cell(writing: &Writing, columns: &Columns, row: usize, part: usize) -> String {
     let t_s = columns.t_s[row];
     let ns = (t_s * 1e9).round() as u64;
-    let _ = match writing.clock {
+    let us = ns / 1000;
+    let of_day_s = START_S % 86_400 + ns / 1_000_000_000;
+    let [hours, minutes, seconds] = [of_day_s / 3600, of_day_s / 60 % 60, of_day_s % 60];
+    match writing.clock {
         // Between 2 s and 71 min after the board was started.
-        Clock::Milliseconds => write!(out, "{}", 2345 + ns.div_ceil(1_000_000)),
-        Clock::Microseconds => write!(out, "{}", 2_345_678 + ns / 1000),
-        Clock::Seconds => write!(out, "{t_s:.6}"),
-        Clock::EpochSeconds => {
-            let us = ns / 1000;
-            write!(out, "{}.{:06}", START_S + us / 1_000_000, us % 1_000_000)
-        }
-        Clock::EpochMilliseconds => {
-            let us = ns / 1000;
-            write!(out, "{}.{:03}", START_S * 1000 + us / 1000, us % 1000)
-        }
-        Clock::EpochNanoseconds => write!(out, "{}", START_S * 1_000_000_000 + ns),
-        Clock::Minutes => write!(out, "{:.8}", t_s / 60.0),
+        Clock::Milliseconds => format!("{}", 2345 + ns.div_ceil(1_000_000)),
+        Clock::Microseconds => format!("{}", 2_345_678 + us),
+        Clock::Seconds => format!("{t_s:.6}"),
+        Clock::EpochSeconds => format!("{}.{:06}", START_S + us / 1_000_000, us % 1_000_000),
+        Clock::EpochMilliseconds => format!("{}.{:03}", START_S * 1000 + us / 1000, us % 1000),
+        Clock::EpochNanoseconds => format!("{}", START_S * 1_000_000_000 + ns),
+        Clock::Minutes => format!("{:.8}", t_s / 60.0),
         // Days since 1899-12-30.
-        Clock::Days => write!(out, "{:.10}", 25_569.0 + (START_S as f64 + t_s) / 86_400.0),
-        Clock::DateAndTime if part == 0 => write!(out, "2024-05-19"),
-        Clock::Parts => {
-            let s = START_S % 86_400 + ns / 1_000_000_000;
-            let parts = [s / 3600, s / 60 % 60, s % 60, ns / 1_000_000 % 1000];
-            write!(out, "{}", parts[part])
-        }
+        Clock::Days => format!("{:.10}", 25_569.0 + (START_S as f64 + t_s) / 86_400.0),
+        Clock::DateAndTime if part == 0 => "2024-05-19".to_owned(),
+        Clock::Parts => [hours, minutes, seconds, us / 1000 % 1000][part].to_string(),
         Clock::DateTime | Clock::DateAndTime | Clock::TimeOfDay => {
-            let s = START_S % 86_400 + ns / 1_000_000_000;
-            let (hours, minutes, seconds) = (s / 3600, s / 60 % 60, s % 60);
             let (before, point) = match writing.clock {
                 Clock::DateTime => ("2024-05-19 ", '.'),
                 _ => ("", ':'),
             };
-            let fraction = ns % 1_000_000_000 / 100_000;
-            write!(
-                out,
-                "{before}{hours:02}:{minutes:02}:{seconds:02}{point}{fraction:04}"
-            )
+            let fraction = us % 1_000_000 / 100;
+            format!("{before}{hours:02}:{minutes:02}:{seconds:02}{point}{fraction:04}")
         }
-        Clock::Differences => {
-            let before = if row == 0 { t_s } else { columns.t_s[row - 1] };
-            write!(out, "{:.6}", t_s - before)
-        }
-        Clock::Absent => Ok(()),
-    };
+        Clock::Differences => format!("{:.6}", t_s - columns.t_s[row.saturating_sub(1)]),
+        Clock::Absent => String::new(),
+    }
 }
 
 fn encode(encoding: Encoding, text: &str) -> Vec<u8> {

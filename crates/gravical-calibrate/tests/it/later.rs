@@ -30,10 +30,8 @@ fn rest(face: usize, rows: usize, bias: [f64; 3], g: f64, seed: u64) -> Recordin
     for i in 0..rows {
         let [x, y, z] = [0, 1, 2].map(|k| g * FACES[face].1[k] + bias[k] + noise(0.02));
         let [u, v, w] = [(); 3].map(|()| noise(1e-3));
-        text += &format!(
-            "{},{x:.5},{y:.5},{z:.5},25.0,{u:.6},{v:.6},{w:.6}\n",
-            10 * i
-        );
+        let t_ms = 10 * i;
+        text += &format!("{t_ms},{x:.5},{y:.5},{z:.5},25.0,{u:.6},{v:.6},{w:.6}\n");
     }
     read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default()).unwrap()
 }
@@ -258,11 +256,8 @@ fn another_gravity_is_told_and_taken_off() {
     b.accelerometer.gravity_sd_mps2 = 0.015;
     let m = b.accelerometer.parameters().unwrap() * (0.015 / b.gravity_mps2);
     let values = &mut b.accelerometer.covariance.as_mut().unwrap().values;
-    for (i, row) in values[..9].iter_mut().enumerate() {
-        row[..9]
-            .iter_mut()
-            .enumerate()
-            .for_each(|(k, v)| *v += m[i] * m[k]);
+    for (i, k) in (0..81).map(|n| (n / 9, n % 9)) {
+        values[i][k] += m[i] * m[k];
     }
     assert_eq!(compared(&a, &b).verdict.judgement, Judgement::Agree);
 }

@@ -5,6 +5,7 @@ use gravical_calibrate::calibrate::CalibrateOptions;
 use gravical_calibrate::poses::SegmentOptions;
 use gravical_calibrate::poses::sections::Section;
 use gravical_calibrate::recording::{ReadOptions, Recording, read_bytes};
+use gravical_core::matrix3;
 use gravical_fit::model::sphere;
 use gravical_sim::{
     Scenario, SimulateOptions, SimulatedFile, Simulation, SixPositionOptions, simulate,
@@ -97,30 +98,22 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         let a = &file.accelerometer;
         let c = &a.covariance.as_ref().unwrap().values;
         for i in 0..3 {
-            out.bias
-                .push((a.bias[i] - truth.bias_mps2[i]) / c[9 + i][9 + i].sqrt());
-            let row = &truth.matrix[i];
-            let scale = row.iter().map(|v| v * v).sum::<f64>().sqrt();
-            let r = &a.orientation[i];
-            let variance: f64 = (0..3)
-                .flat_map(|j| (0..3).map(move |k| (j, k)))
-                .map(|(j, k)| r[j] * r[k] * c[3 * i + j][3 * i + k])
-                .sum();
+            let off = a.bias[i] - truth.bias_mps2[i];
+            out.bias.push(off / c[9 + i][9 + i].sqrt());
+            let (scale, r) = (matrix3::norm(&truth.matrix[i]), &a.orientation[i]);
+            let part = |(j, k): (usize, usize)| r[j] * r[k] * c[3 * i + j][3 * i + k];
+            let variance: f64 = (0..9).map(|n| part((n / 3, n % 3))).sum();
             out.scale.push((a.scale[i] - scale) / variance.sqrt());
         }
         let predicted = a.predicted_norm_error_mps2.unwrap();
-        let squares: Vec<f64> = sphere(200)
-            .map(|n| {
-                let raw: [f64; 3] = std::array::from_fn(|i| {
-                    let force: f64 = (0..3).map(|j| truth.matrix[i][j] * 9.80665 * n[j]).sum();
-                    force + truth.bias_mps2[i]
-                });
-                let calibrated = file.accelerometer_calibration().apply(raw);
-                let norm = calibrated.iter().map(|v| v * v).sum::<f64>().sqrt();
-                ((norm - 9.80665) / predicted).powi(2)
-            })
-            .collect();
-        out.norm.push(mean(&squares));
+        let square = |n: nalgebra::Vector3<f64>| {
+            let force = matrix3::mul_vec(&truth.matrix, &(n * 9.80665).into());
+            let raw = std::array::from_fn(|i| force[i] + truth.bias_mps2[i]);
+            let norm = matrix3::norm(&file.accelerometer_calibration().apply(raw));
+            ((norm - 9.80665) / predicted).powi(2)
+        };
+        out.norm
+            .push(mean(&sphere(200).map(square).collect::<Vec<_>>()));
     }
     out
 }

@@ -65,9 +65,7 @@ fn errors_about_rests_that_are_counted_in_rows_advise_the_rate() {
         let session = [recording(faces, rows, bias)];
         let error = calibrate(&session, &CalibrateOptions::default()).unwrap_err();
         assert_eq!(error.code(), code);
-        assert!(
-            error.options().iter().any(|option| option.name == "rate"),
-            "{error}"
-        );
+        let mut options = error.options().iter();
+        assert!(options.any(|option| option.name == "rate"), "{error}");
     }
 }

@@ -35,5 +35,5 @@ fn every_command_that_calibrates_says_that_the_board_did() {
     }
     // Where nothing calibrates it again there is nothing to say.
     let once = crate::motion::motion(path, "line.csv", 0);
-    assert!(!kinds(&once).contains(&"already-calibrated".to_owned()));
+    assert!(!kinds(&once).contains(&"already-calibrated"));
 }

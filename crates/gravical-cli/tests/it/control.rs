@@ -40,19 +40,15 @@ fn folder() -> tempfile::TempDir {
     lines.insert(header, format!("# Serial Number: A1{HOSTILE}"));
     let mut cal: serde_json::Value = serde_json::from_str(&read(at, "d/calibration.json")).unwrap();
     hostile(&mut cal);
+    let unknown = format!("t,{HOSTILE}x,foo,bar\n1,2,3,4\n2,2,3,4\n3,2,3,4\n");
+    let sections = format!("{{\"{}\": {{\"start\": 9, \"end\": 1}}}}", escaped());
     for (file, text) in [
         ("line.csv", lines.join("\n") + "\n"),
         ("no.csv", format!("a{HOSTILE},b\nx,{HOSTILE}\n")),
-        (
-            "unknown.csv",
-            format!("t,{HOSTILE}x,foo,bar\n1,2,3,4\n2,2,3,4\n3,2,3,4\n"),
-        ),
+        ("unknown.csv", unknown),
         ("bad.json", format!("{{\"format\": \"{}\"}}", escaped())),
         ("cal.json", cal.to_string()),
-        (
-            "sections.json",
-            format!("{{\"{}\": {{\"start\": 9, \"end\": 1}}}}", escaped()),
-        ),
+        ("sections.json", sections),
     ] {
         write(at, &name(file), &text);
     }

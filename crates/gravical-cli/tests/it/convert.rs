@@ -82,11 +82,12 @@ fn every_command_reads_a_cwa_file() {
     close(first[1], -5.185_55, 1e-5);
     close(first[0], 1_572_339_786.3, 0.02);
     assert_eq!(lines.count() + 1, 259 * 40);
-    for line in [
-        "denoise {} --filter savgol:5,2 --quiet",
-        "motion {} -o m.csv",
+    for (verb, rest) in [
+        ("denoise", "--filter savgol:5,2 -q"),
+        ("motion", "-o m.csv"),
     ] {
-        let run = run_in(folder.path(), words(&line.replace("{}", cwa)));
+        let line = format!("{verb} {cwa} {rest}");
+        let run = run_in(folder.path(), words(&line));
         assert!([0, 4].contains(&run.code), "{line}: {}", run.err);
     }
 }

@@ -18,17 +18,10 @@ fn it_calibrates_moves_and_reports_and_loses_nothing_of_an_earlier_run() {
 
     // Everything is there, and the recordings are those of the examples. README.md has the numbers.
     let said = format!("{}{}", run.out, run.err);
-    for name in [
-        "calibration.json",
-        "calibration.html",
-        "track.csv",
-        "motion.html",
-    ] {
+    for name in words("calibration.json calibration.html track.csv motion.html") {
         let name = format!("gravical-demo/{name}");
-        assert!(
-            read(at, &name).len() > 1000 && said.contains(&name),
-            "{said}"
-        );
+        let is_there = read(at, &name).len() > 1000 && said.contains(&name);
+        assert!(is_there, "{said}");
     }
     for name in ["poses/poses.csv", "line/line.csv"] {
         let made = fs::read(at.join("gravical-demo").join(name)).unwrap();
@@ -36,6 +29,20 @@ fn it_calibrates_moves_and_reports_and_loses_nothing_of_an_earlier_run() {
     }
     let page = read(at, "gravical-demo/motion.html");
     assert!(page.len() < 2_000_000 && page.contains("<svg"));
+
+    // The README shows a figure of it. `GRAVICAL_BLESS=1` writes that anew.
+    let line = "motion gravical-demo/line/line.csv -c gravical-demo/calibration.json";
+    ends(at, &format!("{line} --report drawn.md --json --quiet"), 0);
+    let drawn = read(at, "drawn_figures/position.svg");
+    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");
+    if std::env::var_os("GRAVICAL_BLESS").is_some() {
+        fs::write(&shown, &drawn).unwrap();
+    }
+    let is_same = drawn == fs::read_to_string(&shown).unwrap();
+    assert!(
+        is_same,
+        "docs/images/position.svg is stale; GRAVICAL_BLESS=1 rewrites it"
+    );
 
     fs::remove_file(at.join("gravical-demo/poses/poses.csv")).unwrap();
     let again = ends(at, "demo -o gravical-demo", 2).err;
@@ -47,25 +54,4 @@ fn it_calibrates_moves_and_reports_and_loses_nothing_of_an_earlier_run() {
     // Without a name it takes the next number.
     ends(at, "demo", 0);
     assert!(at.join("gravical-demo-2/motion.html").is_file());
-}
-
-/// The README shows a figure of the demo. `GRAVICAL_BLESS=1` writes it anew.
-#[test]
-fn the_figure_of_the_readme_is_what_the_demo_draws() {
-    let folder = tempfile::tempdir().unwrap();
-    for line in [
-        "demo -o here",
-        "motion here/line/line.csv -c here/calibration.json --report drawn.md --json --quiet",
-    ] {
-        ends(folder.path(), line, 0);
-    }
-    let drawn = fs::read_to_string(folder.path().join("drawn_figures/position.svg")).unwrap();
-    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/images/position.svg");
-    if std::env::var_os("GRAVICAL_BLESS").is_some() {
-        fs::write(&shown, &drawn).unwrap();
-    }
-    assert!(
-        drawn == fs::read_to_string(&shown).unwrap(),
-        "docs/images/position.svg is stale; GRAVICAL_BLESS=1 rewrites it"
-    );
 }

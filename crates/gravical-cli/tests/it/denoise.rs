@@ -8,10 +8,8 @@ use crate::support::*;
 
 /// A rest of 600 rows with two more columns, one of them text.
 fn rest(folder: &Path) -> Vec<String> {
-    let mut lines = report_lines(
-        "t_ms,ax,ay,az,Temp (C),gx (rad/s),gy (rad/s),gz (rad/s)",
-        600,
-    );
+    let header = "t_ms,ax,ay,az,Temp (C),gx (rad/s),gy (rad/s),gz (rad/s)";
+    let mut lines = report_lines(header, 600);
     for (i, line) in lines.iter_mut().enumerate() {
         line.push_str(if i == 0 { ",note" } else { ",\"a, b\"" });
     }
@@ -136,11 +134,10 @@ fn empty_cells_stay_empty_and_spoil_nothing() {
     for filter in ["savgol:5,2", "butter:4,5Hz", "hampel:7,3"] {
         let (reported, rows) = denoised(folder.path(), &format!("holes.csv --filter {filter}"));
         assert_eq!(finding(&reported, "empty-cells")["count"], 2, "{filter}");
-        let empty: Vec<(usize, usize)> = (1..rows.len())
-            .flat_map(|r| (1..4).map(move |c| (r, c)))
-            .filter(|(r, c)| rows[*r][*c].is_empty())
-            .collect();
-        assert_eq!(empty, [(101, 1), (251, 2), (251, 3)], "{filter}");
+        let cells = (1..rows.len()).flat_map(|r| (1..4).map(move |c| (r, c)));
+        let empty = cells.filter(|(r, c)| rows[*r][*c].is_empty());
+        let wanted = [(101, 1), (251, 2), (251, 3)];
+        assert_eq!(empty.collect::<Vec<_>>(), wanted, "{filter}");
     }
 }
 

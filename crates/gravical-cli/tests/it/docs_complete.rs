@@ -53,14 +53,9 @@ fn every_code_is_documented() {
         let source = entry.unwrap().path();
         // Nobody gets the virtual board.
         if !source.ends_with("virtual-board") {
-            let tests = |file: &Path| {
-                file.iter()
-                    .any(|part| part == "tests" || part == "tests.rs")
-            };
-            for file in below(&source.join("src")) {
-                if tests(&file) {
-                    continue;
-                }
+            let is_test = |file: &PathBuf| file.iter().any(|p| p == "tests" || p == "tests.rs");
+            let files = below(&source.join("src")).into_iter();
+            for file in files.filter(|file| !is_test(file)) {
                 names.extend(codes(&fs::read_to_string(file).unwrap_or_default()));
             }
         }
@@ -86,9 +81,8 @@ fn codes(text: &str) -> Vec<String> {
 fn links_lead_somewhere() {
     let mut paths = below(&root().join("docs"));
     paths.retain(|path| path.extension().is_some_and(|e| e == "md"));
-    paths.extend(
-        ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(|n| root().join(n)),
-    );
+    let at_root = ["README.md", "DESIGN.md", "CHANGELOG.md", "CONTRIBUTING.md"];
+    paths.extend(at_root.map(|name| root().join(name)));
     let mut seen = 0;
     for path in paths {
         let text = fs::read_to_string(&path).unwrap();

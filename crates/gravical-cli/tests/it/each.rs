@@ -24,6 +24,10 @@ fn fleet(count: u64) -> tempfile::TempDir {
     folder
 }
 
+fn written_json(folder: &Path, name: &str) -> Value {
+    serde_json::from_str(&read(folder, name)).unwrap()
+}
+
 /// The rows of a summary, by column.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {
     let mut table = csv::Reader::from_path(path).unwrap();
@@ -54,17 +58,13 @@ fn each_result_is_that_of_the_command_alone() {
     let codes = ["no-rows", "", "", "", "not-found", "empty-file"];
     assert_eq!(column("error_code"), codes);
     assert!(column("hint")[0].len() > 10 && column("result")[0].is_empty());
-    assert_eq!(
-        listed(&at.join("out")),
-        ["all.csv", "folder.json", "unit-1.json", "unit-2.json"]
-    );
+    let written = ["all.csv", "folder.json", "unit-1.json", "unit-2.json"];
+    assert_eq!(listed(&at.join("out")), written);
     for (row, input) in [(&rows[1], "folder"), (&rows[2], "unit-1.csv")] {
         let line = format!("calibrate fleet/{input} --gravity 9.81 -o {input}.json");
         ends(at, &line, 0);
-        let read = |path: &str| -> Value {
-            serde_json::from_slice(&fs::read(at.join(path)).unwrap()).unwrap()
-        };
-        let (mut own, mut alone) = (read(&row["result"]), read(&format!("{input}.json")));
+        let alone = format!("{input}.json");
+        let [mut own, mut alone] = [&row["result"], &alone].map(|path| written_json(at, path));
         assert_eq!(row["bias_x"], own["accelerometer"]["bias"][0].to_string());
         for result in [&mut own, &mut alone] {
             result["command"] = Value::Null;
@@ -84,12 +84,10 @@ fn a_second_run_does_what_is_not_done() {
     ends(at, line, 2);
     let written = |name: &str| fs::metadata(at.join(name)).unwrap().modified().unwrap();
     let before = ["out/unit-1.json", "out/unit-2.json"].map(written);
-    let session = fs::File::options()
-        .append(true)
-        .open(at.join("fleet/unit-2.csv"))
-        .unwrap();
+    let mut session = fs::File::options();
+    let session = session.append(true).open(at.join("fleet/unit-2.csv"));
     let later = SystemTime::now() + Duration::from_secs(60);
-    session.set_modified(later).unwrap();
+    session.unwrap().set_modified(later).unwrap();
     ends(at, &format!("{line} --resume"), 0);
     assert_eq!(fs::read_to_string(at.join("all.csv")).unwrap(), first);
     assert_eq!(written("out/unit-1.json"), before[0]);
@@ -98,10 +96,8 @@ fn a_second_run_does_what_is_not_done() {
         let line = format!("calibrate --each fleet -o part --shard {i}/2");
         ends(at, &line, 0);
     }
-    assert_eq!(
-        listed(&at.join("part")),
-        ["unit-1.json", "unit-2.json", "unit-3.json"]
-    );
+    let all = ["unit-1.json", "unit-2.json", "unit-3.json"];
+    assert_eq!(listed(&at.join("part")), all);
 }
 
 #[test]
@@ -137,8 +133,7 @@ fn a_second_run_keeps_nothing_that_is_not_of_the_session() {
     assert_eq!(rows.len(), 3);
     assert_eq!(rows[2]["result"], "");
     for (row, name) in rows.iter().zip(["unit-1", "unit-2"]) {
-        let file = fs::read(at.join(format!("out/{name}.json"))).unwrap();
-        let file: Value = serde_json::from_slice(&file).unwrap();
+        let file = written_json(at, &format!("out/{name}.json"));
         assert_eq!(file["inputs"][0]["path"], format!("fleet/{name}.csv"));
         assert_eq!(row["bias_x"], file["accelerometer"]["bias"][0].to_string());
     }

@@ -9,16 +9,11 @@ use crate::support::*;
 fn a_written_calibration() {
     let folder = six_files(&Sensor::default());
     let written = || {
-        let line = "calibrate . --json -o cal.json --force";
-        let run = std::process::Command::new(program())
-            .args(words(line))
-            .env("SOURCE_DATE_EPOCH", "1700000000")
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
+        let line = words("calibrate . --json -o cal.json --force");
+        let dated = ("SOURCE_DATE_EPOCH", "1700000000");
+        let run = run_with(folder.path(), |c| c.args(line).env(dated.0, dated.1));
         let text = read(folder.path(), "cal.json");
-        let printed: Value = serde_json::from_slice(&run.stdout).unwrap();
-        assert_eq!(printed, serde_json::from_str::<Value>(&text).unwrap());
+        assert_eq!(run.json(), serde_json::from_str::<Value>(&text).unwrap());
         text
     };
     let one = written();
@@ -46,18 +41,14 @@ fn what_reading_lost_is_named_with_the_error() {
 #[test]
 fn broken_calibrations_are_refused_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
+    let later = "{\"format\": \"gravical-calibration/9\"}";
     for (text, code, place) in [
         ("{\n\"format\": \n", "calibration-syntax", "cal.json:3"),
-        (
-            "{\"format\": \"gravical-calibration/9\"}",
-            "calibration-format",
-            "/9",
-        ),
+        (later, "calibration-format", "/9"),
         ("{\"K_a\": 3}", "calibration-syntax", "cal.json"),
     ] {
-        write(path, "cal.json", text);
-        let run = ends(path, "export cal.json --to imucal", 3);
+        write(folder.path(), "cal.json", text);
+        let run = ends(folder.path(), "export cal.json --to imucal", 3);
         assert!(run.out.is_empty(), "{text}");
         assert!(run.err.contains(&format!("code: {code}")), "{}", run.err);
         assert!(run.err.contains(place), "{text}: {}", run.err);

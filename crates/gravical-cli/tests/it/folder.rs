@@ -37,11 +37,8 @@ fn calibrated() -> tempfile::TempDir {
             format!("{time},{rest}\n")
         };
         let rows = text.lines().filter(|line| !line.starts_with('#'));
-        write(
-            at,
-            &format!("{name}.csv"),
-            &rows.map(row).collect::<String>(),
-        );
+        let rows: String = rows.map(row).collect();
+        write(at, &format!("{name}.csv"), &rows);
     }
     folder
 }

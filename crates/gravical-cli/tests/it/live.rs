@@ -4,12 +4,12 @@
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use super::support::{calibrate, ends, fails, number, program, read, run_in, words, write};
+use super::support::{self, Run, calibrate, ends, fails, list, number, read, run_in, words, write};
 
 /// Commands of a whole session; the sensor lies on +z at its start.
 const WHOLE: &str = "+x -x +y -y -z free free free free free free free free free free stop";
@@ -19,14 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Runs `live …` and types these commands; its input stays open as long as it is held.
 fn start(folder: &Path, line: &str, commands: &str) -> (Child, ChildStdin) {
-    let mut child = Command::new(program())
-        .args(words(&format!("live {line}")))
-        .current_dir(folder)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = support::start(folder, &format!("live {line}"));
     let mut input = child.stdin.take().unwrap();
     for command in words(commands) {
         writeln!(input, "{command}").unwrap();
@@ -36,11 +29,8 @@ fn start(folder: &Path, line: &str, commands: &str) -> (Child, ChildStdin) {
 
 /// Exit code, events on standard output, and standard error.
 fn end(child: Child) -> (i32, Vec<Value>, String) {
-    let output = child.wait_with_output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
-    assert!(!err.contains("panicked"), "{err}");
-    let code = output.status.code().expect("ended by a signal");
-    (code, events(&out), err)
+    let run = Run::of(child.wait_with_output().unwrap());
+    (run.code, events(&run.out), run.err)
 }
 
 fn events(text: &str) -> Vec<Value> {
@@ -89,14 +79,8 @@ fn a_simulated_session_ends_with_the_truth_and_its_folder_calibrates_to_the_last
 
     let saved = json(at, "s/calibration.json");
     let again = calibrate(at, "s", 0);
-    for part in [
-        "accelerometer",
-        "gyroscope",
-        "verdict",
-        "temperature_c",
-        "findings",
-    ] {
-        assert_eq!(saved[part], again[part], "{part}");
+    for part in words("accelerometer gyroscope verdict temperature_c findings") {
+        assert_eq!(saved[&part], again[&part], "{part}");
     }
     // What the session showed is what was saved.
     let fit = of_type(&lived, "fit").pop().unwrap();
@@ -163,7 +147,7 @@ fn a_killed_session_goes_on() {
     let saved = json(at, "s/calibration.json");
     let again = calibrate(at, "s", 0);
     assert_eq!(saved["accelerometer"], again["accelerometer"]);
-    let saved = saved["accelerometer"]["poses"].as_array().unwrap();
+    let saved = list(&saved["accelerometer"]["poses"]);
     assert_eq!(saved.len(), poses.len());
 }
 

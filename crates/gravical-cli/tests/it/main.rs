@@ -8,14 +8,12 @@
 
 mod bad_input;
 mod calibrated_board;
-mod compare_check;
 mod control;
 mod convert;
 mod demo;
 mod denoise;
 mod docs_complete;
 mod each;
-mod every_recording;
 mod export;
 mod figures;
 mod files;

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::bad_input::all_refused;
-use crate::compare_check::narrow;
 use crate::support::*;
 
 /// A line of 0.7 m and a calibration of the same sensor.
@@ -43,7 +42,7 @@ fn the_table_goes_out_and_the_summary_aside() {
     let again = motion(path, "m.csv -c cal.json", 0);
     let raw = finding(&again, "several-sensors")["message"].to_string();
     assert!(raw.contains("raw ones (raw_ax_mps2 …) are read"), "{raw}");
-    assert!(!kinds(&again).contains(&"already-calibrated".to_owned()));
+    assert!(!kinds(&again).contains(&"already-calibrated"));
 }
 
 #[test]
@@ -61,7 +60,7 @@ fn the_procedure_of_the_student_report() {
     // Rests by hand.
     let end = |result: &Value| numbers(&result["final"]["position_m"]);
     let given = motion(path, "line/line.csv --rests 0-4.8,7.2-", 0);
-    assert_eq!(given["rests"].as_array().unwrap().len(), 2);
+    assert_eq!(list(&given["rests"]).len(), 2);
     close(number(&given["rests"][0]["end_s"]), 4.8, 0.011);
     close(end(&given)[0], 0.02, 0.1);
     close(end(&given)[1], 0.7, 0.1);

@@ -1,7 +1,5 @@
 //! `gravical motion` on real recordings.
 
-use crate::compare_check::narrow;
-use crate::every_recording::files;
 use crate::motion::motion;
 use crate::support::*;
 
@@ -15,13 +13,12 @@ fn a_walked_room_closes_beside_the_camera() {
     let result = motion(folder.path(), &args, 0);
     let c = &result["truth"];
     assert_eq!(c["time_offset_s"], 0.0);
-    assert_eq!(c["moves"].as_array().unwrap().len(), 4);
+    assert_eq!(list(&c["moves"]).len(), 4);
     close(number(&c["path_m"]), 36.0, 1.0);
     // The camera is level, and its frame is the sensor's at the start.
     close(number(&c["yaw_deg"]), 0.0, 3.0);
     // Half a minute with turns by 700° in the first, of a sensor that nobody calibrated.
-    let bouts = c["moves"].as_array().unwrap().iter();
-    for (m, most) in bouts.zip([1.5, 0.7, 0.4, 0.7]) {
+    for (m, most) in list(&c["moves"]).zip([1.5, 0.7, 0.4, 0.7]) {
         let (error, sigma) = (numbers(&m["end_error_m"]), numbers(&m["sigma_m"]));
         let size = error.iter().map(|e| e * e).sum::<f64>().sqrt();
         assert!(size < most, "{m}");
@@ -39,13 +36,9 @@ fn a_lift_goes_up_a_skyscraper() {
     let folder = tempfile::tempdir().unwrap();
     let file = data.join("pabrod-elevator/skyscrapper_up.csv");
     let result = motion(folder.path(), &file.display().to_string(), 0);
-    let ride = result["moves"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter(|m| m["unusable"].is_null())
-        .max_by_key(|m| (1e3 * number(&m["path_m"])) as i64)
-        .unwrap();
+    let rides = list(&result["moves"]).filter(|m| m["unusable"].is_null());
+    let ride = rides.max_by_key(|m| (1e3 * number(&m["path_m"])) as i64);
+    let ride = ride.unwrap();
     // Its owner has 74.3 m and about 4.0 m/s, from other rests; a bias or a scale
     // explains gravity at rest, and the band covers both.
     close(number(&ride["displacement_m"][2]), 74.3, 1.0);
@@ -65,7 +58,7 @@ fn every_recording_ends_in_a_table_or_in_a_reason() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().unwrap();
     let mut tables = 0;
-    for path in files(&data) {
+    for path in recordings(&data) {
         let name = path.display();
         let args = format!("motion {name} --rate 100 -o out.csv --force");
         let run = run_in(folder.path(), words(&args));
@@ -79,10 +72,8 @@ fn every_recording_ends_in_a_table_or_in_a_reason() {
         narrow(reported);
         tables += 1;
         let table = read(folder.path(), "out.csv");
-        let rows = table
-            .lines()
-            .map(|line| line.split(',').collect::<Vec<_>>());
-        let rows: Vec<_> = rows.collect();
+        let rows = table.lines().map(|line| line.split(',').collect());
+        let rows: Vec<Vec<&str>> = rows.collect();
         assert!(rows.iter().all(|row| row.len() == rows[0].len()), "{name}");
         let times = rows[1..].iter().map(|row| row[0].parse::<f64>().unwrap());
         assert!(times.is_sorted(), "{name}");

@@ -10,19 +10,18 @@ use crate::support::*;
 fn folder() -> tempfile::TempDir {
     let folder = demo();
     for (from, to) in [
-        ("line/line.csv", "line.csv"),
-        ("calibration.json", "cal.json"),
+        ("d/line/line.csv", "line.csv"),
+        ("d/calibration.json", "cal.json"),
     ] {
-        fs::copy(folder.path().join("d").join(from), folder.path().join(to)).unwrap();
+        fs::copy(folder.path().join(from), folder.path().join(to)).unwrap();
     }
     folder
 }
 
 /// Every file below the folder with its content.
 fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-    let all = below(folder).into_iter();
-    all.map(|path| (path.clone(), fs::read(path).unwrap()))
-        .collect()
+    let content = |path: PathBuf| (path.clone(), fs::read(path).unwrap());
+    below(folder).into_iter().map(content).collect()
 }
 
 /// Refused with this code, and every file is as it was.
@@ -159,12 +158,10 @@ fn names_of(folder: &Path, file: &str) -> Vec<String> {
 #[cfg(unix)]
 fn a_file_at_standard_input_is_not_replaced() {
     let folder = folder();
-    let mut run = std::process::Command::new(program());
-    let run = run.args(words("apply cal.json - -o line.csv --force"));
+    let line = words("apply cal.json - -o line.csv --force");
     let input = fs::File::open(folder.path().join("line.csv")).unwrap();
-    let output = run.current_dir(&folder).stdin(input).output().unwrap();
-    let err = String::from_utf8(output.stderr).unwrap();
-    assert!(err.contains("code: target-is-input"), "{err}");
+    let run = run_with(folder.path(), |c| c.args(line).stdin(input));
+    assert!(run.err.contains("code: target-is-input"), "{}", run.err);
 }
 
 #[test]
@@ -227,14 +224,8 @@ fn what_cannot_be_printed_is_said_on_stderr() {
         "motion line.csv",
     ] {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
-        let output = std::process::Command::new(program())
-            .args(words(line))
-            .current_dir(folder.path())
-            .stdout(full)
-            .output()
-            .unwrap();
-        let err = String::from_utf8(output.stderr).unwrap();
-        assert!(matches!(output.status.code(), Some(1 | 3)), "{line}: {err}");
-        assert!(err.starts_with("error: "), "{line}: {err}");
+        let run = run_with(folder.path(), |c| c.args(words(line)).stdout(full));
+        let is_error = matches!(run.code, 1 | 3) && run.err.starts_with("error: ");
+        assert!(is_error, "{line}: {}", run.err);
     }
 }

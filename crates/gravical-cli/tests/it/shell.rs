@@ -1,7 +1,5 @@
 //! The program in a shell: help, completions, pipes.
 
-use std::process::{Command, Stdio};
-
 use crate::support::*;
 
 #[test]
@@ -34,17 +32,8 @@ fn help_and_completions_of_every_verb() {
 fn a_pipe_that_is_closed_is_no_error() {
     let folder = six_files(&Sensor::default());
     // Far more text than a pipe holds.
-    let files: Vec<String> = (0..40)
-        .flat_map(|_| FACES.iter().map(|f| format!("{}.csv", f.0)))
-        .collect();
-    let mut child = Command::new(program())
-        .arg("inspect")
-        .args(&files)
-        .current_dir(folder.path())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let files: String = FACES.iter().map(|f| format!(" {}.csv", f.0)).collect();
+    let mut child = start(folder.path(), &format!("inspect{}", files.repeat(40)));
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
@@ -63,6 +52,6 @@ fn quiet_is_quiet_and_of_several_files_one_may_be_broken() {
     assert!(text.out.contains("x_axis_pos.csv") && text.out.contains("z_axis_neg.csv"));
     assert!(text.err.contains("empty-file"), "{}", text.err);
     let json = json(at, line, 3);
-    assert_eq!(json["recordings"].as_array().unwrap().len(), 2);
+    assert_eq!(list(&json["recordings"]).len(), 2);
     assert_eq!(json["errors"][0]["code"], "empty-file");
 }

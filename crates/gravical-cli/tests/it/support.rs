@@ -7,7 +7,7 @@ pub use synthetic::*;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Output, Stdio};
 
 use gravical::calibration_file::CalibrationFile;
 use serde_json::Value;
@@ -19,21 +19,25 @@ pub struct Run {
     pub err: String,
 }
 
+/// Runs `gravical` in `folder` with what `change` gives it.
+pub fn run_with(folder: &Path, change: impl FnOnce(&mut Command) -> &mut Command) -> Run {
+    let mut command = Command::new(program());
+    Run::of(change(command.current_dir(folder)).output().unwrap())
+}
+
 /// Runs `gravical` with `args` in `folder`.
 pub fn run_in<S: AsRef<OsStr>>(folder: &Path, args: impl IntoIterator<Item = S>) -> Run {
-    let output = Command::new(program())
-        .args(args)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let run = Run {
-        code: output.status.code().expect("ended by a signal"),
-        out: String::from_utf8(output.stdout).unwrap(),
-        err: String::from_utf8(output.stderr).unwrap(),
-    };
-    assert!(!run.err.contains("panicked"), "{}", run.err);
+    let run = run_with(folder, |command| command.args(args));
     assert!(run.code != 1 && run.code != 101, "{}{}", run.out, run.err);
     run
+}
+
+/// Starts `gravical` with the words of `line` between pipes.
+pub fn start(folder: &Path, line: &str) -> Child {
+    let mut command = Command::new(program());
+    let command = command.args(words(line)).current_dir(folder);
+    let command = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    command.stderr(Stdio::piped()).spawn().unwrap()
 }
 
 pub fn run<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Run {
@@ -50,6 +54,13 @@ pub fn program() -> PathBuf {
 }
 
 impl Run {
+    pub fn of(output: Output) -> Self {
+        let [out, err] = [output.stdout, output.stderr].map(|b| String::from_utf8(b).unwrap());
+        assert!(!err.contains("panicked"), "{err}");
+        let code = output.status.code().expect("ended by a signal");
+        Run { code, out, err }
+    }
+
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}\n{}{}", self.out, self.err))
     }
@@ -109,9 +120,8 @@ pub fn below(folder: &Path) -> Vec<PathBuf> {
 /// What is in a folder, in order.
 pub fn listed(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let names = entries.map(|e| e.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
     names.sort();
     names
 }
@@ -156,26 +166,40 @@ pub fn close(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} against {b} ± {tolerance}");
 }
 
-pub fn kinds(value: &Value) -> Vec<String> {
-    value["findings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|f| f["kind"].as_str().unwrap().to_owned())
-        .collect()
+/// The entries of a list.
+pub fn list(value: &Value) -> std::slice::Iter<'_, Value> {
+    value.as_array().unwrap().iter()
+}
+
+pub fn text(value: &Value) -> &str {
+    value.as_str().unwrap()
+}
+
+pub fn kinds(value: &Value) -> Vec<&str> {
+    list(&value["findings"]).map(|f| text(&f["kind"])).collect()
 }
 
 pub fn finding<'a>(value: &'a Value, kind: &str) -> &'a Value {
-    value["findings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|f| f["kind"] == kind)
-        .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(value)))
+    let found = list(&value["findings"]).find(|f| f["kind"] == kind);
+    found.unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(value)))
 }
 
-pub fn poses(calibration: &Value) -> &[Value] {
-    calibration["accelerometer"]["poses"].as_array().unwrap()
+/// Every file under `folder` that may be a recording.
+pub fn recordings(folder: &Path) -> Vec<PathBuf> {
+    let mut all = below(folder);
+    all.retain(|path| {
+        let ending = path.extension().and_then(OsStr::to_str);
+        ending.is_some_and(|e| ["csv", "tsv", "log", "txt", "gz", "cwa"].contains(&e))
+    });
+    all
+}
+
+/// No line of a terminal is longer.
+pub fn narrow(text: &str) {
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+        assert_eq!(line, line.trim_end(), "{line:?}");
+    }
 }
 
 /// A folder with the six files of a synthetic sensor.
@@ -188,7 +212,7 @@ pub fn six_files(sensor: &Sensor) -> tempfile::TempDir {
 pub fn write_six_files(folder: &Path, sensor: &Sensor) {
     for (i, (name, up)) in FACES.iter().enumerate() {
         let text = sensor.file(*up, 500, 100 + i as u64);
-        std::fs::write(folder.join(format!("{name}.csv")), text).unwrap();
+        write(folder, &format!("{name}.csv"), &text);
     }
 }
 

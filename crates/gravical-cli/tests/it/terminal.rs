@@ -9,13 +9,12 @@ use std::time::Duration;
 use rustix::fs::{Mode, OFlags, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-use crate::every_recording::files;
 use crate::support::*;
 
 #[test]
 fn eighty_columns_and_no_colour_in_a_pipe() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
-    for path in files(&folder) {
+    for path in recordings(&folder) {
         for verb in ["inspect", "calibrate", "motion"] {
             let run = run([verb.as_ref(), path.as_os_str()]);
             // `motion` prints its table on stdout.

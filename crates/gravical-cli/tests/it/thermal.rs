@@ -8,15 +8,13 @@ use crate::support::*;
 const SOAK: &str = "tofupilot-thermal/part1_rows0-5249.tsv";
 
 fn channel<'a>(model: &'a Value, name: &str) -> &'a Value {
-    let all = model["channels"].as_array().unwrap();
-    all.iter().find(|c| c["channel"] == name).unwrap()
+    let mut all = list(&model["channels"]);
+    all.find(|c| c["channel"] == name).unwrap()
 }
 
 fn accepted(model: &Value) -> Vec<&str> {
-    let all = model["channels"].as_array().unwrap().iter();
-    all.filter(|c| c["verdict"] == "corrected")
-        .map(|c| c["channel"].as_str().unwrap())
-        .collect()
+    let corrected = list(&model["channels"]).filter(|c| c["verdict"] == "corrected");
+    corrected.map(|c| text(&c["channel"])).collect()
 }
 
 /// R² of both ways, the worse first.
@@ -44,7 +42,7 @@ fn the_drone_in_its_chamber_shows_which_drift_is_predictable() {
     // The others are not: acc z is curved.
     for (name, most) in [("ay", 0.0), ("az", 0.6), ("gx", 0.0), ("gz", 0.0)] {
         assert!(r2(model, name)[1] < most, "{name} {:?}", r2(model, name));
-        let reason = channel(model, name)["reason"].as_str().unwrap();
+        let reason = text(&channel(model, name)["reason"]);
         assert!(reason.contains("hysteresis or drift with time"), "{reason}");
         assert!(channel(model, name)["per_c"].is_null());
     }
@@ -79,6 +77,11 @@ fn write_soak(at: &std::path::Path, truth: &Value) {
     write(at, "soak.csv", &text);
 }
 
+/// What was put into the sensor of a folder.
+fn truth(at: &std::path::Path, folder: &str) -> Value {
+    serde_json::from_str(&read(at, &format!("{folder}/truth.json"))).unwrap()
+}
+
 /// Six placements of a virtual sensor that drifts by 1 mg per °C in `six`, and `soak.csv` of the same one.
 fn virtual_session(seed: u32) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -88,10 +91,7 @@ fn virtual_session(seed: u32) -> tempfile::TempDir {
          --decimals 6 --temperature-drift 1 -q --rate 50"
     );
     ends(at, &six, 0);
-    write_soak(
-        at,
-        &serde_json::from_str(&read(at, "six/truth.json")).unwrap(),
-    );
+    write_soak(at, &truth(at, "six"));
     folder
 }
 
@@ -105,8 +105,7 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
     assert_eq!(accepted(model), ["ax", "ay", "az", "gx", "gy", "gz"]);
     close(number(&model["reference_c"]), 25.0, 0.1);
 
-    let truth: Value = serde_json::from_str(&read(at, "six/truth.json")).unwrap();
-    let put = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
+    let put = numbers(&truth(at, "six")["accelerometer"]["bias_drift_mps2_per_c"]);
     for (name, put) in ["ax", "ay", "az"].iter().zip(put) {
         let found = number(&channel(model, name)["per_c"]);
         close(found, put, 0.01 * put.abs());
@@ -144,7 +143,7 @@ fn placements_at_other_temperatures_are_brought_to_one() {
     let line = "simulate six-position -o warm --hold 10 --tilt 0 --temperature-rise 20 --seed 9 \
                 --decimals 6 --temperature-drift 1 -q --rate 50";
     ends(at, line, 0);
-    let truth: Value = serde_json::from_str(&read(at, "warm/truth.json")).unwrap();
+    let truth = truth(at, "warm");
     let at_25 = numbers(&truth["accelerometer"]["bias_mps2"]);
     let drift = numbers(&truth["accelerometer"]["bias_drift_mps2_per_c"]);
     let off = |thermal: &str| {

@@ -22,12 +22,8 @@ pub fn pair(raw: bool) -> (File, OwnedFd, PathBuf) {
     unlockpt(&ours).unwrap();
     let name = ptsname(&ours, Vec::new()).unwrap();
     let path = PathBuf::from(name.to_string_lossy().into_owned());
-    let theirs = open(
-        &path,
-        OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC,
-        Mode::empty(),
-    )
-    .unwrap();
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let theirs = open(&path, flags, Mode::empty()).unwrap();
     if raw {
         let mut settings = tcgetattr(&theirs).unwrap();
         settings.make_raw();
@@ -111,18 +107,11 @@ impl Board {
     }
 
     fn row(&mut self) -> String {
-        let noise = f64::from(u32::try_from(self.sent * 7919 % 64).unwrap()) * 1e-4;
-        let row = format!(
-            "{},{:.4},{:.4},{:.4},25.5{},0.1{},-0.2{},0.3{}\n",
-            self.stamp,
-            noise,
-            0.01 - noise,
-            9.81 + noise,
-            self.sent % 4,
-            self.sent % 5,
-            self.sent % 7,
-            self.sent % 3
-        );
+        let noise = (self.sent * 7919 % 64) as f64 * 1e-4;
+        let [x, y, z] = [noise, 0.01 - noise, 9.81 + noise];
+        let [t, u, v, w] = [4, 5, 7, 3].map(|of| self.sent % of);
+        let stamp = self.stamp;
+        let row = format!("{stamp},{x:.4},{y:.4},{z:.4},25.5{t},0.1{u},-0.2{v},0.3{w}\n");
         self.stamp = (self.stamp + 10) % (1 << 32);
         self.sent += 1;
         row
@@ -145,6 +134,12 @@ impl Board {
     pub fn hurt(&mut self, bytes: &[u8]) {
         self.row();
         self.send(bytes);
+    }
+
+    /// After a long silence rows would be missing: one more row at the very end.
+    pub fn one_more(&mut self) {
+        self.rows(1);
+        std::thread::sleep(std::time::Duration::from_millis(100));
     }
 
     /// Rows that never arrive.

@@ -10,11 +10,10 @@ fn faulty(board: &mut Board, rows: u64) {
     for i in 0..rows {
         let noise = (i * 7919 % 61) as f64 * 1e-3;
         let x = if i % 50 < 10 { 19.61 } else { 0.1 + noise };
-        let stamp = board.stamp;
+        let (stamp, z) = (board.stamp, 9.8 - noise);
         board.stamp += 10;
         board.say(&format!(
-            "{stamp},{x:.2},0.25,{:.3},25.5,{noise:.2},0.2,-{noise:.3}\n",
-            9.8 - noise
+            "{stamp},{x:.2},0.25,{z:.3},25.5,{noise:.2},0.2,-{noise:.3}\n"
         ));
     }
 }
@@ -39,10 +38,8 @@ fn findings_are_those_of_inspect_and_the_bad_ones_are_said_at_once() {
     }
     let found = inspected["findings"].as_array().unwrap();
     for kind in [&"frozen-axis".into(), &"named-gap".into(), &live["kind"]] {
-        assert!(
-            found.iter().any(|f| f["kind"] == *kind),
-            "{kind}: {found:?}"
-        );
+        let is_found = found.iter().any(|f| f["kind"] == *kind);
+        assert!(is_found, "{kind}: {found:?}");
     }
     // Each is said once, although the rows that it concerns become more.
     assert_eq!(log.count(&live), 1);

@@ -5,11 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
+use rustix::process::Signal;
 
 use crate::board::Board;
-use crate::logger::{Logger, Terminal, program, run, until};
+use crate::logger::{Logger, Terminal, program, run, signal, until};
 use crate::recording;
 
 fn rows_of(path: &Path) -> usize {
@@ -18,15 +17,9 @@ fn rows_of(path: &Path) -> usize {
     text.lines().filter(digits).count()
 }
 
-/// After a long silence rows would be missing: one more row at the very end.
-fn one_more(board: &mut Board) {
-    board.rows(1);
-    std::thread::sleep(std::time::Duration::from_millis(100));
-}
-
 /// The error names a file with all rows that were sent.
-fn is_rescued(folder: &Path, board: &Board, (code, error): (i32, Value), why: &str) {
-    assert_eq!((code, error["code"].as_str()), (1, Some("io")), "{error}");
+fn is_rescued(folder: &Path, board: &Board, log: &mut Logger, why: &str) {
+    let error = log.refused(1, "io");
     let message = error["message"].as_str().unwrap();
     let named = message.contains(why) && message.contains("rescued.csv");
     assert!(named, "{message}");
@@ -68,7 +61,7 @@ fn a_file_that_is_deleted_replaced_or_cut_and_a_full_disk_are_rescued() {
             }
         }
         // It is said without another row.
-        is_rescued(folder.path(), &board, log.ended(), why);
+        is_rescued(folder.path(), &board, &mut log, why);
     }
 }
 
@@ -79,17 +72,16 @@ fn closing_the_terminal_ends_the_recording_cleanly() {
     let mut terminal = Terminal::new();
     // With a controlling terminal, whose end sends SIGHUP.
     let mut command = Command::new("setsid");
-    command
-        .arg("--ctty")
-        .arg(env!("CARGO_BIN_EXE_gravical"))
-        .args(format!("log x --json --port {}", board.port()).split_whitespace())
-        .current_dir(folder.path());
+    let line = format!("log x --json --port {}", board.port());
+    let program = ["--ctty", env!("CARGO_BIN_EXE_gravical")];
+    command.args(program.into_iter().chain(line.split(' ')));
+    command.current_dir(folder.path());
     let mut log = Logger::start_in(command, &terminal);
     board.greet();
     board.rows(140);
     log.wait_for_rows(140);
     terminal.wait_for(" 140 rows");
-    one_more(&mut board);
+    board.one_more();
     drop(terminal);
     assert_eq!(log.ended().0, 0);
     assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 141);
@@ -103,12 +95,9 @@ fn a_reader_who_stops_reading_stops_nothing() {
     for (name, json) in [("x", " --json"), ("y", "")] {
         let mut board = Board::new(folder.path());
         let line = format!("log {name}{json} --port {}", board.port());
-        let mut silent = program(folder.path(), &line)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut silent = program(folder.path(), &line);
+        silent.stdin(Stdio::null()).stdout(Stdio::piped());
+        let mut silent = silent.stderr(Stdio::piped()).spawn().unwrap();
         let path = folder.path().join(format!("{name}_axis.csv"));
         board.greet();
         board.rows(150);
@@ -116,8 +105,7 @@ fn a_reader_who_stops_reading_stops_nothing() {
         board.say(&chatter);
         board.rows(100);
         until(|| rows_of(&path) == 250);
-        let pid = Pid::from_raw(i32::try_from(silent.id()).unwrap()).unwrap();
-        kill_process(pid, Signal::INT).unwrap();
+        signal(&silent, Signal::INT);
         until(|| silent.try_wait().unwrap().is_some());
         assert_eq!(silent.wait().unwrap().code(), Some(0));
         let text = fs::read_to_string(path).unwrap();
@@ -156,13 +144,12 @@ fn one_program_writes_to_a_file() {
     log.wait_for("opened");
     // Refused before a port is opened, which would reset the other board.
     let other = "log x --append --json --port /dev/null";
-    let (code, error) = Logger::start(folder.path(), other).ended();
-    assert_eq!((code, error["code"].as_str()), (2, Some("in-use")));
+    let error = Logger::start(folder.path(), other).refused(2, "in-use");
     assert!(error["hint"].is_string());
     board.greet();
     board.rows(130);
     log.wait_for_rows(130);
-    one_more(&mut board);
+    board.one_more();
     log.signal(Signal::INT);
     assert_eq!(log.ended().0, 0);
     assert_eq!(rows_of(&folder.path().join("x_axis.csv")), 131);
@@ -173,12 +160,9 @@ fn one_program_writes_to_a_file() {
 fn another_file_is_not_continued() {
     let folder = tempfile::tempdir().unwrap();
     let board = Board::new(folder.path());
-    let (path, text) = (
-        folder.path().join("x_axis.csv"),
-        "words\nmore words\nhalf a li",
-    );
+    let path = folder.path().join("x_axis.csv");
+    let text = "words\nmore words\nhalf a li";
     fs::write(&path, text).unwrap();
-    let (code, error) = board.log("x --append --json").ended();
-    assert_eq!((code, &error["code"]), (3, &"no-rows".into()));
+    board.log("x --append --json").refused(3, "no-rows");
     assert_eq!(fs::read_to_string(path).unwrap(), text);
 }

@@ -3,7 +3,7 @@
 
 use gravical::live::folder::{Journal, RECORDING};
 use rustix::process::Signal;
-use serde_json::Value;
+use serde_json::json;
 
 use super::board::Board;
 use super::logger::{Logger, Terminal, program, until};
@@ -18,14 +18,9 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     live.wait_for("connecting");
     board.greet();
     board.rows(500);
-    assert_eq!(live.wait_for("session")["source"], "port");
-    let identified = live.wait_for("identified");
-    assert_eq!(
-        (&identified["unit"], &identified["gyro_unit"]),
-        (&"m/s^2".into(), &"deg/s".into())
-    );
-    let pose = live.wait_for("pose_accepted");
-    assert_eq!((&pose["face"], &pose["pose"]), (&"+z".into(), &1.into()));
+    live.wait_for_one("session", json!({"source": "port"}));
+    live.wait_for_one("identified", json!({"unit": "m/s^2", "gyro_unit": "deg/s"}));
+    live.wait_for_one("pose_accepted", json!({"face": "+z", "pose": 1}));
     let journal = |n: usize| {
         let journal = Journal::read(&folder.path().join("s")).unwrap();
         assert_eq!(journal.poses.len(), n);
@@ -35,11 +30,7 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     journal(1);
 
     board.unplug();
-    let lost = live.wait_for("lost");
-    assert_eq!(
-        (&lost["why"], &lost["poses"]),
-        (&"unplugged".into(), &1.into())
-    );
+    live.wait_for_one("lost", json!({"why": "unplugged", "poses": 1}));
     board.lose(300);
     board.plug_in();
     // The port is opened some time later.
@@ -51,9 +42,8 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     assert_eq!(live.seen("resumed")["poses"], 1);
     board.rows(100);
     live.signal(Signal::INT);
-    let end = live.wait_for("end");
-    assert_eq!(end["reason"], "interrupted");
-    assert_eq!(end["resume"], "gravical live --resume s");
+    let resume = "gravical live --resume s";
+    live.wait_for_one("end", json!({"reason": "interrupted", "resume": resume}));
     assert_eq!(live.gone(), Some(130));
 
     let line = format!("live --port {} --resume s --events -", board.port());
@@ -61,11 +51,11 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
     live.wait_for("connecting");
     board.reset();
     board.rows(600);
-    assert_eq!(live.wait_for("pose_accepted")["pose"], 1);
+    live.wait_for_one("pose_accepted", json!({"pose": 1}));
     live.wait_for("resumed");
     live.wait_for("floor");
     live.signal(Signal::INT);
-    assert_eq!(live.wait_for("end")["poses"], Value::from(1));
+    live.wait_for_one("end", json!({"poses": 1}));
     assert_eq!(live.gone(), Some(130));
     let recording = recording(&folder.path().join("s").join(RECORDING));
     assert_eq!(journal(1).sections(&recording).unwrap().len(), 1);
@@ -76,12 +66,10 @@ fn a_guided_session_survives_an_unplugged_cable_and_an_interruption() {
 #[test]
 fn a_port_without_rows_is_no_end() {
     let garbage = b"\x00\xf8\x80\xfe\x1c\n".repeat(50);
+    let words = "no row of a sensor: \"Hello, I blink!\"";
     for (sent, words) in [
         (&b""[..], "nothing arrives"),
-        (
-            b"Hello, I blink!\n",
-            "no row of a sensor: \"Hello, I blink!\"",
-        ),
+        (b"Hello, I blink!\n", words),
         (&garbage, "is no text: the baud rate"),
     ] {
         let folder = tempfile::tempdir().unwrap();
@@ -106,15 +94,15 @@ fn a_port_without_rows_is_no_end() {
         assert!(!folder.path().join("s").exists());
         if sent.is_empty() {
             terminal.press("simulate\n");
-            assert_eq!(live.wait_for("session")["source"], "simulate");
+            live.wait_for_one("session", json!({"source": "simulate"}));
         } else {
             // Now it has a sketch.
             terminal.press(&format!("port {}\n", board.port()));
             live.wait_for("connecting");
             board.greet();
             board.rows(500);
-            assert_eq!(live.wait_for("session")["source"], "port");
-            assert_eq!(live.wait_for("pose_accepted")["face"], "+z");
+            live.wait_for_one("session", json!({"source": "port"}));
+            live.wait_for_one("pose_accepted", json!({"face": "+z"}));
         }
         live.signal(Signal::INT);
         assert_eq!(live.gone(), Some(130));

@@ -36,12 +36,14 @@ pub fn run(folder: &Path, line: &str) -> (i32, Value) {
 pub fn until(mut done: impl FnMut() -> bool) {
     let start = Instant::now();
     while !done() {
-        assert!(
-            start.elapsed() < PATIENCE,
-            "the condition was not met in time"
-        );
+        assert!(start.elapsed() < PATIENCE, "it was not met in time");
         std::thread::sleep(Duration::from_millis(10));
     }
+}
+
+pub fn signal(child: &Child, signal: Signal) {
+    let pid = Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    kill_process(pid, signal).unwrap();
 }
 
 pub struct Logger {
@@ -84,17 +86,20 @@ impl Logger {
         let (sender, lines) = channel();
         let out = child.stdout.take().unwrap();
         std::thread::spawn(move || {
-            for line in BufReader::new(out).lines().map_while(Result::ok) {
-                if sender.send(line).is_err() {
-                    break;
-                }
-            }
+            let mut lines = BufReader::new(out).lines().map_while(Result::ok);
+            lines.all(|line| sender.send(line).is_ok())
         });
-        Logger {
-            child,
-            lines,
-            seen: Vec::new(),
+        let seen = Vec::new();
+        Logger { child, lines, seen }
+    }
+
+    /// The next event of that type, which has these values.
+    pub fn wait_for_one(&mut self, kind: &str, values: Value) -> Value {
+        let event = self.wait_for(kind);
+        for (key, value) in values.as_object().unwrap() {
+            assert_eq!(event[key], *value, "{key} of {event}");
         }
+        event
     }
 
     /// The next event of that type.
@@ -116,8 +121,7 @@ impl Logger {
             let Ok(line) = self.lines.recv_timeout(left) else {
                 panic!("waited for {what}; events: {:#?}", self.seen);
             };
-            let event: Value =
-                serde_json::from_str(&line).unwrap_or_else(|e| panic!("{e}: {line}"));
+            let event: Value = serde_json::from_str(&line).expect(&line);
             assert_eq!(event["v"], 1);
             self.seen.push(event.clone());
             if is(&event) {
@@ -132,9 +136,8 @@ impl Logger {
         found.unwrap_or_else(|| panic!("no {kind} in {:#?}", self.seen))
     }
 
-    pub fn signal(&self, signal: Signal) {
-        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, signal).unwrap();
+    pub fn signal(&self, which: Signal) {
+        signal(&self.child, which);
     }
 
     /// Waits for its end: the exit code, none after a signal.
@@ -164,6 +167,13 @@ impl Logger {
             Err(_) => self.seen("ended").clone(),
         };
         (code, last)
+    }
+
+    /// It has to end with this exit code and this error; the error.
+    pub fn refused(&mut self, exit: i32, code: &str) -> Value {
+        let (ended, error) = self.ended();
+        assert_eq!((ended, &error["code"]), (exit, &code.into()), "{error}");
+        error
     }
 
     /// The exit code, and standard error.

@@ -17,6 +17,7 @@ use std::fs;
 
 use gravical::recording::{ReadOptions, Reason, Recording, read};
 use rustix::process::Signal;
+use serde_json::json;
 
 use board::{Board, HEADER, SETTINGS};
 use logger::{Logger, Terminal, program, run};
@@ -48,9 +49,7 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     board.rows(80);
     // The first, the second and the fourth are reported.
     for (count, line) in [(1, torn[0]), (2, torn[1]), (4, torn[3])] {
-        let rejected = log.wait_for("rejected");
-        let got = (&rejected["count"], &rejected["line"]);
-        assert_eq!(got, (&count.into(), &line.into()));
+        log.wait_for_one("rejected", json!({"count": count, "line": line}));
     }
     log.wait_for_rows(140);
     // The cable is pulled; thirty rows are lost; the clock of the board continues.
@@ -71,17 +70,13 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
     board.rows(40);
     log.wait_for("gap");
     log.wait_for_rows(260);
-    board.rows(1);
-    std::thread::sleep(std::time::Duration::from_millis(100));
+    board.one_more();
     log.signal(Signal::INT);
     let (code, ended) = log.ended();
     assert_eq!(code, 130, "rows are missing");
     let count = |key: &str| ended[key].as_u64().unwrap();
-    assert_eq!(
-        count("rows") + count("rejected") + count("missing"),
-        board.sent
-    );
     assert_eq!((count("rejected"), count("missing")), (5, 50));
+    assert_eq!(count("rows") + 5 + 50, board.sent);
     let path = folder.path().join("x_axis.csv");
     let recording = recording(&path);
     assert_eq!(recording.rows() as u64, count("rows"));
@@ -97,10 +92,8 @@ fn every_row_sent_is_stored_or_rejected_or_in_a_named_gap() {
         let lines = text.lines().filter_map(|line| line.strip_prefix(mark));
         lines.map(str::to_owned).collect()
     };
-    assert_eq!(
-        marks("# rejected: ")[..4],
-        torn.map(|t| t.replace('\u{1b}', "\\u{1b}"))
-    );
+    let rejected = torn.map(|t| t.replace('\u{1b}', "\\u{1b}"));
+    assert_eq!(marks("# rejected: ")[..4], rejected);
     let gaps = marks("# gap: ");
     assert_eq!(gaps[0], "unplugged: 30 rows are missing, 0.3 s");
     let lost = "rows were lost on the way from the board: 20 rows are missing, 0.2 s";
@@ -144,9 +137,8 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
     assert_eq!(recording(&path).rows(), 150);
     // As if the power had failed in the middle of a line.
     fs::write(&path, &whole[..whole.len() - 9]).unwrap();
-    let refused = board.log("z --json").ended();
-    assert_eq!((refused.0, refused.1["code"].as_str()), (2, Some("exists")));
-    assert!(refused.1["hint"].as_str().unwrap().contains("--force"));
+    let refused = board.log("z --json").refused(2, "exists");
+    assert!(refused["hint"].as_str().unwrap().contains("--force"));
     let mut log = board.log("z --append --rows 50 --json");
     board.stamp = 40;
     board.greet();
@@ -175,9 +167,7 @@ fn rows_survive_kill_9_and_the_file_is_continued() {
         log.wait_for("opened");
         board.say(&other);
         board.rows(10);
-        let (code, error) = log.ended();
-        let got = (code, error["code"].as_str());
-        assert_eq!(got, (5, Some("columns-changed")), "{error}");
+        log.refused(5, "columns-changed");
         assert_eq!(recording(&path).rows(), 149 + 50);
     }
     board.plug_in();
@@ -217,9 +207,7 @@ fn space_pauses_and_the_terminal_is_restored() {
     board.rows(50);
     terminal.wait_for(" 200 rows");
     assert!(terminal.text().contains("‖a‖ 9.8"), "{}", terminal.text());
-    // After a long silence rows would be missing.
-    board.rows(1);
-    std::thread::sleep(std::time::Duration::from_millis(100));
+    board.one_more();
     terminal.press("q");
     let code = log.gone();
     assert_eq!(code, Some(0), "{}", terminal.text());
@@ -246,8 +234,7 @@ fn settings_are_confirmed_before_rows_are_stored_and_other_units_end_it() {
     // After a reset the board has its own range again.
     board.reset();
     board.rows(10);
-    let (code, error) = log.ended();
-    assert_eq!((code, error["code"].as_str()), (5, Some("columns-changed")));
+    log.refused(5, "columns-changed");
     assert_eq!(recording(&folder.path().join("four.csv")).rows(), 150);
     let text = fs::read_to_string(folder.path().join("four.csv")).unwrap();
     assert!(text.contains(&set) && !text.contains(SETTINGS), "{text}");
@@ -257,9 +244,8 @@ fn settings_are_confirmed_before_rows_are_stored_and_other_units_end_it() {
 fn a_port_that_appears_later_and_one_that_is_busy() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("ttyACM0").display().to_string();
-    let absent = Logger::start(folder.path(), &format!("log x --json --port {port}")).ended();
-    let code = absent.1["code"].as_str();
-    assert_eq!((absent.0, code), (5, Some("no-such-port")));
+    let line = format!("log x --json --port {port}");
+    Logger::start(folder.path(), &line).refused(5, "no-such-port");
     assert!(!folder.path().join("x_axis.csv").exists());
     let line = format!("log x --wait --rows 30 --json --port {port}");
     let mut log = Logger::start(folder.path(), &line);
@@ -272,8 +258,7 @@ fn a_port_that_appears_later_and_one_that_is_busy() {
     std::thread::sleep(std::time::Duration::from_millis(2500));
     let mut board = Board::new(folder.path());
     log.wait_for("opened");
-    let busy = Logger::start(folder.path(), &format!("log y --json --port {port}")).ended();
-    assert_eq!((busy.0, busy.1["code"].as_str()), (5, Some("port-busy")));
+    board.log("y --json").refused(5, "port-busy");
     board.greet();
     board.rows(30);
     assert_eq!(log.ended().0, 0);
@@ -286,15 +271,12 @@ fn usage_errors() {
     let pipe = folder.path().join("pipe");
     let mode = rustix::fs::Mode::RWXU;
     rustix::fs::mkfifoat(rustix::fs::CWD, &pipe, mode).unwrap();
+    let fast = "log x --rate 250 --format counts --port /dev/null --json";
     for (line, code, name) in [
         ("log x --range 3 --json", 2, "usage"),
         ("log x --rate 151 --json", 2, "option-range"),
         ("log x --rate 3 --format counts --json", 2, "option-range"),
-        (
-            "log x --rate 250 --format counts --port /dev/null --json",
-            5,
-            "port-failed",
-        ),
+        (fast, 5, "port-failed"),
         ("log x --rows 0 --json", 2, "usage"),
         ("log x --duration nan --json", 2, "option-range"),
         ("log x --baud 1 --json", 2, "usage"),
@@ -308,8 +290,7 @@ fn usage_errors() {
         ("log -o . --append --json", 2, "is-folder"),
         ("log -o pipe --append --json", 2, "is-pipe"),
     ] {
-        let (got, error) = Logger::start(folder.path(), line).ended();
-        assert_eq!((got, error["code"].as_str()), (code, Some(name)), "{line}");
+        Logger::start(folder.path(), line).refused(code, name);
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     let (code, ports) = run(folder.path(), "ports --json");

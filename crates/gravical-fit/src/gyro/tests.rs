@@ -102,21 +102,17 @@ impl World {
                 attitude * Rotation3::new(turn * share) * Rotation3::new(wobble * swing)
             };
             let count = (seconds * RATE_HZ).ceil() as usize;
-            let mut samples = vec![Sample {
-                rate: last,
+            let sample = |rate| Sample {
+                rate,
                 accel: accel.into(),
                 step_s: 1.0 / RATE_HZ,
-            }];
+            };
+            let mut samples = vec![sample(last)];
             for i in 1..=count + 1 {
                 let t = (i as f64 - 0.5) / RATE_HZ;
                 let small = (at(t - 1e-4).inverse() * at(t + 1e-4)).into_inner();
                 let omega = Vector3::new(small[(2, 1)], small[(0, 2)], small[(1, 0)]) / 2e-4;
-                let rate = read(rng, omega);
-                samples.push(Sample {
-                    rate,
-                    accel: accel.into(),
-                    step_s: 1.0 / RATE_HZ,
-                });
+                samples.push(sample(read(rng, omega)));
             }
             motions.push(Motion {
                 before: k,
@@ -142,31 +138,25 @@ impl World {
     }
 
     /// Errors of M and b over their standard deviations.
-    fn scores(&self, session: &Session) -> (MotionFit, Vec<f64>) {
+    fn scores(&self, session: &Session) -> Vec<f64> {
         let fit = fit(session, &self.options()).by_motions.unwrap().unwrap();
         let found = Matrix3::from(fit.matrix).transpose().try_inverse().unwrap();
         let error = (found - session.model).transpose();
         let bias = Vector3::from(fit.bias) - session.bias;
         let errors = error.iter().chain(bias.iter());
-        let scores = errors
-            .enumerate()
-            .map(|(i, e)| e / fit.covariance[i][i].sqrt())
-            .collect();
-        (fit, scores)
+        let score = |(i, e): (usize, &f64)| e / fit.covariance[i][i].sqrt();
+        errors.enumerate().map(score).collect()
     }
 }
 
 /// Shares of the elements of M and of the biases of `count` sensors within their intervals of 95 %.
 fn coverage(world: World, count: u64) -> [f64; 2] {
-    let scores: Vec<Vec<f64>> = (0..count)
-        .map(|seed| world.scores(&world.session(seed)).1)
-        .collect();
+    let scores = (0..count).map(|seed| world.scores(&world.session(seed)));
+    let scores: Vec<Vec<f64>> = scores.collect();
     [0..9, 9..12].map(|part: Range<usize>| {
         let all = scores.iter().flat_map(|z| &z[part.clone()]);
-        let (within, of) = all.fold((0.0, 0.0), |(within, of), z| {
-            (within + f64::from(z.abs() < 1.96), of + 1.0)
-        });
-        within / of
+        let within = all.filter(|z| z.abs() < 1.96).count();
+        within as f64 / (scores.len() * part.len()) as f64
     })
 }
 

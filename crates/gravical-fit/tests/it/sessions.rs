@@ -30,12 +30,9 @@ pub struct Sensor {
 
 impl Sensor {
     pub fn draw(rng: &mut impl Rng) -> Sensor {
-        let m = Matrix3::from_fn(|r, c| {
-            if r == c {
-                1.0 + 0.02 * normal(rng)
-            } else {
-                1_f64.to_radians() * normal(rng)
-            }
+        let m = Matrix3::from_fn(|r, c| match r == c {
+            true => 1.0 + 0.02 * normal(rng),
+            false => 1_f64.to_radians() * normal(rng),
         });
         Sensor {
             m,
@@ -173,10 +170,10 @@ impl Session {
                 let all = edges.chain(corners.clone()).chain(corners).take(n);
                 all.map(|n| self.by_hand(n.normalize())).collect()
             }
-            Plan::Again(times) => (0..times)
-                .flat_map(|_| faces)
-                .map(|f| self.face(f))
-                .collect(),
+            Plan::Again(times) => {
+                let all = (0..times).flat_map(|_| faces);
+                all.map(|f| self.face(f)).collect()
+            }
         }
     }
 
@@ -200,11 +197,8 @@ impl Session {
         let mut directions = self.directions(plan);
         if let Plan::Proposed(count) = plan {
             while directions.len() < 6 + count {
-                let poses: Vec<Pose> = directions
-                    .clone()
-                    .iter()
-                    .map(|n| self.pose(n, V::zeros()))
-                    .collect();
+                let pose = |n: &V| self.pose(n, V::zeros());
+                let poses: Vec<Pose> = directions.iter().map(pose).collect();
                 let found = fit(&poses, &self.options).ok()?;
                 let next: Vec<V> = found.next(3).iter().map(|n| V::from(n.direction)).collect();
                 directions.extend(next.into_iter().map(|n| self.by_hand(n)));
@@ -213,18 +207,15 @@ impl Session {
         let hit = self.rng.random_range(0..directions.len());
         let way = direction(&mut self.rng);
         let count = directions.len();
-        let poses: Vec<Pose> = directions
-            .iter()
-            .enumerate()
-            .map(|(k, n)| {
-                let more = match disturbance {
-                    Disturbance::OnePose if k == hit => way * 20.0 * MG,
-                    Disturbance::Drift => way * 20.0 * MG * (k as f64 / (count - 1) as f64 - 0.5),
-                    _ => V::zeros(),
-                };
-                self.pose(n, more)
-            })
-            .collect();
+        let pose = |(k, n): (usize, &V)| {
+            let more = match disturbance {
+                Disturbance::OnePose if k == hit => way * 20.0 * MG,
+                Disturbance::Drift => way * 20.0 * MG * (k as f64 / (count - 1) as f64 - 0.5),
+                _ => V::zeros(),
+            };
+            self.pose(n, more)
+        };
+        let poses: Vec<Pose> = directions.iter().enumerate().map(pose).collect();
         let found = fit(&poses, &self.options).ok()?;
         let worst = errors(&found, &self.sensor)?.0;
         Some((found, worst))

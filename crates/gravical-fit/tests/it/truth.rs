@@ -10,23 +10,16 @@ use crate::sessions::{Disturbance, G, MG, Plan, Session, errors, parameter_error
 /// A session whose directions are those of `plan`, all faces named as such if `told`.
 fn poses(session: &mut Session, plan: Plan, told: bool) -> Vec<Pose> {
     let directions = session.directions(plan);
-    directions
-        .iter()
-        .enumerate()
-        .map(|(k, n)| {
-            let mut pose = session.pose(n, Vector3::zeros());
-            if told {
-                let is_face = matches!(plan, Plan::Again(_)) || k < 6;
-                let face = Face::nearest((*n).into()).0;
-                pose.hint = if is_face {
-                    Hint::Face(face)
-                } else {
-                    Hint::Free
-                };
-            }
-            pose
-        })
-        .collect()
+    let pose = |(k, n): (usize, &Vector3<f64>)| {
+        let mut pose = session.pose(n, Vector3::zeros());
+        pose.hint = match matches!(plan, Plan::Again(_)) || k < 6 {
+            _ if !told => pose.hint,
+            true => Hint::Face(Face::nearest((*n).into()).0),
+            false => Hint::Free,
+        };
+        pose
+    };
+    directions.iter().enumerate().map(pose).collect()
 }
 
 /// Root mean square over `count` sensors: of ‖a‖ in mg, of the bias in mg, of the axes in degrees.
@@ -135,10 +128,9 @@ fn good_needs_readings_that_could_have_contradicted(sensors: u64) {
             found.trust().grade() == Grade::Good
         };
         let found = (0..sensors).filter(is_good).count();
-        let holds = if good {
-            is_share(found, 0.9, sensors)
-        } else {
-            found == 0
+        let holds = match good {
+            true => is_share(found, 0.9, sensors),
+            false => found == 0,
         };
         assert!(holds, "{plan:?}: {found}");
     }
@@ -155,9 +147,8 @@ fn a_pose_that_was_lengthened_is_left_out_and_no_good_one(sensors: u64) {
         let mean = Vector3::from(poses[k].mean);
         poses[k].mean = (mean + 0.05 * mean.normalize()).into();
         let fitted = fit(&poses, &session.options).unwrap().poses();
-        let bad: Vec<usize> = (0..poses.len())
-            .filter(|&k| fitted[k].bad.is_some())
-            .collect();
+        let bad = (0..poses.len()).filter(|&k| fitted[k].bad.is_some());
+        let bad: Vec<usize> = bad.collect();
         assert!(bad.is_empty() || bad == [k], "{seed}: {bad:?}");
         found_bad += bad.len();
     }

@@ -239,8 +239,8 @@ impl Ended {
         let truth = self.sensor.truth().accelerometer;
         let temperature = self.file.as_ref().and_then(|f| f.temperature_c);
         let warm = temperature.map_or(0.0, |t| t.mean - 25.0);
-        let bias =
-            std::array::from_fn(|i| truth.bias_mps2[i] + warm * truth.bias_drift_mps2_per_c[i]);
+        let drift = truth.bias_drift_mps2_per_c;
+        let bias = [0, 1, 2].map(|i| truth.bias_mps2[i] + warm * drift[i]);
         (bias, truth.matrix)
     }
 
@@ -249,17 +249,15 @@ impl Ended {
         let (bias, matrix) = self.truth();
         let gravity = 9.80665;
         let calibration = self.file.as_ref()?.accelerometer_calibration();
-        let (mut squares, mut worst, mut n) = (0.0, 0.0_f64, 0.0_f64);
+        let (mut squares, mut worst_mg) = (0.0, 0.0_f64);
         for up in sphere(400) {
             let force = matrix3::mul_vec(&matrix, &(up * gravity).into());
-            let raw = std::array::from_fn(|i| force[i] + bias[i]);
-            let error = matrix3::norm(&calibration.apply(raw)) - gravity;
-            squares += error * error;
-            worst = worst.max(error.abs());
-            n += 1.0;
+            let raw = [0, 1, 2].map(|i| force[i] + bias[i]);
+            let error_mg = 1000.0 * (matrix3::norm(&calibration.apply(raw)) / gravity - 1.0);
+            squares += error_mg * error_mg;
+            worst_mg = worst_mg.max(error_mg.abs());
         }
-        let mg = 1000.0 / gravity;
-        Some([(squares / n).sqrt() * mg, worst * mg])
+        Some([(squares / 400.0).sqrt(), worst_mg])
     }
 
     /// For each axis whether the true bias is within the 95 % interval.
@@ -267,9 +265,8 @@ impl Ended {
         let section = &self.file.as_ref()?.accelerometer;
         let deviations = section.deviations?;
         let (bias, _) = self.truth();
-        Some(std::array::from_fn(|i| {
-            (section.bias[i] - bias[i]).abs() <= 1.96 * deviations.bias[i]
-        }))
+        let off = |i: usize| (section.bias[i] - bias[i]).abs() / deviations.bias[i];
+        Some([0, 1, 2].map(|i| off(i) <= 1.96))
     }
 
     pub fn is_good(&self) -> bool {

@@ -6,7 +6,7 @@ use gravical_calibrate::calibration_file::Grade;
 use gravical_calibrate::poses::SegmentOptions;
 use gravical_calibrate::poses::face::{Face, angle_deg};
 use gravical_calibrate::poses::sections::Section;
-use gravical_calibrate::recording::{ReadOptions, read_bytes, source};
+use gravical_calibrate::recording::{ReadOptions, read, read_bytes, source};
 use gravical_live::event::{Command, Event, Message, Rejection, Tile};
 use gravical_live::{LiveOptions, Session};
 
@@ -190,13 +190,11 @@ fn second_hold(
 
 /// The only rejection: its reason and its words.
 fn rejection(events: &[Message]) -> (Rejection, String) {
-    let mut all = events.iter().filter_map(|m| match &m.event {
-        Event::PoseRejected { reason, .. } => Some((*reason, m.text.clone())),
-        _ => None,
-    });
-    let first = all.next().expect("a rejection");
-    assert!(all.next().is_none(), "{events:#?}");
-    first
+    let [reason] = rejections(events)[..] else {
+        panic!("{events:#?}")
+    };
+    let is_it = |m: &&Message| matches!(m.event, Event::PoseRejected { .. });
+    (reason, events.iter().find(is_it).unwrap().text.clone())
 }
 
 fn text([x, y, z]: [f64; 3]) -> String {
@@ -353,8 +351,7 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         session.bytes(&bytes).unwrap();
         session.command(&Command::Finish);
         let live: Vec<[f64; 3]> = session.poses().map(|p| p.mean).collect();
-        let recording =
-            gravical_calibrate::recording::read(&path, &ReadOptions::default()).unwrap();
+        let recording = read(&path, &ReadOptions::default()).unwrap();
         let done = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
         let found: Vec<[f64; 3]> = done.segmentation.poses.iter().map(|p| p.mean).collect();
         let near = |up: &[f64; 3]| found.iter().any(|f| angle_deg(*f, *up) < 3.0);
@@ -365,11 +362,8 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         let [a, b] = [session.calibration().unwrap(), &done.file].map(|f| &f.accelerometer);
         let [sd_a, sd_b] = [a, b].map(|section| section.deviations.unwrap().bias);
         for i in 0..3 {
-            let off = (a.bias[i] - b.bias[i]).abs();
-            assert!(
-                off <= 3.0 * sd_a[i].hypot(sd_b[i]),
-                "{file}: bias {i}, {off}"
-            );
+            let off = (a.bias[i] - b.bias[i]).abs() / sd_a[i].hypot(sd_b[i]);
+            assert!(off <= 3.0, "{file}: bias {i}, {off} σ");
         }
     }
 }

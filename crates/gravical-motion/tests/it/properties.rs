@@ -1,6 +1,6 @@
 //! What must not matter, what has to agree, and what must not break it.
 
-use gravical_motion::{Motion, MotionOptions, bridge_odd, estimate_motion, resolutions};
+use gravical_motion::{Motion, MotionOptions, PathNode, bridge_odd, estimate_motion, resolutions};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
@@ -23,10 +23,7 @@ fn a_sensor_that_is_mounted_turned_moves_the_same() {
     for v in turned.force.iter_mut().chain(&mut turned.rate) {
         *v = [v[1], -v[0], v[2]];
     }
-    let (a, b) = (
-        &motion_of(&recording).moves[0],
-        &motion_of(&turned).moves[0],
-    );
+    let [a, b] = [&recording, &turned].map(|r| motion_of(r).moves[0].clone());
     let [x, y, z] = a.displacement_m;
     // y level is not exactly a quarter turn from x level on a tilted table.
     assert_near([y, -x, z], b.displacement_m, 2e-3);
@@ -53,10 +50,9 @@ fn results_agree_with_each_other() {
         (0..3).for_each(|c| sum[c] += one.displacement_m[c]);
         let budget = one.budget;
         for c in 0..3 {
-            let squares =
-                [budget.noise, budget.calibration, budget.attitude].map(|part| part[c].powi(2));
-            let total = one.sd_m[c].powi(2);
-            assert!((squares.iter().sum::<f64>() / total - 1.0).abs() < 1e-9);
+            let parts = [budget.noise, budget.calibration, budget.attitude];
+            let sum: f64 = parts.iter().map(|part| part[c].powi(2)).sum();
+            assert!((sum / one.sd_m[c].powi(2) - 1.0).abs() < 1e-9);
             assert!(budget.noise[c] > 0.0 && budget.attitude[c] > 0.0);
         }
     }
@@ -64,12 +60,8 @@ fn results_agree_with_each_other() {
     let last = motion.path.last().unwrap();
     assert_near(sum, last.position_m, 2e-3);
     assert!(motion.path.windows(2).all(|w| w[0].sample <= w[1].sample));
-    assert!(
-        motion
-            .path
-            .iter()
-            .all(|n| (n.attitude.iter().map(|q| q * q).sum::<f64>() - 1.0).abs() < 1e-9)
-    );
+    let square = |node: &PathNode| node.attitude.iter().map(|q| q * q).sum::<f64>();
+    assert!(motion.path.iter().all(|n| (square(n) - 1.0).abs() < 1e-9));
 }
 
 fn number() -> impl Strategy<Value = f64> {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use gravical_motion::{Motion, MotionOptions, estimate_motion};
 
+use crate::simulated::norm;
 use crate::study::{options, unbridged};
 
 const G: f64 = 9.80665;
@@ -25,24 +26,20 @@ fn rows(file: &str) -> Option<Vec<Vec<f64>>> {
     } else {
         text = String::from_utf8(bytes).unwrap();
     }
-    let cells = |line: &str| {
-        line.split(',')
-            .map(|c| c.parse().unwrap_or(f64::NAN))
-            .collect()
-    };
+    let cell = |c: &str| c.parse().unwrap_or(f64::NAN);
+    let cells = |line: &str| line.split(',').map(cell).collect();
     Some(text.lines().skip(1).map(cells).collect())
 }
 
-fn three(row: &[f64], first: usize, unit: f64) -> [f64; 3] {
-    [0, 1, 2].map(|c| row[first + c] * unit)
+/// Three columns from the first on, `step` apart.
+fn columns(rows: &[Vec<f64>], first: usize, step: usize, unit: f64) -> Vec<[f64; 3]> {
+    let three = |row: &Vec<f64>| [0, 1, 2].map(|c| row[first + step * c] * unit);
+    rows.iter().map(three).collect()
 }
 
-fn columns(rows: &[Vec<f64>], first: usize, unit: f64) -> Vec<[f64; 3]> {
-    rows.iter().map(|r| three(r, first, unit)).collect()
-}
-
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+/// Stamps of so many samples, s.
+fn even(samples: usize, rate_hz: f64) -> Vec<f64> {
+    (0..samples).map(|i| i as f64 / rate_hz).collect()
 }
 
 /// Distance between start and end of the path, m.
@@ -61,10 +58,9 @@ fn walks_close() {
         (WALK, [4, 1], [G, DEG], 400.0, 16, 0.35),
     ] {
         let Some(rows) = rows(file) else { return };
-        let time_s: Vec<f64> = (0..rows.len()).map(|i| i as f64 / rate_hz).collect();
-        let force = columns(&rows, force, units[0]);
-        let rate = columns(&rows, rate, units[1]);
-        let samples = unbridged(&time_s, &force, &rate);
+        let force = columns(&rows, force, 1, units[0]);
+        let rate = columns(&rows, rate, 1, units[1]);
+        let samples = unbridged(&even(rows.len(), rate_hz), &force, &rate);
         let motion = estimate_motion(&samples, &MotionOptions::default());
         let error_m = closing_error_m(&motion);
         let stances: usize = motion.moves.iter().map(|m| m.stances).sum();
@@ -83,18 +79,11 @@ fn strides_are_those_of_the_cameras() {
     let mocap = rows(&format!("{folder}/mocap_sample.csv.gz")).unwrap();
     let events = rows(&format!("{folder}/stride_events_sample.csv.gz")).unwrap();
     // Left and right: columns of the sensor and of the heel; strides of the left foot come first.
-    let second = (1..events.len())
-        .find(|i| events[*i][2] < events[i - 1][2])
-        .unwrap();
+    let mut later = 1..events.len();
+    let second = later.find(|i| events[*i][2] < events[i - 1][2]).unwrap();
     for (foot, heel, strides) in [(0, 7, &events[..second]), (1, 10, &events[second..])] {
-        let time_s: Vec<f64> = (0..rows_of_both.len() - 1)
-            .map(|i| i as f64 / 204.8)
-            .collect();
-        let axes = |first: usize, unit: f64| -> Vec<[f64; 3]> {
-            let rows = rows_of_both[1..].iter();
-            rows.map(|r| [0, 2, 4].map(|c| r[first + foot + c] * unit))
-                .collect()
-        };
+        let time_s = even(rows_of_both.len() - 1, 204.8);
+        let axes = |first: usize, unit: f64| columns(&rows_of_both[1..], first + foot, 2, unit);
         let samples = unbridged(&time_s, &axes(1, 1.0), &axes(7, DEG));
         let motion = estimate_motion(&samples, &options());
         let path: Vec<[f64; 3]> = motion.states(&samples).map(|s| s.position_m).collect();

@@ -147,10 +147,14 @@ fn drawn(seed: u64, stream: u64) -> Draw {
     Draw(rng)
 }
 
-/// Time in a move: fraction done, and its number.
-fn phase(t: f64, moves_s: &[(f64, f64)]) -> Option<(f64, usize)> {
-    let k = moves_s.iter().position(|(a, b)| (*a..*b).contains(&t))?;
-    Some(((t - moves_s[k].0) / (moves_s[k].1 - moves_s[k].0), k))
+/// Time in a move: fraction done.
+fn phase(t: f64, moves_s: &[(f64, f64)]) -> Option<f64> {
+    let (a, b) = moves_s.iter().find(|(a, b)| (*a..*b).contains(&t))?;
+    Some((t - a) / (b - a))
+}
+
+pub fn norm(v: [f64; 3]) -> f64 {
+    V3::from(v).norm()
 }
 
 impl Scene {
@@ -178,14 +182,10 @@ impl Scene {
             self.miscalibrated * if i == j { scale } else { cross }
         });
         let rate_bias = draw.vector(0.01);
-        let knocks: Vec<(f64, V3)> = (0..4)
-            .map(|_| {
-                (
-                    draw.uniform(0.1, 0.9),
-                    draw.vector(1.0).normalize() * 25.0 * 1.65,
-                )
-            })
-            .collect();
+        let knocks: [(f64, V3); 4] = std::array::from_fn(|_| {
+            let at = draw.uniform(0.1, 0.9);
+            (at, draw.vector(1.0).normalize() * 25.0 * 1.65)
+        });
         let mut vibration_phase = draw.vector(3.0);
         let stepped_at = draw.uniform(0.1, 0.9);
         let step = draw.vector(1.0).normalize();
@@ -205,21 +205,15 @@ impl Scene {
             moves_s: moves_s.clone(),
         };
         for i in 0..(end * RATE_HZ) as usize {
-            let jitter = if drops {
-                clock.uniform(-1e-3, 1e-3)
-            } else {
-                0.0
-            };
-            let t = i as f64 / RATE_HZ + jitter;
+            let jitter = drops.then(|| clock.uniform(-1e-3, 1e-3));
+            let t = i as f64 / RATE_HZ + jitter.unwrap_or(0.0);
             let (mut a, mut turn, mut rate) = (V3::zeros(), V3::zeros(), V3::zeros());
             let (mut shake, mut spin) = (self.noise[0], self.noise[1]);
             let mut extra = V3::zeros();
-            if let Some((u, _)) = phase(t, &moves_s) {
-                let jerk = self.trouble == Trouble::Jerk;
-                let shape = if jerk {
-                    4.0 * (0.5 - u).signum()
-                } else {
-                    minimum_jerk(u)
+            if let Some(u) = phase(t, &moves_s) {
+                let shape = match self.trouble {
+                    Trouble::Jerk => 4.0 * (0.5 - u).signum(),
+                    _ => minimum_jerk(u),
                 };
                 a += direction * (shape * self.distance_m / self.move_s.powi(2));
                 match self.trouble {
@@ -258,12 +252,10 @@ impl Scene {
             } else if let (Trouble::LastingTilt(w), true) = (self.trouble, t > moves_s[0].0) {
                 turn = tilt_axis * w;
             }
-            if let (Trouble::Tremble, Some(last)) = (self.trouble, moves_s.last()) {
-                let s = t - last.1;
-                if (0.0..1.0).contains(&s) {
-                    for (hz, size) in &tremble {
-                        a += size * tremor(TAU * hz, s);
-                    }
+            let after_s = t - moves_s.last().map_or(f64::INFINITY, |last| last.1);
+            if self.trouble == Trouble::Tremble && (0.0..1.0).contains(&after_s) {
+                for (hz, size) in &tremble {
+                    a += size * tremor(TAU * hz, after_s);
                 }
             }
             let attitude = attitude * Rotation3::new(turn).into_inner();
@@ -283,10 +275,8 @@ impl Scene {
         }
         if self.trouble == Trouble::Knocks {
             // Their velocity is a Gaussian, in the part of it that a move holds nearly all.
-            out.displacement -= knocks
-                .iter()
-                .map(|k| k.1 * (-0.005_f64.powi(2) * TAU.sqrt()))
-                .sum::<V3>();
+            let shares = knocks.map(|k| k.1 * (-0.005_f64.powi(2) * TAU.sqrt()));
+            out.displacement -= shares.iter().sum::<V3>();
         }
         self.spoil(&mut out);
         out
@@ -301,13 +291,10 @@ impl Scene {
             Trouble::Spikes(rows) => (at..at + rows).for_each(|i| out.force[i][0] += 15.0),
             Trouble::Hang => {
                 let rows = at..at + (1.4 * RATE_HZ) as usize;
-                out.force.copy_within(at..at + 1, at);
-                let (force, rate) = (out.force[at], out.rate.get(at).copied());
-                for i in rows {
-                    out.force[i] = force;
-                    if let Some(rate) = rate {
-                        out.rate[i] = rate;
-                    }
+                let force = out.force[at];
+                out.force[rows.clone()].fill(force);
+                if let Some(rate) = out.rate.get(at).copied() {
+                    out.rate[rows].fill(rate);
                 }
             }
             _ => {}

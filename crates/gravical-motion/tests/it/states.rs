@@ -2,12 +2,8 @@
 
 use gravical_motion::{Motion, SampleState, estimate_motion};
 
-use crate::simulated::{Scene, Trouble};
+use crate::simulated::{Scene, Trouble, norm};
 use crate::study::{options, samples, unbridged};
-
-fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| a[c] - b[c])
@@ -86,10 +82,8 @@ fn a_simulated_move_is_in_the_bands_all_the_way() {
         }
     }
     let coverage = inside.map(|n| n as f64 / count as f64);
-    assert!(
-        coverage.iter().all(|c| (0.88..1.0).contains(c)),
-        "{coverage:?}"
-    );
+    let holds = coverage.iter().all(|c| (0.88..1.0).contains(c));
+    assert!(holds, "{coverage:?}");
 }
 
 #[test]

@@ -66,13 +66,8 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
         channel: b.channel + 3,
         ..b
     }));
-    with_bridges(
-        &recording.time_s,
-        &force,
-        &rate,
-        bridged,
-        resolutions(&recording.force, &recording.rate),
-    )
+    let resolution = resolutions(&recording.force, &recording.rate);
+    with_bridges(&recording.time_s, &force, &rate, bridged, resolution)
 }
 
 pub fn estimate(scene: &Scene, options: &MotionOptions) -> (Recording, Motion) {
@@ -99,12 +94,8 @@ impl Study {
         for scene in scenes {
             study.count += 1;
             let (recording, motion) = estimate(&scene, options);
-            let closed = motion
-                .moves
-                .iter()
-                .filter(|m| m.ends == Ends::RestToRest)
-                .count();
-            if closed != recording.moves_s.len() || closed != motion.moves.len() {
+            let are_closed = motion.moves.iter().all(|m| m.ends == Ends::RestToRest);
+            if !are_closed || motion.moves.len() != recording.moves_s.len() {
                 continue;
             }
             study.found += 1;
@@ -134,21 +125,16 @@ impl Study {
     }
 
     pub fn coverage(&self, sigmas: f64) -> f64 {
-        let inside = self
-            .errors
-            .iter()
-            .filter(|(e, s)| e.abs() <= sigmas * s)
-            .count();
-        inside as f64 / self.errors.len() as f64
+        let inside = self.errors.iter().filter(|(e, s)| e.abs() <= sigmas * s);
+        inside.count() as f64 / self.errors.len() as f64
     }
 
     /// Median 2σ over the 95 % quantile of the errors.
     pub fn width(&self) -> f64 {
         let quantile = |mut v: Vec<f64>, q: f64| {
             v.sort_by(f64::total_cmp);
-            v.get(((v.len() as f64 - 1.0) * q) as usize)
-                .copied()
-                .unwrap_or(f64::NAN)
+            let at = ((v.len() as f64 - 1.0) * q) as usize;
+            v.get(at).copied().unwrap_or(f64::NAN)
         };
         let error = quantile(self.errors.iter().map(|e| e.0.abs()).collect(), 0.95);
         2.0 * quantile(self.errors.iter().map(|e| e.1).collect(), 0.5) / error
@@ -162,6 +148,7 @@ pub type Kind = (&'static str, Trouble, fn(&mut Scene));
 pub fn kinds() -> Vec<Kind> {
     use Trouble as T;
     const G: f64 = 9.80665;
+    let half = 0.5_f64.to_radians();
     vec![
         ("plain", T::None, |_| {}),
         ("slow 4 s", T::None, |s| s.move_s = 4.0),
@@ -184,14 +171,10 @@ pub fn kinds() -> Vec<Kind> {
             (s.move_s, s.ranges[1]) = (1.0, 250.0_f64.to_radians())
         }),
         ("no gyro", T::None, |s| s.gyro = false),
-        ("no gyro, tilt 0.5°", T::Tilt(0.5_f64.to_radians()), |s| {
+        ("no gyro, tilt 0.5°", T::Tilt(half), |s| s.gyro = false),
+        ("no gyro, stays 0.5°", T::LastingTilt(half), |s| {
             s.gyro = false
         }),
-        (
-            "no gyro, stays 0.5°",
-            T::LastingTilt(0.5_f64.to_radians()),
-            |s| s.gyro = false,
-        ),
         ("no gyro, 0.1 m 5 s", T::None, |s| {
             (s.gyro, s.move_s, s.distance_m) = (false, 5.0, 0.1)
         }),

@@ -24,15 +24,10 @@ sampled! {
 /// Of the recordings of the row one in `step`.
 fn hold((name, seeds, found, rms_mm, share, width): Row, step: u64) -> Study {
     let study = study(name, seeds / step, &options());
-    let all = (
-        study.found,
-        study.rms_mm(),
-        study.coverage(2.0),
-        study.width(),
-    );
-    let holds =
-        20 * all.0 >= found * study.count && all.1 < rms_mm && all.2 > share && all.3 < width;
-    assert!(holds, "{name}: {all:?}");
+    let all = [study.rms_mm(), study.coverage(2.0), study.width()];
+    let is_found = 20 * study.found >= found * study.count;
+    let holds = is_found && all[0] < rms_mm && all[1] > share && all[2] < width;
+    assert!(holds, "{name}: {} found, {all:?}", study.found);
     study
 }
 

@@ -1,9 +1,9 @@
 //! Times and rates of stamps.
 
 use gravical_recording::judge::{ClockOptions, Times, clock};
-use gravical_recording::{Finding, FindingKind, Recording};
+use gravical_recording::{FindingKind, Recording};
 
-use crate::support::{Row, has_rate, is_near, read, six_faces};
+use crate::support::{Row, finding, has, has_rate, is_near, read, six_faces};
 
 fn judged(stamps: Vec<f64>) -> Times {
     clock(stamps, ClockOptions::default()).unwrap()
@@ -22,9 +22,8 @@ fn even(rows: i32, start: f64, step: f64) -> impl Iterator<Item = f64> {
 fn the_rate_of_coarse_stamps_is_right_despite_resets_and_gaps() {
     // Whole seconds at 100 Hz, a reset, a gap of 1000 s.
     let seconds = |rows| even(rows, 0.0, 0.01);
-    let stamps = seconds(5030)
-        .chain(seconds(6000))
-        .chain(even(3000, 1060.0, 0.01));
+    let late = even(3000, 1060.0, 0.01);
+    let stamps = seconds(5030).chain(seconds(6000)).chain(late);
     let clock = judged(stamps.map(|t| (t + 1e-6).floor()).collect());
     assert!(is_rate(&clock, 100.0, 0.01), "{}", clock.rate_hz);
     assert!(clock.time_s.is_sorted());
@@ -131,16 +130,7 @@ fn file(header: &str, separator: &str, row: impl Fn(usize) -> [String; 2]) -> St
 }
 
 fn gaps(recording: &Recording) -> usize {
-    let is_gap = |f: &&Finding| f.kind == FindingKind::Gap;
-    recording
-        .findings
-        .iter()
-        .find(is_gap)
-        .map_or(0, |f| f.lines.len())
-}
-
-fn has(recording: &Recording, kind: FindingKind) -> bool {
-    recording.findings.iter().any(|f| f.kind == kind)
+    finding(recording, FindingKind::Gap).map_or(0, |f| f.lines.len())
 }
 
 /// 10 Hz from 23:59:50 on the last of March.
@@ -181,10 +171,8 @@ fn date_and_time_in_two_columns_are_one_clock() {
                     let about = &text[..100];
                     let start = recording.recorded_at().map(|t| t.to_string());
                     assert!(has_rate(&recording, 10.0), "{:?}\n{about}", recording.clock);
-                    assert!(
-                        start.is_some_and(|s| s.starts_with("2024-03-31T23:59:50")),
-                        "{about}"
-                    );
+                    let is_it = start.is_some_and(|s| s.starts_with("2024-03-31T23:59:50"));
+                    assert!(is_it, "{about}");
                     assert_eq!(gaps(&recording), 0, "{about}");
                     assert!(is_near(recording.accel[0][0], 10.0, 0.1), "{about}");
                 }
@@ -193,102 +181,78 @@ fn date_and_time_in_two_columns_are_one_clock() {
     }
 }
 
-#[test]
-fn clocks_of_many_writings_are_read() {
-    let of = |cell: fn(usize) -> String| move |k| [cell(k), String::new()];
-    let hz = |rate: &str| format!("# {rate}\nax,ay,az\n");
-    type Cell = fn(usize) -> String;
-    let none: Cell = |_| String::new();
-    let names = |clock: &str| format!("{clock},ax,ay,az\n");
-    for (header, cell, rate_hz, gaps_there, finding) in [
-        // Threes of rows, and pauses of 72 s; bursts of 300 ms.
-        (
-            names("time_s"),
-            (|k| {
-                format!(
-                    "{:.2}",
-                    (k / 50) as f64 * 77.0 + (k % 50 / 3) as f64 * 0.3 + (k % 50 % 3) as f64 * 0.02
-                )
-            }) as Cell,
-            10.0,
-            5,
-            Some(FindingKind::BurstTime),
-        ),
-        (
-            names("Time (h)"),
-            |k| format!("{:.8}", k as f64 / 36_000.0),
-            10.0,
-            0,
-            None,
-        ),
-        // A run of absurd stamps.
-        (
-            names("time_ms"),
-            |k| {
-                if (100..107).contains(&k) {
-                    "4294967295".to_owned()
-                } else {
-                    (100 * k).to_string()
-                }
-            },
-            10.0,
-            0,
-            Some(FindingKind::BadStamps),
-        ),
-        (
-            names("Time [frames]"),
-            |k| (k * 100).to_string(),
-            10.0,
-            0,
-            Some(FindingKind::TimeUnitUnknown),
-        ),
-        (hz("Data Rate: 100 Hz"), none, 100.0, 0, None),
-        (
-            format!("# Start time: 0, Unix epoch 00:00:15\n{}", names("time_ms")),
-            |k| (100 * k).to_string(),
-            10.0,
-            0,
-            None,
-        ),
-        // A counter of rows beside the clock.
-        (
-            names("t,time"),
-            |k| format!("{k},{}", 1000 + 100 * k + k % 3),
-            10.0,
-            0,
-            None,
-        ),
-    ] {
-        let text = file(&header, ",", of(cell));
-        let recording = read(&text, "desk.csv");
-        assert!(
-            has_rate(&recording, rate_hz),
-            "{header}{:?}",
-            recording.clock
-        );
-        assert_eq!(gaps(&recording), gaps_there, "{header}");
-        let odd = [
-            FindingKind::BurstTime,
-            FindingKind::BadStamps,
-            FindingKind::TimeUnitUnknown,
-        ];
-        for kind in odd {
-            assert_eq!(
-                has(&recording, kind),
-                finding == Some(kind),
-                "{header}{kind:?}"
-            );
-        }
+/// Columns in front of the acceleration, and the cells of a row in them.
+type Clock = (&'static str, fn(usize) -> String);
+
+const CLOCKS: [(Clock, f64, usize, Option<FindingKind>); 8] = [
+    // Bursts of 300 ms, and pauses of 72 s.
+    (("time_s,", bursts), 10.0, 5, Some(FindingKind::BurstTime)),
+    (("Time (h),", hours), 10.0, 0, None),
+    // A run of absurd stamps.
+    (("time_ms,", absurd), 10.0, 0, Some(FindingKind::BadStamps)),
+    (
+        ("Time [frames],", tenths_ms),
+        10.0,
+        0,
+        Some(FindingKind::TimeUnitUnknown),
+    ),
+    (("# Data Rate: 100 Hz\n", |_| String::new()), 100.0, 0, None),
+    (
+        ("# Start time: 0, Unix epoch 00:00:15\ntime_ms,", tenths_ms),
+        10.0,
+        0,
+        None,
+    ),
+    // A counter of rows beside the clock.
+    (
+        ("t,time,", |k| format!("{k},{}", 1000 + 100 * k + k % 3)),
+        10.0,
+        0,
+        None,
+    ),
+    (("year,month,day,hour,minute,second,", date), 10.0, 0, None),
+];
+
+fn tenths_ms(k: usize) -> String {
+    (100 * k).to_string()
+}
+
+fn hours(k: usize) -> String {
+    format!("{:.8}", k as f64 / 36_000.0)
+}
+
+fn absurd(k: usize) -> String {
+    match k {
+        100..107 => "4294967295".to_owned(),
+        _ => tenths_ms(k),
     }
 }
 
+fn bursts(k: usize) -> String {
+    let [pause, burst, row] = [k / 50, k % 50 / 3, k % 50 % 3].map(|n| n as f64);
+    format!("{:.2}", 77.0 * pause + 0.3 * burst + 0.02 * row)
+}
+
+fn date(k: usize) -> String {
+    format!("2024,3,31,23,59,{}.{}", 10 + k / 10, k % 10)
+}
+
 #[test]
-fn parts_of_a_date_are_a_date() {
-    let date = "2024,3,31,23,59";
-    let row = |k: usize| [format!("{date},{}.{}", 10 + k / 10, k % 10), String::new()];
-    let header = "year,month,day,hour,minute,second,ax,ay,az\n";
-    let recording = read(&file(header, ",", row), "desk.csv");
-    assert!(has_rate(&recording, 10.0), "{:?}", recording.clock);
-    let start = recording.recorded_at().map(|t| t.to_string());
-    assert!(start.is_some_and(|s| s.starts_with("2024-03-31T23:59:10")));
+fn clocks_of_many_writings_are_read() {
+    for ((header, cells), rate_hz, gaps_there, odd) in CLOCKS {
+        let text = file(&format!("{header}ax,ay,az\n"), ",", |k| {
+            [cells(k), String::new()]
+        });
+        let recording = read(&text, "desk.csv");
+        let clock = &recording.clock;
+        assert!(has_rate(&recording, rate_hz), "{header}{clock:?}");
+        assert_eq!(gaps(&recording), gaps_there, "{header}");
+        let start = recording.recorded_at().map(|t| t.to_string());
+        let is_dated = start.is_some_and(|s| s.starts_with("2024-03-31T23:59:10"));
+        assert_eq!(is_dated, header.starts_with("year"), "{header}");
+        use FindingKind::{BadStamps, BurstTime, TimeUnitUnknown};
+        for kind in [BurstTime, BadStamps, TimeUnitUnknown] {
+            assert_eq!(has(&recording, kind), odd == Some(kind), "{header}{kind:?}");
+        }
+    }
 }

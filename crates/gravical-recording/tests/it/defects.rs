@@ -6,14 +6,12 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use gravical_recording::{Finding, FindingKind, ReadOptions, Reason, Recording, read_bytes};
 
-use crate::support::{FACE_ROWS, RATE_HZ, has_rate, is_near, read, six_faces, try_read};
+use crate::support::{self, FACE_ROWS, RATE_HZ, has, has_rate, is_near, read, six_faces, try_read};
 
 /// Milliseconds and g, the header given.
 fn table(header: &str, cells: impl Fn(usize, [f64; 3]) -> String) -> String {
-    let rows = six_faces(3)
-        .into_iter()
-        .enumerate()
-        .map(|(k, r)| cells(k, r.accel_g) + "\n");
+    let rows = six_faces(3).into_iter().enumerate();
+    let rows = rows.map(|(k, r)| cells(k, r.accel_g) + "\n");
     format!("{header}\n{}", rows.collect::<String>())
 }
 
@@ -34,12 +32,7 @@ fn clocks_are_dates_steps_and_whole_seconds() {
             format!("{},{x:.5},{y:.5},{z:.5}", stamp(k))
         });
         let recording = read(&text, "");
-        assert!(
-            has_rate(&recording, RATE_HZ),
-            "{}: {:?}",
-            stamp(1),
-            recording.clock.rate_hz()
-        );
+        assert!(has_rate(&recording, RATE_HZ), "{}", stamp(1));
         let time_s = recording.time_s.as_ref().unwrap();
         let mut steps = time_s.windows(2).map(|w| w[1] - w[0]);
         assert!(steps.all(|s| is_near(s, 0.04, 0.01)), "{}", stamp(1));
@@ -47,8 +40,7 @@ fn clocks_are_dates_steps_and_whole_seconds() {
 }
 
 fn found(recording: &Recording, kind: FindingKind) -> &Finding {
-    let mut found = recording.findings.iter();
-    found.find(|f| f.kind == kind).unwrap()
+    support::finding(recording, kind).unwrap()
 }
 
 #[test]
@@ -121,11 +113,9 @@ fn rows_in_another_unit_or_other_columns_are_refused_with_the_cut() {
         assert!(hint.contains("`sed '2,151d' FILE > after.csv`"), "{hint}");
         // What the commands write is read.
         let lines: Vec<&str> = text.lines().collect();
-        for part in [
-            lines[..151].join("\n"),
-            [&lines[..1], &lines[151..]].concat().join("\n"),
-        ] {
-            let is_read = try_read(part.into_bytes(), "log.csv").is_ok();
+        let after = [&lines[..1], &lines[151..]].concat();
+        for part in [&lines[..151], &after] {
+            let is_read = try_read(part.join("\n").into_bytes(), "log.csv").is_ok();
             assert!(is_read, "{code}");
         }
     }
@@ -147,9 +137,8 @@ fn more_than_fits_is_refused_with_the_number_of_lines_that_fit() {
     let lines = words[words.iter().position(|w| *w == "lines").unwrap() - 1];
     let lines: usize = lines.parse().unwrap();
     assert!((40_000..80_000).contains(&lines), "{error}");
-    assert!(error.hint().unwrap().starts_with(&format!(
-        "cut the file and read the parts: `sed '{lines},$d'"
-    )));
+    let cut = format!("cut the file and read the parts: `sed '{lines},$d'");
+    assert!(error.hint().unwrap().starts_with(&cut));
     let first: Vec<&str> = text.lines().take(lines - 1).collect();
     assert_eq!(read(&first.join("\n")).unwrap().rows(), lines - 2);
 }
@@ -215,8 +204,7 @@ fn a_download_cut_off_yields_what_it_holds() {
     let padded = [&packed[..], &[0; 700], &packed, &[0; 300]].concat();
     let recording = try_read(padded, "padded.csv.gz").unwrap();
     assert_eq!(recording.rows(), 2 * 6 * FACE_ROWS);
-    let is_damage = |f: &Finding| f.kind == FindingKind::TruncatedFile;
-    assert!(!recording.findings.iter().any(is_damage));
+    assert!(!has(&recording, FindingKind::TruncatedFile));
 }
 
 /// What is neither gravity nor a measurement decides on no unit.
@@ -255,8 +243,7 @@ fn units_are_not_told_by_coincidence_motion_or_invalid_samples() {
     let recording = read(&text, "");
     assert_eq!(recording.units.accel.lsb_per_g, Some(16_384.0));
     assert_eq!(found(&recording, FindingKind::EmptyCells).count, 5);
-    let is_clipped = |f: &Finding| f.kind == FindingKind::Clipped;
-    assert!(!recording.findings.iter().any(is_clipped));
+    assert!(!has(&recording, FindingKind::Clipped));
     assert!(recording.accel[0][7].is_nan());
 }
 

@@ -59,9 +59,8 @@ fn counts(of: impl Fn(usize, [i32; 6]) -> String) -> Vec<String> {
     .collect()
 }
 
-fn joined(cells: &[i32]) -> String {
-    let cells: Vec<String> = cells.iter().map(i32::to_string).collect();
-    cells.join(",")
+fn joined<const N: usize>(cells: &[i32; N]) -> String {
+    cells.map(|cell| cell.to_string()).join(",")
 }
 
 #[test]
@@ -83,10 +82,8 @@ fn rows_behind_the_first_are_read_alike() {
     });
     let text = format!("flag,ax,ay,az\n{}\n", sparse.join("\n"));
     let (pieces, _) = stream(&text, 200).unwrap();
-    assert_eq!(
-        measured(&pieces, |p| &p.accel[2]),
-        read(&text, "log.csv").accel[2]
-    );
+    let z = measured(&pieces, |p| &p.accel[2]);
+    assert_eq!(z, read(&text, "log.csv").accel[2]);
     let zeros = counts(|i, v| match i {
         120..130 | 250.. => "7,0,0,0,0,0,0".to_owned(),
         _ => format!("7,{}", joined(&v)),
@@ -96,21 +93,13 @@ fn rows_behind_the_first_are_read_alike() {
 
 #[test]
 fn another_header_in_the_middle_ends_the_reading_with_its_line() {
-    let rows = counts(|i, v| format!("{},{}", 40 * i, joined(&v)));
-    let rows = rows.join("\n") + "\n";
-    let text = format!(
-        "ms,ax,ay,az,gx,gy,gz\n{}ms,temp,ax,ay,az,gx,gy\n{rows}",
-        rows.repeat(60)
-    );
+    let rows = counts(|i, v| format!("{},{}\n", 40 * i, joined(&v))).concat();
+    let many = rows.repeat(60);
+    let text = format!("ms,ax,ay,az,gx,gy,gz\n{many}ms,temp,ax,ay,az,gx,gy\n{rows}");
     let line = 2 + 60 * 300;
     let error = stream(&text, 200).map(|_| ()).unwrap_err();
-    assert_eq!(
-        (error.code(), error.location().unwrap().line),
-        ("header-differs", Some(line))
-    );
-    let hint = error.hint().unwrap();
-    assert!(
-        hint.contains(&format!("tail -n +{line} FILE > after.csv")),
-        "{hint}"
-    );
+    assert_eq!(error.code(), "header-differs");
+    assert_eq!(error.location().unwrap().line, Some(line));
+    let cut = format!("tail -n +{line} FILE > after.csv");
+    assert!(error.hint().unwrap().contains(&cut), "{error}");
 }

@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Error, ReadOptions, Recording, read_bytes};
+use gravical_recording::{Error, Finding, FindingKind, ReadOptions, Recording, read_bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
@@ -42,11 +42,18 @@ pub fn read(text: &str, file_name: &str) -> Recording {
 
 pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
     let recording = read_bytes(&bytes, file_name, &ReadOptions::default())?;
-    assert_eq!(
-        recording.rows() + recording.ledger.total(),
-        recording.ledger.lines
-    );
+    let account = &recording.ledger;
+    assert_eq!(recording.rows() + account.total(), account.lines);
     Ok(recording)
+}
+
+/// The first finding of a kind.
+pub fn finding(recording: &Recording, kind: FindingKind) -> Option<&Finding> {
+    recording.findings.iter().find(|f| f.kind == kind)
+}
+
+pub fn has(recording: &Recording, kind: FindingKind) -> bool {
+    finding(recording, kind).is_some()
 }
 
 pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
@@ -55,8 +62,6 @@ pub fn is_near(a: f64, b: f64, tolerance: f64) -> bool {
 
 /// Whether the rates agree to one percent.
 pub fn has_rate(recording: &Recording, rate_hz: f64) -> bool {
-    recording
-        .clock
-        .rate_hz()
-        .is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
+    let own = recording.clock.rate_hz();
+    own.is_some_and(|r| is_near(r, rate_hz, 0.01 * rate_hz))
 }

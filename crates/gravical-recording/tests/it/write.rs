@@ -16,10 +16,8 @@ fn write(
     let values = values(&parsed);
     let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
     let breaks: Vec<usize> = parsed.blanks.iter().map(|b| b.0).collect();
-    let rows = 0..parsed.rows();
-    writer
-        .write_rows(rows, &parsed.text, &values, &breaks)
-        .unwrap();
+    let done = writer.write_rows(0..parsed.rows(), &parsed.text, &values, &breaks);
+    done.unwrap();
     writer.finish().unwrap();
     String::from_utf8(out).unwrap()
 }

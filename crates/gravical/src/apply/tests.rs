@@ -86,17 +86,10 @@ fn cells(line: &str) -> Vec<f64> {
 #[test]
 fn values_equal_direct_computation() {
     let row = |i: usize| {
-        let x = i as f64;
-        format!(
-            "{},{:.4},{:.4},{:.4},{:.3},{:.3},{:.3}",
-            10 * i,
-            0.1 + 0.01 * x.sin(),
-            -0.2 + 0.01 * x.cos(),
-            9.8 + 0.02 * x.sin(),
-            20.0 * x.sin(),
-            x.cos(),
-            -3.0 * x.sin()
-        )
+        let (sine, cosine) = (i as f64).sin_cos();
+        let [x, y, z] = [0.1 + 0.01 * sine, -0.2 + 0.01 * cosine, 9.8 + 0.02 * sine];
+        let (t_ms, u, w) = (10 * i, 20.0 * sine, -3.0 * sine);
+        format!("{t_ms},{x:.4},{y:.4},{z:.4},{u:.3},{cosine:.3},{w:.3}")
     };
     let text = still("t_ms,ax,ay,az,gx (deg/s),gy (deg/s),gz (deg/s)", 50, row);
     let cal = with_gyro("deg/s");

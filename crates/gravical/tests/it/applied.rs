@@ -2,6 +2,8 @@
 
 use gravical::apply::{ApplyOptions, apply};
 use gravical::calibration_file::CalibrationFile;
+use gravical::inspect::inspect;
+use gravical::poses::face::AxisMap;
 use gravical::recording::{AccelUnit, ReadOptions, Recording, read, source};
 
 use crate::support::{data, files};
@@ -29,14 +31,11 @@ fn calibrated(table: &[u8]) -> Vec<[f64; 3]> {
     let header_end = table.iter().position(|b| *b == b'\n').unwrap();
     let header = String::from_utf8_lossy(&table[..header_end]);
     let at = header.find("ax_mps2").unwrap();
-    let delimiter = *header.as_bytes()[at..]
-        .iter()
-        .find(|b| b",;\t|".contains(b))
-        .unwrap();
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .flexible(true)
-        .from_reader(table);
+    let mut behind = header.as_bytes()[at..].iter();
+    let delimiter = *behind.find(|b| b",;\t|".contains(b)).unwrap();
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader.delimiter(delimiter).flexible(true);
+    let mut reader = reader.from_reader(table);
     let names = reader.byte_headers().unwrap().clone();
     let axes = ["ax_mps2", "ay_mps2", "az_mps2"]
         .map(|axis| names.iter().position(|n| n == axis.as_bytes()).unwrap());
@@ -64,18 +63,25 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
     files(&data.join("../cases"), &mut paths);
     let mut compared = 0;
     for path in paths.into_iter().step_by(step) {
-        let Ok(recording) = read(&path, &ReadOptions::default()) else {
-            continue;
-        };
         let name = path.display().to_string();
+        let recording = match read(&path, &ReadOptions::default()) {
+            Ok(recording) => recording,
+            Err(e) => {
+                assert!(e.hint().is_some(), "{name}: {e}");
+                continue;
+            }
+        };
+        let account = &recording.ledger;
+        let balances = recording.is_averaged() || account.rows() == recording.rows();
+        assert!(balances, "{name}: {}", account.sum());
+        inspect(&recording, &AxisMap::default());
         let mut table = Vec::new();
         let input = source::open(&path, &ReadOptions::default()).unwrap();
         let options = ApplyOptions::default();
         let summary = match apply(&nominal(&recording), input, &name, &mut table, &options) {
             Ok(summary) => summary,
             Err(e) => {
-                let codes = ["unit-mismatch"];
-                assert!(codes.contains(&e.code()), "{name}: {e}");
+                assert_eq!(e.code(), "unit-mismatch", "{name}: {e}");
                 continue;
             }
         };
@@ -84,11 +90,8 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
         let rows: Vec<usize> = (0..recording.rows()).filter(is_whole).collect();
         let table = calibrated(&table);
         assert_eq!(table.len(), rows.len(), "{name}");
-        assert_eq!(
-            summary.rows - summary.rows_without_acceleration,
-            rows.len() as u64,
-            "{name}"
-        );
+        let measured = summary.rows - summary.rows_without_acceleration;
+        assert_eq!(measured, rows.len() as u64, "{name}");
         for (values, row) in table.iter().zip(rows) {
             for (value, raw) in values.iter().zip(recording.accel_at(row)) {
                 assert!((value - raw / scale).abs() < 1e-6, "{name}, row {row}");

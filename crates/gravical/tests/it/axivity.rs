@@ -1,22 +1,18 @@
 //! `.cwa` files: real ones against their reference, simulated ones against the truth, and damaged
 //! ones.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use gravical::calibration_file::Grade;
 use gravical::convert::{ConvertOptions, convert_file};
-use gravical::poses::sections::Section;
+use gravical::poses::sections::parse_sections;
 use gravical::poses::{SegmentOptions, segment};
 use gravical::recording::{ReadOptions, Recording, read, read_bytes, read_samples};
 use proptest::prelude::*;
 
 use crate::cwa::{Coding, Counts, Device, seal};
-use crate::support::{calibrated, finding, kinds, with_gravity};
+use crate::support::{calibrated, close, data, finding, kinds, with_gravity};
 use crate::wear::{self, Wear};
-
-fn data(name: &str) -> Option<PathBuf> {
-    Some(crate::support::data()?.join("skdh-axivity").join(name))
-}
 
 fn read_cwa(bytes: &[u8]) -> Recording {
     read_bytes(bytes, "wrist.cwa", &ReadOptions::default()).unwrap()
@@ -54,17 +50,13 @@ fn file(device: &Device, blocks: &[[u8; 512]]) -> Vec<u8> {
 fn real_files_have_the_samples_and_times_of_another_decoder() {
     let ax3 = "Axivity AX3, session 1020030004, nominal 200 Hz, ±8 g";
     let ax6 = "Axivity AX6, session 0, nominal 100 Hz, ±16 g, ±2000 °/s";
+    let Some(data) = data() else { return };
     for (name, rate_hz, device, words) in
         [("ax3", 197.2, "51888", ax3), ("ax6", 98.4, "6011802", ax6)]
     {
-        let (Some(path), Some(reference)) = (
-            data(&format!("{name}_sample.cwa")),
-            data(&format!("{name}_decoded.csv.gz")),
-        ) else {
-            return;
-        };
-        let recording = read(&path, &ReadOptions::default()).unwrap();
-        let packed = std::fs::File::open(reference).unwrap();
+        let file = |end: &str| data.join(format!("skdh-axivity/{name}_{end}"));
+        let recording = read(&file("sample.cwa"), &ReadOptions::default()).unwrap();
+        let packed = std::fs::File::open(file("decoded.csv.gz")).unwrap();
         let text = std::io::read_to_string(flate2::read::GzDecoder::new(packed)).unwrap();
         let mut lines = text.lines().skip(1);
         let times = times_s(&recording);
@@ -83,11 +75,10 @@ fn real_files_have_the_samples_and_times_of_another_decoder() {
             // By another formula of the same counts: 0.318269 raw − 54.424.
             let raw = (recording.temperature_c.as_ref().unwrap()[i] + 50.0) * 256.0 / 75.0;
             let theirs = cells[cells.len() - 1];
-            assert!((0.318_269 * raw - 54.424 - theirs).abs() < 0.006, "{raw}");
+            close(0.318_269 * raw - 54.424, theirs, 0.006);
         }
         assert_eq!(lines.next(), None);
-        let mean_hz = recording.clock.mean_rate_hz.unwrap();
-        assert!((mean_hz - rate_hz).abs() < 0.1, "{mean_hz}");
+        close(recording.clock.mean_rate_hz.unwrap(), rate_hz, 0.1);
         assert_eq!(recording.format.serial().as_deref(), Some(device));
         let description = &recording.format.describe();
         assert!(description.starts_with(words), "{description}");
@@ -132,23 +123,22 @@ fn samples_times_and_temperatures_are_the_true_ones() {
                 0..3 => device.accel_g(),
                 _ => device.gyro_deg_s(),
             };
-            let wanted = (0..)
-                .zip(counts)
-                .map(|(axis, count)| f64::from(*count) * scale(axis));
-            let own = row(&recording, i);
-            assert_eq!(
-                own,
-                wanted.take(own.len()).collect::<Vec<_>>(),
-                "{coding:?} row {i}"
-            );
-            let (own, time) = (times[i], device.time_s(i as u64));
-            assert!((own - time).abs() < 1e-4, "row {i}: {own} and {time}");
+            for (axis, own) in row(&recording, i).into_iter().enumerate() {
+                assert_eq!(
+                    own,
+                    f64::from(counts[axis]) * scale(axis),
+                    "{coding:?} row {i}"
+                );
+            }
+            close(times[i], device.time_s(i as u64), 1e-4);
             // The converter has 0.3 °C.
-            let read_c = recording.temperature_c.as_ref().unwrap()[i];
-            assert!((read_c - celsius).abs() < 0.15, "{read_c} and {celsius}");
+            close(recording.temperature_c.as_ref().unwrap()[i], *celsius, 0.15);
         }
-        let mean_hz = recording.clock.mean_rate_hz.unwrap();
-        assert!((mean_hz - device.true_rate_hz).abs() < 0.01, "{mean_hz}");
+        close(
+            recording.clock.mean_rate_hz.unwrap(),
+            device.true_rate_hz,
+            0.01,
+        );
         assert_eq!(recording.units.accel.unit.name(), "g");
         let gyro = recording.units.gyro.map(|g| g.unit.name());
         assert_eq!(gyro.is_some(), coding == Coding::WithGyro);
@@ -178,23 +168,23 @@ fn damage_is_named_and_the_rest_is_read_in_its_own_time() {
     // A line is a sample or a skipped block.
     assert_eq!(recording.ledger.lines, 57 * 120 + 5);
     assert_eq!(recording.breaks, [10 * 120, 28 * 120]);
-    let message = |kind: &str| finding(&recording, kind).message.clone();
-    let corrupt = message("corrupt-block");
-    assert!(corrupt.starts_with("2 blocks"), "{corrupt}");
-    assert!(
-        corrupt.contains("block 29 at byte 15360: wrong checksum"),
-        "{corrupt}"
-    );
-    let late = message("late-block");
-    assert!(late.starts_with("2 blocks"), "{late}");
-    assert!(late.contains("block 40 at byte 20992"), "{late}");
+    for (kind, place) in [
+        ("corrupt-block", "block 29 at byte 15360: wrong checksum"),
+        ("late-block", "block 40 at byte 20992"),
+    ] {
+        let said = &finding(&recording, kind).message;
+        assert!(
+            said.starts_with("2 blocks") && said.contains(place),
+            "{said}"
+        );
+    }
     finding(&recording, "gap");
     // Rows keep the time of their sample.
     let times = times_s(&recording);
     let expected = (0..60_u64).filter(|block| ![10, 11, 30].contains(block));
     let expected = expected.flat_map(|block| block * 120..(block + 1) * 120);
     for (time, k) in times.iter().zip(expected) {
-        assert!((time - device.time_s(k)).abs() < 1e-3, "{k}");
+        close(*time, device.time_s(k), 1e-3);
     }
 }
 
@@ -212,10 +202,8 @@ fn a_pause_is_no_slow_sample() {
     let times = times_s(&recording);
     let steps = times.windows(2).map(|w| w[1] - w[0]);
     let long: Vec<f64> = steps.filter(|s| *s > 0.0105).collect();
-    assert!(
-        long.len() == 1 && (long[0] - 60.0 / 98.4).abs() < 1e-3,
-        "{long:?}"
-    );
+    assert_eq!(long.len(), 1, "{long:?}");
+    close(long[0], 60.0 / 98.4, 1e-3);
 }
 
 #[test]
@@ -234,10 +222,8 @@ fn another_session_and_a_clock_that_was_set_back_begin_anew() {
         all.extend((0..20).map(|_| wear.block(&mut other)));
         let bytes = file(&device, &all);
         let recording = read_cwa(&bytes);
-        assert_eq!(
-            (recording.rows(), &recording.breaks[..]),
-            (40 * 120, &[20 * 120][..])
-        );
+        assert_eq!(recording.rows(), 40 * 120);
+        assert_eq!(recording.breaks, [20 * 120]);
         assert!(!kinds(&recording).contains(&"late-block"));
         assert!(kinds(&recording).contains(&"restarted-time") || later_s > 0.0);
         // Dates are those of the stamps.
@@ -257,7 +243,7 @@ fn another_session_and_a_clock_that_was_set_back_begin_anew() {
             (20 * 120, other.time_s(0)),
             (40 * 120 - 1, other.time_s(20 * 120 - 1)),
         ] {
-            assert!((times[row] - time_s).abs() < 1e-3, "{row}: {}", times[row]);
+            close(times[row], time_s, 1e-3);
         }
     }
 }
@@ -289,20 +275,17 @@ fn a_long_file_is_held_as_means_of_its_samples() {
     ] {
         let mean = |values: &[f64]| values[first..first + 39].iter().sum::<f64>() / 39.0;
         assert_eq!(means.line(row), samples.line(first));
-        assert!((times[row] - mean(&all)).abs() < 1e-5, "{row}");
-        assert!((means.accel[1][row] - mean(&samples.accel[1])).abs() < 1e-12);
+        close(times[row], mean(&all), 1e-5);
+        close(means.accel[1][row], mean(&samples.accel[1]), 1e-12);
     }
-    let rate_hz = means.clock.rate_hz().unwrap();
-    assert!(
-        (rate_hz - device.true_rate_hz / 39.0).abs() < 1e-3,
-        "{rate_hz}"
+    close(
+        means.clock.rate_hz().unwrap(),
+        device.true_rate_hz / 39.0,
+        1e-3,
     );
     // Numbers of rows are those of samples to whoever gives them.
     let options = SegmentOptions {
-        sections: Some(vec![Section {
-            label: "+x".to_owned(),
-            rows: 0..100,
-        }]),
+        sections: Some(parse_sections(b"+x,0,100\n").unwrap()),
         ..SegmentOptions::default()
     };
     assert_eq!(segment(&[means], &options).unwrap_err().code(), "averaged");
@@ -324,12 +307,11 @@ fn wear_in_a_file_calibrates_the_sensor(hours: f64) {
     assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
     let drift = file.temperature_model.as_ref().unwrap();
     for i in 0..3 {
-        let slope = drift.channels[i].per_c.unwrap();
-        assert!((slope - wear::DRIFT_G_PER_C[i]).abs() < 3e-5, "{slope}");
-        let bias = wear::OFFSET_G[i] + wear::DRIFT_G_PER_C[i] * (drift.reference_c - 25.0);
-        let (bias_g, scale) = (file.accelerometer.bias[i], file.accelerometer.scale[i]);
-        assert!((bias_g - bias).abs() < 5e-4, "{bias_g} and {bias}");
-        assert!((scale * 9.80665 - wear::GAIN[i]).abs() < 5e-4, "{scale}");
+        let slope = wear::DRIFT_G_PER_C[i];
+        close(drift.channels[i].per_c.unwrap(), slope, 3e-5);
+        let bias = wear::OFFSET_G[i] + slope * (drift.reference_c - 25.0);
+        close(file.accelerometer.bias[i], bias, 5e-4);
+        close(file.accelerometer.scale[i] * 9.80665, wear::GAIN[i], 5e-4);
     }
 }
 

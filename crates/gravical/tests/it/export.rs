@@ -63,18 +63,13 @@ fn vectors(seed: u64, size: f64) -> Vec<Vector> {
 
 /// What the library makes of them.
 fn calibrated(file: &CalibrationFile, accel: &[Vector], gyro: &[Vector]) -> Vec<[Vector; 2]> {
-    let (a, g) = (
-        file.accelerometer_calibration(),
-        file.gyroscope_calibration().unwrap(),
-    );
-    accel
-        .iter()
-        .zip(gyro)
-        .map(|(accel, gyro)| {
-            let force = a.apply(*accel);
-            [force, g.apply(*gyro, force)]
-        })
-        .collect()
+    let g = file.gyroscope_calibration().unwrap();
+    let a = file.accelerometer_calibration();
+    let both = |(accel, gyro): (&Vector, &Vector)| {
+        let force = a.apply(*accel);
+        [force, g.apply(*gyro, force)]
+    };
+    accel.iter().zip(gyro).map(both).collect()
 }
 
 /// Six numbers a line, accelerometer and gyroscope, against `wanted`.
@@ -115,24 +110,16 @@ fn less(a: Vector, b: &[f64]) -> Vector {
 
 /// The vectors as lines of a program's input.
 fn lines(accel: &[Vector], gyro: &[Vector]) -> String {
-    let row = |v: &Vector| format!("{} {} {}", v[0], v[1], v[2]);
-    accel
-        .iter()
-        .zip(gyro)
-        .map(|(a, g)| format!("{} {}\n", row(a), row(g)))
-        .collect()
+    let row = |([x, y, z], [u, v, w]): (&Vector, &Vector)| format!("{x} {y} {z} {u} {v} {w}\n");
+    accel.iter().zip(gyro).map(row).collect()
 }
 
 /// Output of a program; none where it is not installed, which fails on a build server.
 fn output(program: &str, args: &[&str], folder: &Path, input: &str) -> Option<String> {
-    let started = Command::new(program)
-        .args(args)
-        .current_dir(folder)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn();
-    let mut child = match started {
+    let mut command = Command::new(program);
+    command.args(args).current_dir(folder);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = match command.stderr(Stdio::piped()).spawn() {
         Ok(child) => child,
         Err(e) => {
             assert!(std::env::var_os("CI").is_none(), "{program}: {e}");
@@ -146,12 +133,8 @@ fn output(program: &str, args: &[&str], folder: &Path, input: &str) -> Option<St
     let writer = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
     let done = child.wait_with_output().unwrap();
     let _ = writer.join().unwrap();
-    let out = String::from_utf8(done.stdout).unwrap();
-    assert!(
-        done.status.success(),
-        "{program} {args:?}\n{}{out}",
-        String::from_utf8_lossy(&done.stderr)
-    );
+    let [out, err] = [done.stdout, done.stderr].map(|b| String::from_utf8(b).unwrap());
+    assert!(done.status.success(), "{program} {args:?}\n{err}{out}");
     Some(out)
 }
 
@@ -209,11 +192,8 @@ fn what_a_target_cannot_hold_is_said_and_a_text_from_outside_stays_in_its_commen
             continue;
         };
         let said = result.notes.join(" ");
-        let loses = |what: &str| target.holds.contains(what);
-        assert_eq!(
-            loses("no gyroscope"),
-            said.contains("Without the gyroscope")
-        );
+        let loses = target.holds.contains("no gyroscope");
+        assert_eq!(loses, said.contains("Without the gyroscope"));
         if target.name != "gravical" {
             let text = result.text;
             assert!(!text.contains("*/ int") && !text.contains("\nimport os\n"));

@@ -74,10 +74,7 @@ fn is_the_session(r: &Recording, what: &str, gyro: Option<GyroUnit>, findings: &
     reported.retain(|k| !["repeated-rows", "frozen-axis"].contains(k));
     assert_eq!(reported, findings, "{what}");
     if let Some(unit) = gyro {
-        let scale = r
-            .units
-            .gyro
-            .unwrap_or_else(|| panic!("{what}: no gyroscope"));
+        let scale = r.units.gyro.expect(what);
         assert_eq!(scale.unit, unit, "{what}");
         let z = mean(&r.gyro.as_ref().unwrap()[2]);
         close(z / scale.nominal().unwrap_or(1.0), 0.03, 0.002);
@@ -176,12 +173,8 @@ fn wearables_say_when_and_which() {
     let actigraph = "MOS2D16114521";
     let metadata = "------------ Data File Created By ActiGraph GT3X+ ActiLife v6.11.9 Firmware v3.2.1 date format M/d/yyyy at 100 Hz  Filter Normal -----------\nSerial Number: MOS2D16114521\nStart Time 12:00:00\nStart Date 5/19/2017\nEpoch Period (hh:mm:ss) 00:00:00\nDownload Time 10:25:30\nDownload Date 5/22/2017\nCurrent Memory Address: 0\nCurrent Battery Voltage: 4.21     Mode = 12\n--------------------------------------------------\n";
     let recording = read_as(&written(metadata, |s| csv(&s.a, 3)), "a.csv");
-    is(
-        &recording,
-        "2017-05-19 12:00",
-        actigraph,
-        &["columns-guessed"],
-    );
+    let guessed = ["columns-guessed"];
+    is(&recording, "2017-05-19 12:00", actigraph, &guessed);
     // Over midnight, with the day first, semicolons and decimal commas.
     let head = metadata.replace("M/d/yyyy", "d/M/yyyy")
         + "Timestamp;Accelerometer X;Accelerometer Y;Accelerometer Z\n";
@@ -333,10 +326,8 @@ fn columns_that_cannot_be_assigned_are_errors() {
         Err(error) => error.to_string(),
         Ok(recording) => finding(&recording, "columns-guessed").message.clone(),
     };
-    assert!(
-        message.contains("line 1 has 5 names for 7 columns"),
-        "{message}"
-    );
+    let names = "line 1 has 5 names for 7 columns";
+    assert!(message.contains(names), "{message}");
 }
 
 #[test]

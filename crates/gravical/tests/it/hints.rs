@@ -7,17 +7,18 @@ use gravical::recording::{
     AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
 };
 
+use crate::support::{data, files, read_options};
+
 /// What is refused or found: kind, and options.
 fn said(bytes: &[u8], name: &str, options: &ReadOptions) -> Vec<(String, Vec<Advice>)> {
     let recording: Recording = match read_bytes(bytes, name, options) {
         Ok(recording) => recording,
         Err(e) => return vec![(e.code().to_owned(), e.options().to_vec())],
     };
-    let findings = inspect(&recording, &AxisMap::default()).findings;
-    let said = findings
-        .iter()
-        .map(|f| (f.kind.to_string(), f.options.clone()));
-    said.collect()
+    let findings = inspect(&recording, &AxisMap::default())
+        .findings
+        .into_iter();
+    findings.map(|f| (f.kind.to_string(), f.options)).collect()
 }
 
 /// Gives the options that are named, with the value that is named or that of the truth; false if
@@ -88,7 +89,6 @@ fn cells(values: [f64; 3], delimiter: &str) -> String {
 
 #[test]
 fn an_option_that_is_named_helps() {
-    use crate::support::read_options;
     let columns = |spec: &str| read_options(|o| o.columns = Some(spec.parse().unwrap()));
     let none = ReadOptions::default;
     let seconds = |unit| read_options(|o| o.time_unit = Some(unit));
@@ -106,11 +106,8 @@ fn an_option_that_is_named_helps() {
     let empty = named("ms,ax,ay,az,bx,by,bz", empty);
     let labelled = |from: usize| rows(|k, a| format!("{},n{}", plain(k + from, a), k + from));
     let labelled = named("ms,ax,ay,az,label", labelled(0) + &labelled(200));
-    let beside = rows(|k, a| format!("{},{}", plain(k, a), commas(a)));
-    let beside = named(
-        "ms,acc one_x,acc one_y,acc one_z,acc two_x,acc two_y,acc two_z",
-        beside,
-    );
+    let two = "ms,acc one_x,acc one_y,acc one_z,acc two_x,acc two_y,acc two_z";
+    let beside = named(two, rows(|k, a| format!("{},{}", plain(k, a), commas(a))));
     let in_turn = rows(|k, a| {
         let row = |name: &str| format!("{},{name},{}", 40 * k, commas(a));
         format!("{}\n{}", row("left hand"), row("right hand"))
@@ -130,14 +127,11 @@ fn an_option_that_is_named_helps() {
         format!("{},{counts}", 40 * k)
     }));
     let thousandths = accel(rows(|k, a| plain(k, a.map(|v| v * 101.97))));
+    let names = "ax=one,ay=two,az=three";
     let quoted_names = "ax=one, raw,ay=two, raw,az=three, raw";
     for (kind, text, truth) in [
         ("columns-unknown", unknown, columns("-,ax,ay,az,-")),
-        (
-            "no-accelerometer",
-            foreign,
-            columns("ax=one,ay=two,az=three"),
-        ),
+        ("no-accelerometer", foreign, columns(names)),
         ("no-accelerometer", quoted, columns(quoted_names)),
         ("no-values", empty, columns("ax=bx,ay=by,az=bz")),
         ("too-many-labels", labelled, none()),
@@ -162,10 +156,7 @@ fn an_option_that_is_named_helps() {
 #[test]
 fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
     let values = rows(|k, a| format!("{},{}", 40 * k, cells(a, ",")));
-    let (rates, accel) = (
-        format!("ms,gx,gy,gz\n{values}"),
-        format!("ms,ax,ay,az\n{values}"),
-    );
+    let [rates, accel] = ["ms,gx,gy,gz", "ms,ax,ay,az"].map(|names| format!("{names}\n{values}"));
     let (kind, advised) = &said(rates.as_bytes(), "gyro.csv", &ReadOptions::default())[0];
     assert_eq!(kind, "gyroscope-alone");
     assert_eq!(advised[..], [Advice::new("gyro", "")]);
@@ -178,11 +169,9 @@ fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
 /// Recordings that were read wrongly once.
 #[test]
 fn options_that_are_named_for_the_cases_help() {
-    let Some(data) = crate::support::data() else {
-        return;
-    };
+    let Some(data) = data() else { return };
     let mut paths = Vec::new();
-    crate::support::files(&data.join("../cases"), &mut paths);
+    files(&data.join("../cases"), &mut paths);
     let mut followed = 0;
     for path in paths {
         let name = path.file_name().unwrap().to_string_lossy();

@@ -1,7 +1,5 @@
 //! A gyroscope in a separate file.
 
-use std::fmt::Write;
-
 use gravical::Error;
 use gravical::recording::{ReadOptions, Recording, join_gyroscope_bytes};
 
@@ -9,13 +7,12 @@ use crate::support::*;
 
 /// `rows` samples at 100 Hz from `from_s` on, four columns without a header.
 fn four_columns(from_s: f64, rows: usize, values: impl Fn(f64) -> [f64; 3]) -> String {
-    let mut text = String::new();
-    for i in 0..rows {
+    let row = |i: usize| {
         let t = from_s + 0.01 * i as f64;
         let [x, y, z] = values(t);
-        writeln!(text, "{t:.4} {x:.4} {y:.4} {z:.4}").unwrap();
-    }
-    text
+        format!("{t:.4} {x:.4} {y:.4} {z:.4}\n")
+    };
+    (0..rows).map(row).collect()
 }
 
 fn gravity(_: f64) -> [f64; 3] {
@@ -32,12 +29,8 @@ fn accel(from_s: f64, rows: usize) -> Recording {
 }
 
 fn join(recording: &mut Recording, gyro: &str) -> Result<(), Error> {
-    join_gyroscope_bytes(
-        recording,
-        gyro.as_bytes(),
-        "gyro.txt",
-        &ReadOptions::default(),
-    )
+    let options = ReadOptions::default();
+    join_gyroscope_bytes(recording, gyro.as_bytes(), "gyro.txt", &options)
 }
 
 fn rates(recording: &Recording) -> &[Vec<f64>; 3] {
@@ -62,10 +55,8 @@ fn an_offset_between_the_files_is_preserved() {
     }
     let uncovered = finding(&recording, "gyro-uncovered");
     // 5.00 to 5.50 and 7.50 to 7.99.
-    assert_eq!(
-        (uncovered.count, &uncovered.lines[..]),
-        (101, &[[1, 51], [251, 300]][..])
-    );
+    assert_eq!(uncovered.lines, [[1, 51], [251, 300]]);
+    assert_eq!(uncovered.count, 101);
     assert!(uncovered.message.contains("33.7 %"), "{uncovered:?}");
 }
 
@@ -74,12 +65,10 @@ fn gaps_are_not_interpolated() {
     let mut recording = accel(0.01, 300);
     let text = four_columns(0.01, 300, ramp);
     // 100 samples are missing, and also three single ones.
-    let kept: String = text
-        .lines()
-        .enumerate()
-        .filter(|(i, _)| !(100..200).contains(i) && ![20, 40, 41, 42].contains(i))
-        .fold(String::new(), |all, (_, line)| all + line + "\n");
-    join(&mut recording, &kept).unwrap();
+    let is_kept = |i: &usize| !(100..200).contains(i) && ![20, 40, 41, 42].contains(i);
+    let lines = text.split_inclusive('\n').enumerate();
+    let kept = lines.filter(|(i, _)| is_kept(i)).map(|(_, line)| line);
+    join(&mut recording, &kept.collect::<String>()).unwrap();
     let gyro = rates(&recording);
     let empty: Vec<usize> = (0..300).filter(|&i| gyro[0][i].is_nan()).collect();
     assert_eq!(empty, (100..200).collect::<Vec<_>>());

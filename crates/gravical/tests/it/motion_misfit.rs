@@ -18,9 +18,8 @@ fn recorded(scenario: Scenario, seed: u64) -> Recording {
         ..SimulateOptions::new(scenario)
     };
     let (_, files) = simulate_to(&options, folder.path(), false).unwrap();
-    let csv = files
-        .iter()
-        .find(|p| p.extension().is_some_and(|e| e == "csv"));
+    let mut files = files.iter();
+    let csv = files.find(|p| p.extension().is_some_and(|e| e == "csv"));
     read(csv.unwrap(), &ReadOptions::default()).unwrap()
 }
 
@@ -61,9 +60,8 @@ fn moved(recording: &Recording, file: &CalibrationFile) -> MotionResult {
 fn worst_error(result: &MotionResult) -> f64 {
     let one = &result.moves[0];
     let (d, sigma) = (one.displacement_m.unwrap(), one.sigma_m.unwrap());
-    (0..3).fold(0.0, |worst: f64, i| {
-        worst.max((d[i] - TRUTH_M[i]).abs() / sigma[i])
-    })
+    let errors = (0..3).map(|i| (d[i] - TRUTH_M[i]).abs() / sigma[i]);
+    errors.fold(0.0, f64::max)
 }
 
 fn has(result: &MotionResult, kind: &str) -> bool {
@@ -93,10 +91,8 @@ fn a_calibration_of_another_sensor_widens_the_bands(sensors: u64) {
             assert!(wide > 2.0 * own.moves[0].sigma_m.unwrap()[1], "seed {seed}");
         }
     }
-    assert!(
-        contradicted + 1 >= sensors && worst < 3.5,
-        "{contradicted} {worst}"
-    );
+    let holds = contradicted + 1 >= sensors && worst < 3.5;
+    assert!(holds, "{contradicted} {worst}");
 }
 
 fn a_calibration_applied_twice_widens_the_bands(sensors: u64) {
@@ -120,9 +116,8 @@ fn a_calibration_applied_twice_widens_the_bands(sensors: u64) {
 fn every_rest_is_held_against_the_calibration() {
     let (file, mut recording) = (calibration(1), line(1));
     // After the move gravity is off by 8 mg.
-    recording.accel[2][720..]
-        .iter_mut()
-        .for_each(|z| *z += 0.08);
+    let later = recording.accel[2][720..].iter_mut();
+    later.for_each(|z| *z += 0.08);
     let misfit = moved(&recording, &file).gravity_misfit.unwrap();
     assert!(misfit.contradicts && misfit.rest_s > 5.0, "{misfit:?}");
 }

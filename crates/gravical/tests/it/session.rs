@@ -131,10 +131,8 @@ fn the_same_session_is_the_same_by_every_route() {
         },
         ..options.clone()
     };
-    let two = [
-        file("a.csv", &rows[..middle]),
-        file("b.csv", &rows[middle..]),
-    ];
+    let two = [("a.csv", &rows[..middle]), ("b.csv", &rows[middle..])];
+    let two = two.map(|(name, rows)| file(name, rows));
     let routes = [
         ("labels", vec![named("labelled.csv", &labelled)], &options),
         ("sections", one.to_vec(), &with_sections),

@@ -73,13 +73,10 @@ pub fn board(faults: &[(FaultKind, Range<f64>)]) -> Option<Board> {
     Some(board)
 }
 
+pub type Hands = Rc<RefCell<InteractiveSensor>>;
+
 /// A simulated sensor with z up, to be moved by hand, and what it reads at a time in s.
-pub fn in_hand(
-    seed: u64,
-) -> (
-    Rc<RefCell<InteractiveSensor>>,
-    impl FnMut(f64) -> Reading + 'static,
-) {
+pub fn in_hand(seed: u64) -> (Hands, impl FnMut(f64) -> Reading + 'static) {
     let mut options = SimulateOptions::default();
     (options.seed, options.tilt_sd_deg) = (seed, 1.0);
     // The counts are made by the model of the registers.
@@ -129,8 +126,9 @@ impl Board {
     }
 }
 
-/// Rate in Hz and standard deviation in µs of stamps in µs about a straight line.
-pub fn line(stamps_us: &[f64]) -> (f64, f64) {
+/// Rate in Hz of the stamps of rows, and their standard deviation in µs about a straight line.
+pub fn line(rows: &[Vec<f64>]) -> (f64, f64) {
+    let stamps_us: Vec<f64> = rows.iter().map(|row| row[0] * 1e3).collect();
     let n = stamps_us.len() as f64;
     let mean_x = (n - 1.0) / 2.0;
     let mean_y = stamps_us.iter().sum::<f64>() / n;
@@ -140,10 +138,8 @@ pub fn line(stamps_us: &[f64]) -> (f64, f64) {
         xx += (i as f64 - mean_x).powi(2);
     }
     let slope = xy / xx;
-    let rest = stamps_us
-        .iter()
-        .enumerate()
-        .map(|(i, y)| (y - mean_y - slope * (i as f64 - mean_x)).powi(2));
+    let off = |(i, y): (usize, &f64)| y - mean_y - slope * (i as f64 - mean_x);
+    let rest = stamps_us.iter().enumerate().map(|row| off(row).powi(2));
     (1e6 / slope, (rest.sum::<f64>() / (n - 2.0)).sqrt())
 }
 

@@ -18,12 +18,9 @@ fn compiled(folder: &Path) -> Option<PathBuf> {
     let elf = folder.join("cycles.elf");
     let flags = "-std=gnu11 -Wall -Wextra -Werror -I. -mmcu=atmega328p -Os -ffunction-sections \
                  -fdata-sections -Wl,--gc-sections -o cycles.elf";
-    let done = Command::new("avr-gcc")
-        .args(flags.split_whitespace())
-        .args([SOURCE, "-lm"])
-        .current_dir(folder)
-        .output();
-    let Ok(done) = done else {
+    let mut compiler = Command::new("avr-gcc");
+    compiler.args(flags.split_whitespace().chain([SOURCE, "-lm"]));
+    let Ok(done) = compiler.current_dir(folder).output() else {
         eprintln!("skipped: no avr-gcc");
         return None;
     };
@@ -51,10 +48,8 @@ fn what_a_calibration_costs_on_the_board() {
     let lines: Vec<Vec<u32>> = text.lines().map(line).collect();
     let clock = lines[0][0];
     assert_eq!(lines[0], [clock; 2]);
-    for ((name, most), line) in [("accelerometer", 2.0), ("gyroscope", 4.0)]
-        .iter()
-        .zip(&lines[1..])
-    {
+    let limits = [("accelerometer", 2.0), ("gyroscope", 4.0)];
+    for ((name, most), line) in limits.iter().zip(&lines[1..]) {
         let [least, longest] = [line[0] - clock, line[1] - clock];
         let share = 100.0 * f64::from(longest) / SLOT;
         eprintln!("{name}: {least} to {longest} cycles, {share:.2} % of a slot of 100 Hz");

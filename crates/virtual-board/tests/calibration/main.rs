@@ -69,11 +69,7 @@ fn sweep(time_s: f64) -> Reading {
     }
     let swing = |amplitude: f64, hz: f64| amplitude * (std::f64::consts::TAU * hz * s).sin();
     Reading {
-        accel_mps2: [
-            swing(2.1 * G, 0.31),
-            swing(-1.9 * G, 0.43),
-            swing(1.5 * G, 0.57),
-        ],
+        accel_mps2: [(2.1, 0.31), (-1.9, 0.43), (1.5, 0.57)].map(|(g, hz)| swing(g * G, hz)),
         gyro_deg_s: [swing(520.0, 0.37), swing(-480.0, 0.53), swing(300.0, 0.71)],
         temperature_c: 25.0 + 0.1 * s,
     }
@@ -100,10 +96,8 @@ fn board_and_host_calibrate_alike() {
 
     let sent = rows(text);
     assert!(sent.len() > 1100, "{}", sent.len());
-    let (accelerometer, gyroscope) = (
-        file.accelerometer_calibration(),
-        file.gyroscope_calibration().unwrap(),
-    );
+    let accelerometer = file.accelerometer_calibration();
+    let gyroscope = file.gyroscope_calibration().unwrap();
     let calibrated = |reading: &Reading| -> [[f64; 3]; 2] {
         let [accel, gyro] = counts(reading);
         let force = accelerometer.apply(accel);
@@ -114,9 +108,8 @@ fn board_and_host_calibrate_alike() {
     // fast, one sample off would be a hundred times the tolerance.
     let off = |first: usize| -> f64 {
         let pairs = sent.iter().zip(&host[first..]);
-        pairs
-            .map(|(b, [h, _])| (b[1] - h[0]).abs())
-            .fold(0.0, f64::max)
+        let apart = pairs.map(|(b, [h, _])| (b[1] - h[0]).abs());
+        apart.fold(0.0, f64::max)
     };
     let first = (0..8).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap();
     let (mut accel, mut gyro) = (0.0_f64, 0.0_f64);
@@ -166,11 +159,8 @@ fn raw_values_are_still_sent_and_other_ranges_are_not_calibrated() {
     let mut board = on(&elf, |_| Reading::default());
     board.text(0.5);
     let mut say = |command: &str| board.say(command, 0.8);
-    let refused = say("a4\n");
-    assert_eq!(
-        notices(&refused),
-        ["# no calibration for this range: raw values, f0 f1, have all ranges"]
-    );
+    let refused = "# no calibration for this range: raw values, f0 f1, have all ranges";
+    assert_eq!(notices(&say("a4\n")), [refused]);
     // Nothing has changed.
     assert!(say("?\n").contains("accelerometer +-2 g, gyroscope +-500 deg/s"));
     let raw = say("f1\n");
@@ -196,12 +186,9 @@ fn a_header_for_other_values_is_refused_with_what_to_do() {
         eprintln!("skipped: no avr-gcc");
         return;
     }
+    let range = "ACCEL_RANGE_G is not the range of the header";
     for (name, counts_per_g, what_to_do) in [
-        (
-            "other-range",
-            Some(8192.0),
-            "ACCEL_RANGE_G is not the range of the header",
-        ),
+        ("other-range", Some(8192.0), range),
         ("no-counts", None, "with --counts-per-g 16384"),
     ] {
         let folder = folder(name);

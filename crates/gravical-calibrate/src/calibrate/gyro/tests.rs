@@ -66,12 +66,8 @@ fn assert_true(simulation: &Simulation, section: &GyroscopeSection, elements: us
     let covariance = &section.covariance.as_ref().unwrap().values;
     let model = matrix3::inverse(&section.matrix).unwrap().concat();
     let truths = truth.matrix.concat().into_iter().chain(truth.bias_rad_s);
-    let elements = model
-        .into_iter()
-        .chain(section.bias)
-        .zip(truths)
-        .take(elements);
-    for (i, (found, truth)) in elements.enumerate() {
+    let found = model.into_iter().chain(section.bias).zip(truths);
+    for (i, (found, truth)) in found.take(elements).enumerate() {
         let z = (found - truth) / covariance[i][i].sqrt();
         assert!(z.abs() < 4.0, "element {i}: {z:.1}");
     }
@@ -103,26 +99,18 @@ fn middle_of_move(simulation: &Simulation, n: usize) -> usize {
 #[test]
 fn motions_that_cannot_be_right_are_left_out() {
     // Somebody knocked against it, 6° that the gyroscope made up; a gap of readings.
-    let knocked = |v: f64| v + 1.0;
-    let lost = |_: f64| f64::NAN;
+    let knocked: fn(f64) -> f64 = |v| v + 1.0;
+    let lost: fn(f64) -> f64 = |_| f64::NAN;
     for (seed, n, rows, change, kind) in [
-        (
-            5,
-            7,
-            10,
-            &knocked as &dyn Fn(f64) -> f64,
-            "gyro-motion-outlier",
-        ),
-        (6, 3, 6, &lost, "gyro-motion-gap"),
+        (5, 7, 10, knocked, "gyro-motion-outlier"),
+        (6, 3, 6, lost, "gyro-motion-gap"),
     ] {
         let simulation = poses(seed, 12);
         let middle = middle_of_move(&simulation, n);
-        let fit = fitted(&simulation, |row, g| {
-            if (middle..middle + rows).contains(&row) {
-                g.map(change)
-            } else {
-                g
-            }
+        let hit = middle..middle + rows;
+        let fit = fitted(&simulation, |row, g| match hit.contains(&row) {
+            true => g.map(change),
+            false => g,
         });
         let [from, to] = found(&fit, kind).lines[0];
         assert!((from..to).contains(&(middle as u64 + 2)), "{kind}");

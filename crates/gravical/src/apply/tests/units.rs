@@ -16,10 +16,7 @@ fn another_unit_is_refused_unless_given() {
     let error = refused(&si(), &in_g, &options());
     assert_eq!(error.code(), "unit-mismatch");
     let message = error.message();
-    assert!(
-        message.contains("in g ") && message.contains("m/s²"),
-        "{message}"
-    );
+    assert!(message.contains("in g ") && message.contains("m/s²"));
     assert_eq!(error.options(), [Advice::new("accel_unit", "m/s^2")]);
 
     let with_unit = given(AccelUnit::MetrePerSecondSquared);
@@ -87,14 +84,9 @@ fn the_unit_of_the_gyroscope_is_checked() {
 /// Longer than the head in m/s², then twice as long in g: two concatenated files.
 fn two_units(i: usize) -> String {
     let unit = if i < 12_000 { 1.0 } else { 1.0 / 9.80665 };
-    let noise = |k: usize| 0.02 * ((i * k) as f64 * 0.37).sin();
-    format!(
-        "{},{:.5},{:.5},{:.5}",
-        10 * i,
-        unit * (0.1 + noise(1)),
-        unit * (0.2 + noise(3)),
-        unit * (9.8 + noise(7))
-    )
+    let with_noise = |v: f64, k: usize| unit * (v + 0.02 * ((i * k) as f64 * 0.37).sin());
+    let [x, y, z] = [(0.1, 1), (0.2, 3), (9.8, 7)].map(|(v, k)| with_noise(v, k));
+    format!("{},{x:.5},{y:.5},{z:.5}", 10 * i)
 }
 
 #[test]
@@ -140,14 +132,7 @@ fn calibrated_in_g_is_recognised_as_calibrated() {
     };
     let (out, _) = run_with(&si(), text.as_bytes(), &both).unwrap();
     let read = read_bytes(out.as_bytes(), "both.csv", &ReadOptions::default()).unwrap();
-    let named = |f: &Finding| {
-        f.options
-            .iter()
-            .any(|o| o.value.starts_with("ax=ax_calibrated_g"))
-    };
-    assert!(
-        read.format.is_result() && read.findings.iter().any(named),
-        "{:?}",
-        read.findings
-    );
+    let mut options = read.findings.iter().flat_map(|f| &f.options);
+    let is_named = options.any(|o| o.value.starts_with("ax=ax_calibrated_g"));
+    assert!(read.format.is_result() && is_named, "{:?}", read.findings);
 }

@@ -2,11 +2,12 @@
 
 use super::*;
 
-/// A program that calibrates lines of six numbers with `calls`, all of them of the type `raw`.
+/// A program that calibrates lines of six numbers with `calls`, from values of the type `raw` to those of
+/// the type `real`.
 const MAIN_C: &str = r#"#include <stdint.h>
 #include <stdio.h>
 int main(void) {
- double v[6]; float a[3], w[3];
+ double v[6]; real a[3], w[3];
  while (scanf("%lf %lf %lf %lf %lf %lf", v, v + 1, v + 2, v + 3, v + 4, v + 5) == 6) {
   raw r[3], g[3];
   for (int i = 0; i < 3; i++) { r[i] = (raw)v[i]; g[i] = (raw)v[3 + i]; }
@@ -18,6 +19,11 @@ int main(void) {
 }
 "#;
 
+fn main_c(head: &str, [raw, real]: [&str; 2], calls: &str) -> String {
+    let main = MAIN_C.replace("raw", raw).replace("real", real);
+    format!("{head}\n{}", main.replace("calls", calls))
+}
+
 const STRICT: &str =
     "-Wall -Wextra -Werror -pedantic -Wdouble-promotion -Wshadow -Wno-unused-function";
 
@@ -26,8 +32,11 @@ fn compiles_and_agrees(file: &CalibrationFile, header: &str, raw: &str, calls: &
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     save(path, "cal.h", header);
-    let main = MAIN_C.replace("raw", raw).replace("calls", calls);
-    save(path, "main.c", &format!("#include \"cal.h\"\n{main}"));
+    save(
+        path,
+        "main.c",
+        &main_c("#include \"cal.h\"", [raw, "float"], calls),
+    );
     let compile = |program, rest: &str| {
         let args: Vec<&str> = STRICT.split(' ').chain(rest.split(' ')).collect();
         output(program, &args, path, "")
@@ -120,11 +129,8 @@ fn rust_compiles_without_the_standard_library_and_calibrates_alike() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         save(path, "cal.rs", &written(&file, "rust").text);
-        save(
-            path,
-            "lib.rs",
-            "#![no_std]\n#![deny(warnings)]\npub mod cal;\n",
-        );
+        let lib = "#![no_std]\n#![deny(warnings)]\npub mod cal;\n";
+        save(path, "lib.rs", lib);
         save(path, "main.rs", &MAIN_RS.replace("raw", raw));
         let lib = "--edition=2021 --crate-type=lib --emit=metadata lib.rs";
         let lib: Vec<&str> = lib.split(' ').collect();
@@ -184,17 +190,10 @@ fn what_a_report_has_to_paste_compiles_and_calibrates_alike() {
         if let Some(out) = output("python3", &["main.py"], path, &input) {
             agree(&out, &wanted);
         }
-        let calls = format!("calibrate_accelerometer(v, a); calibrate_gyroscope(v + 3, {a}w);");
-        save(
-            path,
-            "main.c",
-            &format!(
-                "{c}\n#include <stdio.h>\nint main(void) {{\n double v[6], a[3], w[3];\n while (scanf(\"%lf %lf %lf %lf %lf %lf\", v, v + 1, v + 2, v + 3, v + 4, v + 5) == 6) {{\n  {calls}\n  printf(\"%.12g %.12g %.12g %.12g %.12g %.12g\\n\", a[0], a[1], a[2], w[0], w[1], w[2]);\n }}\n return 0;\n}}\n"
-            ),
-        );
-        let args = [
-            "-Wall", "-Wextra", "-Werror", "-std=c99", "-o", "main", "main.c",
-        ];
+        let calls = format!("calibrate_accelerometer(r, a); calibrate_gyroscope(g, {a}w);");
+        save(path, "main.c", &main_c(&c, ["double"; 2], &calls));
+        let args = "-Wall -Wextra -Werror -std=c99 -o main main.c";
+        let args: Vec<&str> = args.split(' ').collect();
         if output("gcc", &args, path, "").is_some() {
             agree(&run_main(path, &input), &wanted);
         }

@@ -5,21 +5,19 @@ use super::*;
 /// The list behind `key:`, read on its own: every number has a point and a signed exponent, as YAML
 /// 1.1 wants it.
 fn list(text: &str, key: &str) -> Vec<f64> {
-    let line = text
-        .lines()
-        .find_map(|l| l.trim_start().strip_prefix(&format!("{key}: [")))
-        .unwrap();
-    line.strip_suffix(']')
+    let (_, behind) = text.split_once(&format!("{key}: [")).unwrap();
+    let number = |n: &str| {
+        let (digits, exponent) = n.split_once('e').unwrap();
+        let is_yaml = digits.contains('.') && exponent.starts_with(['+', '-']);
+        assert!(is_yaml, "{n}");
+        n.parse().unwrap()
+    };
+    behind
+        .split_once("]\n")
         .unwrap()
+        .0
         .split(", ")
-        .map(|n| {
-            let (digits, exponent) = n.split_once('e').unwrap();
-            assert!(
-                digits.contains('.') && exponent.starts_with(['+', '-']),
-                "{n}"
-            );
-            n.parse().unwrap()
-        })
+        .map(number)
         .collect()
 }
 

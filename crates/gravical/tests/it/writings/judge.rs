@@ -15,7 +15,7 @@ use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
 
 use super::form::session::{Session, session as session_of};
-use super::form::write::{columns_option, write};
+use super::form::write::{File, columns_option, write};
 use super::form::{Clock, Decimals, Rate, Scene, Sensors, Values, Writing};
 use crate::support::with_gravity;
 
@@ -74,10 +74,8 @@ impl Judge {
                 Err(why) => (vec![why.text.clone()], why),
             };
             let is_advised = |option: &str| said.options.iter().any(|o| o.name == option);
-            let next = OPTIONS
-                .iter()
-                .find(|o| !options.contains(o) && is_advised(o));
-            match next {
+            let mut left = OPTIONS.iter().filter(|o| !options.contains(o));
+            match left.find(|o| is_advised(o)) {
                 _ if complaints.is_empty() => return None,
                 Some(option) => options.push(option),
                 None => {
@@ -95,9 +93,7 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
     let counts = writing.values == Values::Counts;
     for option in options {
         match *option {
-            "columns" => {
-                out.columns = Some(columns_option(writing).parse().unwrap());
-            }
+            "columns" => out.columns = Some(columns_option(writing).parse().unwrap()),
             "accel_unit" => {
                 out.accel_unit = Some(match writing.values {
                     Values::GRad | Values::GDeg => AccelUnit::StandardGravity,
@@ -108,11 +104,10 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
                 out.accel_range_g = counts.then(|| 32768.0 / writing.range.lsb_per_g());
             }
             "gyro_unit" => {
+                use Values::{GRad, Mislabelled, Mps2Rad};
                 out.gyro_unit = Some(match writing.values {
                     Values::Counts => GyroUnit::Counts,
-                    Values::Mps2Rad | Values::GRad | Values::Mislabelled => {
-                        GyroUnit::RadianPerSecond
-                    }
+                    Mps2Rad | GRad | Mislabelled => GyroUnit::RadianPerSecond,
                     _ => GyroUnit::DegreePerSecond,
                 });
                 out.gyro_range_deg_s = counts.then(|| 32768.0 / writing.range.lsb_per_deg_s());
@@ -135,11 +130,9 @@ fn known(writing: &Writing, rate_hz: f64, options: &[&str]) -> ReadOptions {
 }
 
 fn said(findings: &[Finding]) -> Said {
-    let words = findings
-        .iter()
-        .map(|f| format!("{}: {}\n", f.kind, f.message));
+    let words = |f: &Finding| format!("{}: {}\n", f.kind, f.message);
     Said {
-        text: words.collect(),
+        text: findings.iter().map(words).collect(),
         options: findings.iter().flat_map(|f| f.options.clone()).collect(),
     }
 }
@@ -152,11 +145,10 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
     };
     let mut recordings: Vec<Recording> = Vec::new();
     for written in write(writing, session) {
-        let mut recording =
-            read_bytes(&written.file.bytes, &written.file.name, &options).map_err(words)?;
-        if let Some(gyro) = &written.gyro {
-            join_gyroscope_bytes(&mut recording, &gyro.bytes, &gyro.name, &options)
-                .map_err(words)?;
+        let File { name, bytes } = &written.file;
+        let mut recording = read_bytes(bytes, name, &options).map_err(words)?;
+        if let Some(File { name, bytes }) = &written.gyro {
+            join_gyroscope_bytes(&mut recording, bytes, name, &options).map_err(words)?;
         }
         recordings.push(recording);
     }
@@ -180,11 +172,12 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
         Given::Calibration(c) => c.file.findings.clone(),
         Given::Motion(m) => m.result.findings.clone(),
     });
+    let said = said(&findings);
     Ok(Outcome {
         seen,
         nominal,
         result,
-        said: said(&findings),
+        said,
     })
 }
 
@@ -231,18 +224,18 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
     // A motion of the hand leaves one step of the rounding after some samples: at 1 m/s³
     // and 0.5 rad/s² to begin with.
     let [accel, gyro] = steps(writing);
-    let hidden_s = (accel / 1.0).min(if writing.has_gyro() {
+    let hidden_s = if writing.has_gyro() {
         (gyro / 0.5).sqrt()
     } else {
         1.0
-    });
+    };
+    let hidden_s = hidden_s.min(accel / 1.0);
     let block = block_len(1.0 / rate_hz, BLOCK_S) as f64;
     let slack = 2.0 * block + 2.0 + hidden_s * rate_hz;
     // A placement that is never quite at rest is a static interval or not by the last digit, and its
     // longest quiet part is used in either case.
-    let is_unsteady = [plain, own]
-        .iter()
-        .any(|o| o.said.text.contains("unsteady-pose"));
+    let mut both = [plain, own].into_iter();
+    let is_unsteady = both.any(|o| o.said.text.contains("unsteady-pose"));
     for (p, o) in plain.seen.iter().zip(&own.seen) {
         let counts = [&p.static_intervals, &o.static_intervals].map(Vec::len);
         if is_unsteady && matches!(counts, [0, 1] | [1, 0]) {
@@ -255,10 +248,8 @@ fn stills(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> Ve
         for (p, o) in p.static_intervals.iter().zip(&o.static_intervals) {
             let off = |a: usize, b: usize| a.abs_diff(b) as f64 > slack;
             if off(p.start_row, o.start_row) || off(p.end_row, o.end_row) {
-                wrong.push(format!(
-                    "still {}..{} in place of {}..{} (slack {slack:.0})",
-                    o.start_row, o.end_row, p.start_row, p.end_row
-                ));
+                let [p, o] = [p, o].map(|s| s.start_row..s.end_row);
+                wrong.push(format!("still {o:?} in place of {p:?} (slack {slack:.0})"));
             }
         }
     }
@@ -296,18 +287,17 @@ fn calibrations(
     // noise of the rows that a still has more or fewer (see `static_intervals`).
     let part = |source: Source| -> f64 {
         let budget = os.budget.iter().flat_map(|b| &b.contributions);
-        budget
-            .filter(|c| c.source == source)
-            .filter_map(|c| c.norm_mps2)
-            .sum()
+        let parts = budget.filter(|c| c.source == source);
+        parts.filter_map(|c| c.norm_mps2).sum()
     };
     let averaged = (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
-    let other_rows = ps
+    let rows = ps
         .poses
         .iter()
         .zip(&os.poses)
-        .map(|(p, o)| p.rows.abs_diff(o.rows) as f64 / p.rows.max(o.rows) as f64)
-        .fold(0.0, f64::max);
+        .map(|(p, o)| (p.rows, o.rows));
+    let other_rows = rows.map(|(p, o)| p.abs_diff(o) as f64 / p.max(o) as f64);
+    let other_rows = other_rows.fold(0.0, f64::max);
     let noise = part(Source::Noise) * averaged.max((2.0 * other_rows).sqrt());
     let allowed = 3.0 * part(Source::Quantisation).hypot(noise) + 2e-5;
     // The plain one is in m/s².
@@ -327,11 +317,9 @@ fn calibrations(
     }
     let rms = (squares / directions.len() as f64).sqrt();
     if rms.is_nan() || rms > allowed {
+        let [off, worst, most] = [rms, worst, allowed].map(|v| 1e3 * v);
         wrong.push(format!(
-            "‖a‖ is {:.3} mm/s² rms away from the plain calibration (at most {:.3}), rounding {:.3}",
-            1e3 * rms,
-            1e3 * worst,
-            1e3 * allowed
+            "‖a‖ is {off:.3} mm/s² rms away from the plain calibration (at most {worst:.3}), rounding {most:.3}"
         ));
     }
     // Directions follow the faces, which lie as they lie.
@@ -361,11 +349,9 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
         GyroUnit::Counts => writing.range.lsb_per_deg_s() * 1.0_f64.to_degrees(),
         GyroUnit::Unknown => f64::NAN,
     };
-    if p.method != o.method {
-        return vec![format!(
-            "gyroscope by {:?} in place of {:?}",
-            o.method, p.method
-        )];
+    let (was, is) = (p.method, o.method);
+    if was != is {
+        return vec![format!("gyroscope by {is:?} in place of {was:?}")];
     }
     let [_, step] = steps(writing);
     for i in 0..3 {
@@ -373,16 +359,13 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
         let covariance = p.covariance.as_ref();
         let sd = covariance.and_then(|c| Some(c.values.last()?.last()?.sqrt()));
         if bias.is_nan() || bias.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 2e-5 {
-            wrong.push(format!(
-                "bias of g{i} off by {bias:.6} rad/s, step {step:.6}"
-            ));
+            wrong.push(format!("bias of g{i} off by {bias:.6} rad/s, step {step}"));
         }
         let scale = o.scale[i] / per_rad_s / p.scale[i] - 1.0;
         // Turns of a second or two at 1 rad/s and more; 0.1 % is a third of what they tell. Motions are
         // closed by the accelerometer: what its steps do to them, they say.
-        let sd = o
-            .deviations()
-            .and_then(|(_, scale)| Some(scale?[i] / o.scale[i]));
+        let sd = o.deviations().and_then(|(_, scale)| scale);
+        let sd = sd.map(|scale| scale[i] / o.scale[i]);
         if scale.is_nan() || scale.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 1e-3 {
             wrong.push(format!("scale of g{i} off by {scale:.6}, step {step:.6}"));
         }
@@ -400,9 +383,8 @@ fn motions(writing: &Writing, p: &Motion, o: &Motion) -> Vec<String> {
     if let Some(other) = other_number("moves", [&p.moves, &o.moves].map(Vec::len)) {
         return vec![other];
     }
-    let sigma_mps2 = p
-        .noise
-        .map_or(0.0, |n| n.accel_n[0] * writing.rate.hz().sqrt());
+    let noise = p.noise.map_or(0.0, |n| n.accel_n[0]);
+    let sigma_mps2 = noise * writing.rate.hz().sqrt();
     let fine = steps(writing)[0] / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
     for (p, o) in p.moves.iter().zip(&o.moves) {
         let (Some(was), Some(is), Some(s)) = (p.displacement_m, o.displacement_m, o.sigma_m) else {
