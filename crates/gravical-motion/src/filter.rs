@@ -6,8 +6,9 @@ use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 use crate::noise::Density;
 use crate::state::{
-    ATTITUDE, Covariance, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY, MOVING, NineRows,
-    Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element, level, set_rows,
+    ATTITUDE, Covariance, EARLIER_VELOCITY, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY,
+    MOVING, NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element,
+    level, set_rows,
 };
 use crate::transition::{Model, Transition};
 
@@ -21,6 +22,9 @@ const INITIAL_TILT_RAD: f64 = 0.3;
 const INITIAL_RATE_BIAS_RAD_S: f64 = 0.02;
 /// What the bias of an accelerometer drifts by within hours after a calibration, m/s²: 0.1 mg.
 const INITIAL_FORCE_BIAS_MPS2: f64 = 1e-3;
+/// Standard deviation of what a velocity gains between two levellings in motion, m/s: a car. With 6 m/s its
+/// acceleration is fitted by the parameters of the sensors, and the heading leaves its band.
+const GAINED_SPEED_MPS: f64 = 20.0;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -31,8 +35,8 @@ const SECOND_ORDER: f64 = 0.2;
 /// A tilt that is off acts on the velocity until the next levelling, at most so long, s.
 const MAX_TILTED_S: f64 = 3.0;
 
-/// What a rest or a stance says: innovation y = H x + noise, and its covariance S. Rows: velocity, specific
-/// force (world), rate.
+/// What a rest, a stance or a motion says: innovation y = H x + noise, and its covariance S. Rows: velocity,
+/// specific force (world), rate.
 pub(crate) struct Innovation {
     pub h: NineRows,
     pub y: SVector<f64, 9>,
@@ -57,6 +61,8 @@ pub(crate) enum Record {
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
     Halt,
+    /// The velocity here is the earlier one from here on.
+    CloneVelocity,
     Update(Box<Update>),
 }
 
@@ -236,6 +242,37 @@ impl<'a> Filter<'a> {
         let mut innovation = self.velocity_innovation(STANCE_SPEED_MPS);
         innovation.s += innovation.h * self.covariance * innovation.h.transpose();
         innovation
+    }
+
+    /// From here on the velocity here is the earlier one.
+    pub fn clone_velocity(&mut self, recorder: &mut Recorder) {
+        self.nominal.earlier_velocity = self.nominal.velocity;
+        let p = &mut self.covariance;
+        let rows = p.fixed_rows::<3>(VELOCITY).into_owned();
+        p.fixed_rows_mut::<3>(EARLIER_VELOCITY).copy_from(&rows);
+        let columns = p.fixed_columns::<3>(VELOCITY).into_owned();
+        p.fixed_columns_mut::<3>(EARLIER_VELOCITY)
+            .copy_from(&columns);
+        recorder.push(|| Record::CloneVelocity);
+    }
+
+    /// What a motion says: the velocity is near the earlier one, so most of the mean specific force since is gravity
+    /// (after the low-pass filter of Laidig and Seel 2023, doi 10.1016/j.inffus.2022.10.027). Neither velocity
+    /// nor position is pulled to a value.
+    ///
+    /// What their difference exceeds its variance by counts as motion. In a vehicle that circles, or speeds up for
+    /// minutes, the tilt goes to that of the mean force, as far as the gyroscope may be off.
+    pub fn motion_innovation(&self) -> Innovation {
+        let mut m = self.velocity_innovation(GAINED_SPEED_MPS);
+        let mut by_earlier = m.h.fixed_view_mut::<3, 3>(0, EARLIER_VELOCITY);
+        by_earlier.fill_diagonal(-1.0);
+        let covariance = m.h * self.covariance * m.h.transpose();
+        for c in 0..3 {
+            m.y[c] += self.nominal.earlier_velocity[c];
+            m.s[(c, c)] += (m.y[c].powi(2) - covariance[(c, c)]).max(0.0);
+        }
+        m.s += covariance;
+        m
     }
 
     /// Zero velocity, specific force and angular rate of a span at rest; its speed has this standard

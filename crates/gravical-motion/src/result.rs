@@ -105,6 +105,8 @@ pub struct PathNode {
     pub velocity_sd_mps: [f64; 3],
     /// Attitude, sensor → world, quaternion w, x, y, z.
     pub attitude: [f64; 4],
+    /// Standard deviations of its rotation about each axis of the world, rad: tilt, and heading about z.
+    pub attitude_sd_rad: [f64; 3],
 }
 
 impl PathNode {
@@ -133,6 +135,7 @@ impl PathNode {
             velocity_mps: velocity.into(),
             velocity_sd_mps: sd(VELOCITY, &velocity, CLOCK_SD),
             attitude: [attitude.w, attitude.i, attitude.j, attitude.k],
+            attitude_sd_rad: [0, 1, 2].map(|c| deviation(covariance[(ATTITUDE + c, ATTITUDE + c)])),
         }
     }
 

@@ -9,7 +9,9 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use crate::filter::{Node, Record, Update};
 use crate::result::{Budget, CLOCK_SD, Move, PathNode, deviation};
-use crate::state::{Covariance, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY};
+use crate::state::{
+    Covariance, EARLIER_VELOCITY, ErrorState, GRAVITY, MOVING, NineRows, POSITION, STATES, VELOCITY,
+};
 use crate::transition::Transition;
 
 /// Gravity and the parameters of the calibration.
@@ -63,6 +65,7 @@ impl Smoother {
                     self.information.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
                     self.information.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
                 }
+                Record::CloneVelocity => self.clone_velocity(),
                 Record::Update(update) => self.update(update),
                 Record::EndMove(position, covariance) => self.end_move(position, covariance),
                 Record::StartMove(position, covariance) => {
@@ -91,6 +94,16 @@ impl Smoother {
         self.adjoint = transposed_times(f, &self.adjoint);
         let half = transposed_times(f, &self.information);
         self.information = transposed_times(f, &half.transpose());
+    }
+
+    fn clone_velocity(&mut self) {
+        if let Some(open) = &mut self.open {
+            add_earlier(&mut open.sensitivity);
+        }
+        add_earlier(&mut self.adjoint);
+        add_earlier(&mut self.information);
+        self.information.transpose_mut();
+        add_earlier(&mut self.information);
     }
 
     fn update(&mut self, update: &Update) {
@@ -161,4 +174,12 @@ fn transposed_times<const C: usize>(
     let mut constant = out.fixed_rows_mut::<{ STATES - MOVING }>(MOVING);
     constant += x.fixed_rows::<{ STATES - MOVING }>(MOVING);
     out
+}
+
+/// Aᵀ x where A replaces the earlier velocity by the velocity.
+fn add_earlier<const C: usize>(x: &mut SMatrix<f64, STATES, C>) {
+    let earlier = x.fixed_rows::<3>(EARLIER_VELOCITY).into_owned();
+    let mut velocity = x.fixed_rows_mut::<3>(VELOCITY);
+    velocity += earlier;
+    x.fixed_rows_mut::<3>(EARLIER_VELOCITY).fill(0.0);
 }

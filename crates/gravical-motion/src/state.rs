@@ -2,13 +2,14 @@
 //!
 //! Error state x = true − nominal (Solà 2017, arXiv 1711.02508, section 5, with the attitude error in the
 //! world frame): position, velocity, attitude φ (R_true = exp(φ×) R), bias of the accelerometer, bias of
-//! the gyroscope, gravity, and the parameters of the calibration in units of their standard deviations.
+//! the gyroscope, the velocity some seconds before, gravity, and the parameters of the calibration in units of
+//! their standard deviations.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
 use crate::options::Directions;
 
-pub(crate) const STATES: usize = 37;
+pub(crate) const STATES: usize = 40;
 pub(crate) const POSITION: usize = 0;
 pub(crate) const VELOCITY: usize = 3;
 pub(crate) const ATTITUDE: usize = 6;
@@ -16,9 +17,10 @@ pub(crate) const ATTITUDE: usize = 6;
 pub(crate) const MOVING: usize = 9;
 pub(crate) const FORCE_BIAS: usize = 9;
 pub(crate) const RATE_BIAS: usize = 12;
-pub(crate) const GRAVITY: usize = 15;
-pub(crate) const RATE_PARAMETERS: usize = 16;
-pub(crate) const FORCE_PARAMETERS: usize = 25;
+pub(crate) const EARLIER_VELOCITY: usize = 15;
+pub(crate) const GRAVITY: usize = 18;
+pub(crate) const RATE_PARAMETERS: usize = 19;
+pub(crate) const FORCE_PARAMETERS: usize = 28;
 const PARAMETERS: usize = STATES - RATE_PARAMETERS;
 
 pub(crate) type Covariance = SMatrix<f64, STATES, STATES>;
@@ -44,6 +46,7 @@ pub(crate) struct Nominal {
     pub position: Vector3<f64>,
     pub force_bias: Vector3<f64>,
     pub rate_bias: Vector3<f64>,
+    pub earlier_velocity: Vector3<f64>,
     pub gravity: f64,
     /// Parameters of the calibration, of the gyroscope first, in standard deviations.
     pub parameters: SVector<f64, PARAMETERS>,
@@ -57,6 +60,7 @@ impl Nominal {
         self.velocity += part(VELOCITY);
         self.force_bias += part(FORCE_BIAS);
         self.rate_bias += part(RATE_BIAS);
+        self.earlier_velocity += part(EARLIER_VELOCITY);
         self.gravity += x[GRAVITY];
         self.attitude = Rotation3::new(part(ATTITUDE)).into_inner() * self.attitude;
         self.parameters += x.fixed_rows::<PARAMETERS>(RATE_PARAMETERS);

@@ -6,6 +6,7 @@
 #[path = "../../../../tests/support/sampled.rs"]
 mod sampled;
 
+mod attitude;
 mod properties;
 mod real;
 mod simulated;

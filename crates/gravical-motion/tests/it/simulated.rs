@@ -127,13 +127,13 @@ fn level(up: &V3) -> Matrix3<f64> {
     Matrix3::from_rows(&[x.transpose(), up.cross(&x).transpose(), up.transpose()])
 }
 
-struct Draw(ChaCha8Rng);
+pub struct Draw(ChaCha8Rng);
 
 impl Draw {
     fn normal(&mut self) -> f64 {
         self.0.sample(StandardNormal)
     }
-    fn vector(&mut self, sd: f64) -> V3 {
+    pub fn vector(&mut self, sd: f64) -> V3 {
         V3::from_fn(|_, _| self.normal() * sd)
     }
     fn uniform(&mut self, from: f64, to: f64) -> f64 {
@@ -141,7 +141,7 @@ impl Draw {
     }
 }
 
-fn drawn(seed: u64, stream: u64) -> Draw {
+pub fn drawn(seed: u64, stream: u64) -> Draw {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stream);
     Draw(rng)

@@ -16,7 +16,7 @@ fn holds(motion: &Motion, recording: &Recording) -> bool {
 }
 
 /// Force and rate of a time over noise, at 100 Hz.
-fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> Samples {
+pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |sd: f64| -> f64 { sd * rng.sample::<f64, _>(StandardNormal) };
     let times = 0..(seconds * 100.0) as usize;

@@ -46,6 +46,7 @@ impl Estimate {
             velocity_mps: [0.0; 3],
             velocity_sd_mps: [f64::NAN; 3],
             attitude: [1.0, 0.0, 0.0, 0.0],
+            attitude_sd_rad: [f64::NAN; 3],
         };
         let mut path = vec![node.clone()];
         for i in 1..t.len() {
