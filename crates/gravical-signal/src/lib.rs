@@ -15,11 +15,12 @@
 
 mod allan;
 mod blocks;
-mod faint;
+
 mod noise;
 mod resolutions;
 mod rests;
 mod samples;
+mod steady;
 
 pub use allan::{AllanVariance, allan_variances};
 pub use blocks::{Block, block_len, blocks};

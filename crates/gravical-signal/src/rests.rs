@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::blocks::{Block, block_len, blocks};
-use crate::faint::without_faint_moves;
 use crate::resolutions::quantile;
 use crate::samples::Samples;
+use crate::steady::steady_parts;
 
 /// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
 pub const BLOCK_S: f64 = 0.2;
@@ -27,9 +27,9 @@ const MAX_EXCESS: f64 = 5.0;
 pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// Cost of one segment more in the sum of χ²: about ln n for each of its means
 /// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
-const PENALTY: [f64; 2] = [15.0, 32.0];
+const PENALTY: [f64; 2] = [16.0, 20.0];
 /// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.
-const DRIFT: [f64; 2] = [2e-3, 2e-4];
+pub(crate) const DRIFT: [f64; 2] = [2e-3, 2e-4];
 const DRIFT_S: f64 = 4.0;
 /// Two segments are one rest if what separates their means is less likely than this fraction of a
 /// penalty: it pays for the means, but not for the place.
@@ -59,18 +59,20 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
         return Vec::new();
     }
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
-    let mut rests = Vec::new();
+    let penalty = PENALTY[usize::from(samples.has_gyro())];
+    let mut rests: Vec<Range<usize>> = Vec::new();
     for run in quiet_runs(samples, &blocks, level) {
         let noise = Noise::new(run, level, size, &samples.resolution);
-        let mut partition = Partition::new(samples.count());
+        let mut partitions: Vec<Partition> = (0..samples.count() / 3)
+            .map(|s| Partition::new(3 * s, penalty))
+            .collect();
         for block in run {
-            partition.push(noise.scaled(&block.mean, &run[0].mean));
+            let mean = noise.scaled(&block.mean, &run[0].mean);
+            partitions.iter_mut().for_each(|p| p.push(&mean));
         }
-        let joined = partition.joined(partition.segments(), &noise.slack);
+        let joined = joined(&partitions, segments(&partitions), &noise);
         let segments = if samples.count() == 3 {
-            let mut longest = longest_of_touching(joined);
-            at_ends_of_piece(samples, run, &mut longest);
-            longest
+            longest_of_touching(joined, MIN_BLOCKS)
         } else {
             joined
         };
@@ -78,17 +80,19 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
             .iter()
             .map(|s| run[s.start].span.start..run[s.end - 1].span.end)
             .map(|span| with_edges(samples, &span, size, &noise.variance));
-        let density = std::array::from_fn(|c| noise.variance[c] * size as f64 * samples.period_s);
-        rests.extend(spans.flat_map(|s| without_faint_moves(samples, s, &density, min_len)));
-    }
-    rests.retain(|r| r.len() >= min_len);
-    for rest in &mut rests {
-        // What is left at the end of a piece is no block.
-        let end = samples.piece(rest.start).end;
-        if end - rest.end < size {
-            rest.end = end;
+        let parts = spans.flat_map(|s| steady_parts(samples, &s, size, &noise, min_len));
+        let mut parts: Vec<Range<usize>> = parts.collect();
+        if samples.count() == 3 {
+            parts = longest_of_touching(parts, MIN_BLOCKS * size);
         }
+        at_ends_of_piece(samples, run, &mut parts, MIN_BLOCKS * size);
+        rests.extend(parts);
     }
+    // Edges may overlap.
+    for k in 1..rests.len() {
+        rests[k].start = rests[k].start.max(rests[k - 1].end);
+    }
+    rests.retain(|rest| rest.len() >= min_len);
     rests
 }
 
@@ -105,11 +109,12 @@ pub fn detect_quiet(samples: &Samples) -> Vec<Range<usize>> {
 }
 
 /// Noise of blocks.
-struct Noise {
+pub(crate) struct Noise {
     /// Variances of the mean of a block.
     variance: [f64; 6],
-    /// Those of what a bias drifts in [`DRIFT_S`] and of what a value flips, in units of `variance`.
-    slack: [[f64; 2]; 6],
+    /// … of a sample, and what a value flips.
+    sample: [f64; 6],
+    flips: [f64; 6],
 }
 
 impl Noise {
@@ -117,9 +122,26 @@ impl Noise {
         let flips = flips(run, resolution);
         let mut variance = variance_of_means(run, level, size);
         (0..6).for_each(|c| variance[c] += flips[c]);
-        let slack =
-            std::array::from_fn(|c| [DRIFT[c / 3].powi(2), flips[c]].map(|v| v / variance[c]));
-        Noise { variance, slack }
+        let sample = std::array::from_fn(|c| {
+            let median = quantile(run.iter().map(|b| b.variance[c]).collect(), 0.5);
+            median.max(MIN_VARIANCE[c / 3])
+        });
+        Noise {
+            variance,
+            sample,
+            flips,
+        }
+    }
+
+    /// Variance of the mean of so many samples: white from block to block, within a block at most that of a sample.
+    pub fn of_mean(&self, c: usize, samples: usize, size: usize) -> f64 {
+        let white = (self.variance[c] - self.flips[c]) * size as f64 / samples as f64;
+        white.min(self.sample[c]) + self.flips[c]
+    }
+
+    /// Variance of what a bias drifts in so many blocks.
+    pub fn of_drift(&self, c: usize, blocks: f64) -> f64 {
+        (DRIFT[c / 3] * blocks * BLOCK_S / DRIFT_S).powi(2)
     }
 
     /// A mean in units of its standard deviation.
@@ -192,10 +214,11 @@ fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
     })
 }
 
-/// Optimal partition of means in units of their standard deviation, one block at a time.
+/// Optimal partition of the means of one sensor in units of their standard deviation, one block at a time.
 struct Partition {
-    channels: usize,
-    sum: Vec<[f64; 6]>,
+    first: usize,
+    penalty: f64,
+    sum: Vec<[f64; 3]>,
     squares: Vec<f64>,
     cost: Vec<f64>,
     /// Where the last segment of the blocks up to each begins.
@@ -203,33 +226,30 @@ struct Partition {
 }
 
 impl Partition {
-    fn new(channels: usize) -> Self {
+    /// Of three channels from `first` on.
+    fn new(first: usize, penalty: f64) -> Self {
         Partition {
-            channels,
-            sum: vec![[0.0; 6]],
+            first,
+            penalty,
+            sum: vec![[0.0; 3]],
             squares: vec![0.0],
             cost: vec![0.0],
             start: vec![0],
         }
     }
 
-    fn penalty(&self) -> f64 {
-        PENALTY[usize::from(self.channels > 3)]
-    }
-
-    fn push(&mut self, mean: [f64; 6]) {
+    fn push(&mut self, mean: &[f64; 6]) {
         let k = self.cost.len();
         let (mut sum, mut squares) = (self.sum[k - 1], self.squares[k - 1]);
-        for c in 0..self.channels {
-            sum[c] += mean[c];
-            squares += mean[c] * mean[c];
+        for c in 0..3 {
+            let mean = mean[self.first + c];
+            sum[c] += mean;
+            squares += mean * mean;
         }
         let (mut best, mut start) = (f64::INFINITY, k - 1);
         for j in k.saturating_sub(MAX_BLOCKS)..k {
             let before = &self.sum[j];
-            let square: f64 = (0..self.channels)
-                .map(|c| (sum[c] - before[c]).powi(2))
-                .sum();
+            let square: f64 = (0..3).map(|c| (sum[c] - before[c]).powi(2)).sum();
             let cost = self.cost[j] + squares - self.squares[j] - square / (k - j) as f64;
             if cost < best {
                 (best, start) = (cost, j);
@@ -237,7 +257,7 @@ impl Partition {
         }
         self.sum.push(sum);
         self.squares.push(squares);
-        self.cost.push(best + self.penalty());
+        self.cost.push(best + self.penalty);
         self.start.push(start);
     }
 
@@ -245,56 +265,64 @@ impl Partition {
         (self.sum[segment.end][c] - self.sum[segment.start][c]) / segment.len() as f64
     }
 
-    /// The best segments of all blocks, those that are too short left out.
-    fn segments(&self) -> Vec<Range<usize>> {
-        let mut out = Vec::new();
-        let mut end = self.start.len() - 1;
-        while end > 0 {
-            let start = self.start[end];
-            if end - start >= MIN_BLOCKS {
-                out.push(start..end);
-            }
-            end = start;
+    /// Where the best segments of all blocks begin and end.
+    fn edges(&self) -> Vec<usize> {
+        let mut edges = vec![self.start.len() - 1];
+        while let Some(end) = edges.last().filter(|end| **end > 0) {
+            edges.push(self.start[*end]);
         }
-        out.reverse();
-        out
+        edges
     }
 
-    /// Touching segments that are the same rest are one.
-    fn joined(&self, mut segments: Vec<Range<usize>>, slack: &[[f64; 2]; 6]) -> Vec<Range<usize>> {
-        segments.dedup_by(|next, last| {
-            let same = next.start == last.end && self.same(last, next, slack);
-            if same {
-                last.end = next.end;
-            }
-            same
-        });
-        segments
-    }
-
-    /// True if the means of neighbouring segments differ by what a bias drifts (variance in [`DRIFT_S`])
-    /// and a value flips; `slack` holds both in units of the variance of a mean.
-    fn same(&self, last: &Range<usize>, next: &Range<usize>, slack: &[[f64; 2]; 6]) -> bool {
-        let apart_s = 0.5 * BLOCK_S * (next.end - last.start) as f64;
+    /// True if the means of neighbouring segments differ by what a bias drifts, at most that in [`DRIFT_S`],
+    /// and a value flips.
+    fn same(&self, last: &Range<usize>, next: &Range<usize>, noise: &Noise) -> bool {
+        let apart = (0.5 * (next.end - last.start) as f64).min(DRIFT_S / BLOCK_S);
         let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
-        let chi2: f64 = (0..self.channels)
+        let chi2: f64 = (0..3)
             .map(|c| {
-                let drift = slack[c][0] * (apart_s / DRIFT_S).min(1.0);
-                let variance = chance + drift + slack[c][1];
+                let i = self.first + c;
+                let slack = noise.of_drift(i, apart) + noise.flips[i];
+                let variance = chance + slack / noise.variance[i];
                 (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
             })
             .sum();
-        chi2 < SAME_REST * self.penalty()
+        chi2 < SAME_REST * self.penalty
     }
+}
+
+/// Segments of which force and rate are constant.
+fn segments(partitions: &[Partition]) -> Vec<Range<usize>> {
+    let mut edges: Vec<usize> = partitions.iter().flat_map(Partition::edges).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges.windows(2).map(|e| e[0]..e[1]).collect()
+}
+
+/// Touching segments that are the same rest are one; those that are too short are left out.
+fn joined(
+    partitions: &[Partition],
+    mut segments: Vec<Range<usize>>,
+    noise: &Noise,
+) -> Vec<Range<usize>> {
+    segments.dedup_by(|next, last| {
+        let same = next.start == last.end && partitions.iter().all(|p| p.same(last, next, noise));
+        if same {
+            last.end = next.end;
+        }
+        same
+    });
+    segments.retain(|s| s.len() >= MIN_BLOCKS);
+    segments
 }
 
 /// Without a gyroscope a step of the mean is a tilt, or a slow move: of two segments that touch the
 /// longer is the rest.
-fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
+fn longest_of_touching(mut segments: Vec<Range<usize>>, most: usize) -> Vec<Range<usize>> {
     let mut k = 1;
     while k < segments.len() {
         let (last, next) = (&segments[k - 1], &segments[k]);
-        if next.start - last.end > MIN_BLOCKS {
+        if next.start.saturating_sub(last.end) > most {
             k += 1;
         } else {
             segments.remove(if next.len() < last.len() { k } else { k - 1 });
@@ -306,19 +334,20 @@ fn longest_of_touching(mut segments: Vec<Range<usize>>) -> Vec<Range<usize>> {
 
 /// What is shorter than a rest before the first in a piece, or after its last, belongs to it: a move does not
 /// end as quietly.
-fn at_ends_of_piece(samples: &Samples, run: &[Block], segments: &mut [Range<usize>]) {
+fn at_ends_of_piece(samples: &Samples, run: &[Block], rests: &mut [Range<usize>], min: usize) {
     let piece = samples.piece(run[0].span.start);
-    if let Some(first) = segments.first_mut()
-        && first.start < MIN_BLOCKS
+    if let Some(first) = rests.first_mut()
+        && first.start - piece.start < min
         && run[0].span.start == piece.start
     {
-        first.start = 0;
+        first.start = piece.start;
     }
-    if let Some(last) = segments.last_mut()
-        && run.len() - last.end < MIN_BLOCKS
+    // What is left at the end of a piece is no block.
+    if let Some(last) = rests.last_mut()
+        && piece.end - last.end < min
         && run[run.len() - 1].span.end + run[0].span.len() > piece.end
     {
-        last.end = run.len();
+        last.end = piece.end;
     }
 }
 

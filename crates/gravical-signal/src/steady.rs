@@ -1,0 +1,168 @@
+//! Constancy on every scale: what a block is too short or too long to show.
+
+use std::ops::Range;
+
+use crate::rests::Noise;
+use crate::samples::Samples;
+
+/// Shortest and longest window, s: a knock, and the slow beginning of a move of a quarter of a minute.
+const WINDOWS_S: [f64; 2] = [0.025, 5.0];
+/// A window is compared with as much of what is before it as twice its length, at least so much, s: over longer
+/// ones biases drift.
+const REFERENCE_S: f64 = 3.0;
+/// Samples are summed up for so long at a time, s.
+const SUMMED_S: f64 = 60.0;
+/// χ² of six means above which a window is no rest: chance exceeds it once in 10⁶ windows; a minute at 100 Hz
+/// has some 10⁴ independent ones.
+const MAX_CHI2: [f64; 2] = [32.0, 40.0];
+
+/// The parts of a span in which force and rate are constant within their noise on every scale, in order: from
+/// its middle, or that of what is left, outwards to the first window that leaves the mean of those inside it. The
+/// deviation began with that window, or within half of its length before.
+pub(crate) fn steady_parts(
+    samples: &Samples,
+    span: &Range<usize>,
+    size: usize,
+    noise: &Noise,
+    min_len: usize,
+) -> Vec<Range<usize>> {
+    let mut bank = Bank {
+        sums: Sums {
+            samples,
+            span: span.clone(),
+            origin: samples.mean(span),
+            margin: samples.count_in(SUMMED_S),
+            start: 0,
+            sums: Vec::new(),
+        },
+        noise,
+        size,
+        channels: samples.count(),
+        lengths: lengths(samples),
+        reference: samples.count_in(REFERENCE_S),
+    };
+    let mut parts = Vec::new();
+    bank.split(span, min_len, &mut parts);
+    parts
+}
+
+/// Samples of the windows, each twice as long as the one before.
+fn lengths(samples: &Samples) -> Vec<usize> {
+    // Half a sample more: to the nearest number.
+    let [first, last] = WINDOWS_S.map(|s| samples.count_in(s + 0.5 * samples.period_s).max(2));
+    let windows = std::iter::successors(Some(first), |w| Some(2 * w));
+    windows.take_while(|w| *w <= last).collect()
+}
+
+/// Windows over a span, compared with what lies inside of them.
+struct Bank<'a> {
+    sums: Sums<'a>,
+    noise: &'a Noise,
+    size: usize,
+    channels: usize,
+    lengths: Vec<usize>,
+    reference: usize,
+}
+
+impl Bank<'_> {
+    fn split(&mut self, span: &Range<usize>, min_len: usize, parts: &mut Vec<Range<usize>>) {
+        if span.len() < min_len {
+            return;
+        }
+        let middle = (span.start + span.end) / 2;
+        let at = |u: isize| middle.saturating_add_signed(u);
+        let (before, after) = (middle - span.start, span.end - middle);
+        let after = self.first_change(after, before, &|u, v| at(u)..at(v));
+        let before = self.first_change(before, span.end - middle, &|u, v| at(-v)..at(-u));
+        // What deviates began within half of the window before it.
+        let start = before.map_or(span.start, |(u, w)| middle - u + w / 2);
+        let end = after.map_or(span.end, |(u, w)| middle + u - w / 2);
+        if let Some((u, _)) = before {
+            self.split(&(span.start..middle - u), min_len, parts);
+        }
+        if start + min_len <= end {
+            parts.push(start..end);
+        }
+        if let Some((u, _)) = after {
+            self.split(&(middle + u..span.end), min_len, parts);
+        }
+    }
+
+    /// Samples from the middle outwards to the first window that leaves what is inside of it, and its length.
+    /// `at` gives the samples from `u` to `v` outwards.
+    fn first_change(
+        &mut self,
+        outwards: usize,
+        inwards: usize,
+        at: &dyn Fn(isize, isize) -> Range<usize>,
+    ) -> Option<(usize, usize)> {
+        let lengths = self.lengths.clone();
+        for u in 1..=outwards {
+            let longest = lengths.iter().rev().find(|&&w| {
+                // What is near the other end may move, too.
+                let inside = u + inwards / 2;
+                let most = self.reference.max(2 * w).min(inside.saturating_sub(w));
+                // Long windows move by an eighth of their length.
+                w <= u.max(inwards / 2) && inside >= 2 * w && u % (w / 8).max(1) == 0 && {
+                    let (v, w, most) = (u as isize, w as isize, most as isize);
+                    self.differ(&at(v - w, v), &at(v - w - most, v - w))
+                }
+            });
+            if let Some(&w) = longest {
+                return Some((u.saturating_sub(w), w));
+            }
+        }
+        None
+    }
+
+    fn differ(&mut self, window: &Range<usize>, reference: &Range<usize>) -> bool {
+        self.sums
+            .cover(&(window.start.min(reference.start)..window.end.max(reference.end)));
+        let chi2: f64 = (0..self.channels)
+            .map(|c| {
+                let apart = 0.5 * (window.len() + reference.len()) as f64 / self.size as f64;
+                let variance = self.noise.of_mean(c, window.len(), self.size)
+                    + self.noise.of_mean(c, reference.len(), self.size)
+                    + self.noise.of_drift(c, apart);
+                let d = self.sums.mean(window, c) - self.sums.mean(reference, c);
+                d * d / variance
+            })
+            .sum();
+        chi2 > MAX_CHI2[usize::from(self.channels > 3)]
+    }
+}
+
+/// Sums of the samples of a span, of a part of it at a time: those of a long recording need much memory.
+struct Sums<'a> {
+    samples: &'a Samples,
+    span: Range<usize>,
+    origin: [f64; 6],
+    /// Samples that are summed up more than are asked for.
+    margin: usize,
+    start: usize,
+    sums: Vec<[f64; 6]>,
+}
+
+impl Sums<'_> {
+    /// Sums up what is around some samples.
+    fn cover(&mut self, part: &Range<usize>) {
+        if self.start <= part.start && part.end < self.start + self.sums.len() {
+            return;
+        }
+        self.start = part.start.saturating_sub(self.margin).max(self.span.start);
+        let end = (part.end + self.margin).min(self.span.end);
+        let mut sum = [0.0; 6];
+        self.sums.clear();
+        self.sums.push(sum);
+        for i in self.start..end {
+            let x = self.samples.sample(i);
+            (0..6).for_each(|c| sum[c] += x[c] - self.origin[c]);
+            self.sums.push(sum);
+        }
+    }
+
+    fn mean(&self, span: &Range<usize>, c: usize) -> f64 {
+        let at = |i: usize| self.sums[i - self.start][c];
+        (at(span.end) - at(span.start)) / span.len() as f64
+    }
+}
