@@ -1,34 +1,40 @@
 //! Which of the quiet spans are rests.
 //!
-//! A sensor that moves at constant velocity is as quiet as one that lies still. But the velocity
-//! integrated from a rest comes back to zero at the next one and stays there, and a force that no turn
-//! explains is an acceleration.
+//! A sensor that moves at constant velocity, or turns evenly, is as quiet as one that lies still. But at a
+//! rest the velocity that is integrated from the one before is zero, the force is gravity in the attitude
+//! that the filter has, and the rate is the bias of the gyroscope: χ² of nine means, with the covariance
+//! of the filter.
 
 use std::ops::Range;
 
-use crate::closure::REST_SPEED_MPS;
-use crate::filter::{Filter, Innovation, Recorder};
 use gravical_signal::Samples;
 
+use crate::closure::REST_SPEED_MPS;
+use crate::filter::{Filter, Innovation, Recorder};
+use crate::result::hidden_displacement_m;
 use crate::transition::Model;
 use crate::unusable::{Unusable, unusable};
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
 /// Spans after the first that agrees which are still tried: of two false ones the second may be true.
-const MAX_AGREED: usize = 3;
-/// … and none where the first that agrees has a velocity that is known better than this, m/s: a cruise is
-/// faster.
-const MAX_SURE_MPS: f64 = 0.03;
-/// Times after the start of a span at which its velocity has to be zero, s.
-const TRIED_S: [f64; 6] = [0.0, 0.5, 1.0, 2.0, 5.0, 10.0];
-/// χ² that a rest may have: of the velocity (3), and with the tilt (5). Chance exceeds either once in
-/// 1,000; what is wrong with a calibration is in their covariance.
-const MAX_VELOCITY_CHI2: f64 = 16.0;
-const MAX_CHI2: f64 = 20.0;
-/// Excess of χ² that a rest is worth: an e-fold less likely for each 2, of the velocity at six times.
-const COST_OF_VELOCITY: f64 = 1.0 / 7.0;
-const COST_OF_BOTH: f64 = 0.5;
+const MAX_AGREED: usize = 5;
+/// χ² of the nine means of a rest: chance exceeds it once in 2,000. What is beyond it costs this fraction of a rest
+/// for each 1; at 50 it is none.
+const MAX_CHI2: f64 = 30.0;
+const COST: f64 = 0.05;
+/// χ² of six means, without the velocity, of a cruise, over which the filter coasts: one in 20 has more. What speeds up
+/// evenly may not pass for it.
+const MAX_COASTING_CHI2: f64 = 13.0;
+/// The bias of a gyroscope may jump by so much, rad/s: 3 °/s.
+const MAX_BIAS_STEP_RAD_S: f64 = 0.05;
+/// The bias of a gyroscope walks by so much, rad/s/√s, as it warms up (an MPU-6050: 0.01 °/s in a second, 0.1 °/s
+/// in a minute), and differs by so much between poses, rad/s for each m/s²: 0.1 °/s/g.
+const RATE_WALK: f64 = 2e-4;
+const RATE_PER_FORCE: f64 = 1.8e-4;
+/// A velocity that is more than this fraction of the highest one since the rest was not braked: it is a cruise, and
+/// no error of a rest that contradicts.
+const MAX_UNBRAKED: f64 = 0.7;
 /// A gyroscope is off by this fraction of the angle that it turned: 1 % of scale.
 const TILT_PER_TURN: f64 = 0.01;
 /// Duration of a rest that counts in full, s; longer ones count by the next factor.
@@ -39,8 +45,10 @@ const FIRST_WEIGHT: f64 = 0.25;
 /// A bump changes the velocity by less, m/s: a lift at full speed has bumps, and is quiet between them, and
 /// that is no more evidence than one long quiet.
 const MAX_BUMP_MPS: f64 = 0.2;
-/// A weight that only decides where nothing else does.
-const TIE: f64 = 1e-3;
+/// What a rest costs that contradicts the one before, where nothing agrees: it decides only where nothing else does;
+/// and what a chain costs that begins or ends there instead.
+const CONTRADICTION: f64 = 1e-3;
+const ABANDONED: f64 = 5.0;
 /// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
 const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
@@ -48,16 +56,10 @@ const SAME_FORCE_MPS2: f64 = 0.02;
 const MAX_HOLE_S: f64 = 2.0;
 /// … if what is between has no more power than noise: two standard deviations of it.
 const MAX_PAUSE_SD: f64 = 2.0;
+/// … or a knock: it moves less than a smooth move of that time, and of at least this one, s, could hide in a rest.
+const SHORTEST_MOVE_S: f64 = 0.35;
 /// Samples between the nodes of an integration whose path nobody sees, s.
 const NODE_S: f64 = 0.1;
-
-/// What a rest says to the filter.
-fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
-    let slack = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
-    let mut innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
-    (3..5).for_each(|c| innovation.s[(c, c)] += slack.powi(2));
-    innovation
-}
 
 /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
 /// at a speed.
@@ -68,35 +70,50 @@ pub(crate) fn chain(model: &Model<'_>, spans: &[Range<usize>]) -> Vec<Range<usiz
     let weight: Vec<f64> = (0..spans.len())
         .map(|k| 1.0 + rested(seconds[k]) + if k == 0 { FIRST_WEIGHT } else { 0.0 })
         .collect();
-    let mut best = weight.clone();
+    let neighbours: Vec<_> = (0..spans.len())
+        .map(|k| neighbours(model, spans, k))
+        .collect();
+    // Where nothing agrees the first that may be a rest is believed.
+    let believed: Vec<Option<usize>> = neighbours
+        .iter()
+        .map(|next| {
+            let none_agrees = next.iter().all(|n| !n.agrees);
+            let first = next.iter().find(|n| n.is_doubtful && none_agrees);
+            first.map(|n| n.span)
+        })
+        .collect();
+    // To begin or to end beside a rest that may be believed costs more than to believe it.
+    let abandoned = |is_beside: bool| if is_beside { ABANDONED } else { 0.0 };
+    let mut best: Vec<f64> = (0..spans.len())
+        .map(|k| weight[k] - abandoned(believed.contains(&Some(k))))
+        .collect();
     let mut before = vec![None; spans.len()];
     // Quiet time up to the end of each span in which nothing sped up: it counts once.
     let mut together_s = seconds.clone();
     for k in 0..spans.len() {
-        let costs = costs(model, spans, k);
-        // Those that agree, or where none does the least contradiction.
-        let least = costs.iter().map(|c| c.1).fold(f64::MAX, f64::min);
-        let none_agrees = costs.iter().all(|(next, cost)| *cost >= weight[*next]);
-        for (next, cost) in costs {
+        for n in &neighbours[k] {
+            let next = n.span;
             let one = !speeds_up(samples, &spans[k], &spans[next]);
             let together = seconds[next] + if one { together_s[k] } else { 0.0 };
-            let gain = if none_agrees && cost > least {
+            let gain = if believed[k] == Some(next) {
+                -CONTRADICTION
+            } else if !n.agrees {
                 continue;
-            } else if none_agrees {
-                TIE / (1.0 + cost)
             } else if one {
-                rested(together) - rested(together_s[k]) - cost
+                rested(together) - rested(together_s[k]) - n.cost
             } else {
-                weight[next] - cost
+                weight[next] - n.cost
             };
-            if best[k] + gain > best[next] {
-                (best[next], before[next]) = (best[k] + gain, Some(k));
+            let score = best[k] + gain;
+            if score > best[next] {
+                (best[next], before[next]) = (score, Some(k));
                 together_s[next] = together;
             }
         }
     }
     let mut chain = Vec::new();
-    let mut at = (0..spans.len()).max_by(|a, b| best[*a].total_cmp(&best[*b]));
+    let end = |k: &usize| best[*k] - abandoned(believed[*k].is_some());
+    let mut at = (0..spans.len()).max_by(|a, b| end(a).total_cmp(&end(b)));
     while let Some(k) = at {
         chain.push(spans[k].clone());
         at = before[k];
@@ -118,84 +135,121 @@ fn speeds_up(samples: &Samples, a: &Range<usize>, b: &Range<usize>) -> bool {
     })
 }
 
-/// What it costs to take each of the spans after `k` for its next rest.
-fn costs(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<(usize, f64)> {
-    let time_s = &model.samples.time_s;
+/// A quiet span after a rest.
+struct Neighbour {
+    span: usize,
+    cost: f64,
+    /// It is a rest.
+    agrees: bool,
+    /// It may be one where the filter is wrong.
+    is_doubtful: bool,
+}
+
+/// What each of the spans after `k` is to a filter that comes from there.
+fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighbour> {
+    let samples = model.samples;
     let off = &mut Recorder::default();
     let mut filter = Filter::new(*model, spans[k].start, &spans[k]);
     filter.rest(&spans[k], REST_SPEED_MPS, off);
     filter.halt(spans[k].end - 1, off);
-    let node = model.samples.count_in(NODE_S).max(1);
-    let has_gyro = model.samples.has_gyro();
-    let (mut agreed, mut costs) = (0, Vec::new());
-    for next in k + 1..spans.len() {
-        let span = &spans[next];
-        let move_s = time_s[span.start] - time_s[spans[k].end - 1];
+    let node = samples.count_in(NODE_S).max(1);
+    let (mut agreed, mut out) = (0, Vec::new());
+    // Where the filter may be wrong: rough, bridged or missing rows, or turns without a gyroscope.
+    let mut is_wrong = false;
+    for (next, span) in spans.iter().enumerate().skip(k + 1) {
+        let move_s = samples.time_s[span.start] - samples.time_s[spans[k].end - 1];
         if model.options.is_stopped() || move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
             break;
         }
-        let (mut worst, mut is_sure) = (0.0, false);
-        for into_s in TRIED_S {
-            let to = model.samples.after_s(span.start, into_s).min(span.end - 1);
-            if to > filter.at {
-                let excess = model.noise.excess(filter.at, to);
-                filter.propagate(to, node, &excess, off);
-            }
-            let innovation = innovation(&filter, span);
-            let is_start = into_s == 0.0;
-            is_sure |= is_start && (0..3).all(|c| innovation.s[(c, c)] < MAX_SURE_MPS.powi(2));
-            let cost = if is_start && has_gyro {
-                COST_OF_BOTH * excess_chi2(&innovation, true)
-            } else {
-                COST_OF_VELOCITY * excess_chi2(&innovation, false)
-            };
-            worst = f64::max(worst, cost);
+        let excess = model.noise.excess(filter.at, span.start.max(filter.at));
+        let way = spans[k].end - 1..span.start;
+        is_wrong |= excess.force.norm() > 0.0
+            || unusable(samples, &way).is_some()
+            || samples.bridged_in(&way).next().is_some();
+        filter.propagate_levelled(span.start, node, &excess, off);
+        let innovation = innovation(&filter, span);
+        let chi2 = innovation.chi2::<9>(0, 0.0);
+        let cost = COST * (chi2 - MAX_CHI2).max(0.0);
+        let agrees = cost < 1.0;
+        agreed += usize::from(agrees || agreed > 0);
+        let is_cruise = !agrees && innovation.chi2::<6>(3, 0.0) < MAX_COASTING_CHI2;
+        if is_cruise {
+            filter.coast(span, innovation.clone());
+        } else {
+            filter.propagate_levelled(span.end - 1, node, &excess, off);
         }
-        costs.push((next, worst));
-        agreed += usize::from(worst <= 0.0 || agreed > 0);
-        if worst <= 0.0 && is_sure {
-            break;
-        }
+        is_wrong |= !samples.has_gyro() && innovation.chi2::<3>(3, 0.0) > MAX_COASTING_CHI2;
+        let is_braked = innovation.y.fixed_rows::<3>(0).norm() <= MAX_UNBRAKED * filter.top_mps;
+        let is_doubtful =
+            innovation.y.fixed_rows::<3>(6).norm() < MAX_BIAS_STEP_RAD_S && (is_braked || is_wrong);
+        out.push(Neighbour {
+            span: next,
+            cost,
+            agrees,
+            is_doubtful,
+        });
     }
-    costs
+    out
+}
+
+/// What a rest that begins where the filter is says to it.
+fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
+    let samples = filter.model.samples;
+    let mut innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
+    let tilt = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
+    let seconds = samples.time_s[rest.start.max(filter.at)] - filter.rest_s;
+    let mean = samples.mean(rest);
+    let apart = (0..3)
+        .map(|c| (mean[c] - filter.reading[c]).powi(2))
+        .sum::<f64>();
+    let rate = RATE_WALK.powi(2) * seconds.max(0.0) + RATE_PER_FORCE.powi(2) * apart;
+    for c in 0..3 {
+        innovation.s[(3 + c, 3 + c)] += tilt.powi(2);
+        innovation.s[(6 + c, 6 + c)] += rate;
+    }
+    innovation
 }
 
 /// Touching rests of one pose are one.
 fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let samples = model.samples;
-    let distance2 = |x: &[f64; 6], y: &[f64; 6]| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>();
-    rests.dedup_by(|next, last| {
+    let is_pause = |last: &Range<usize>, next: &Range<usize>| {
         let (a, b) = (samples.mean(last), samples.mean(next));
+        let apart = (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>();
         let between = last.end.min(next.start)..next.start;
-        let variance = between
-            .clone()
-            .map(|i| distance2(&samples.sample(i), &a))
-            .sum::<f64>()
-            / between.len().max(1) as f64;
-        let noise = model.noise.rest.force.sum();
-        let chance = MAX_PAUSE_SD * (2.0 / (3 * between.len().max(1)) as f64).sqrt();
-        let calm = variance * samples.period_s < noise * (1.0 + chance);
         let pause_s = samples.time_s[next.start] - samples.time_s[last.end - 1];
         let near = match unusable(samples, &(last.end - 1..next.start)) {
             None => pause_s < MAX_PAUSE_S,
             Some(Unusable::Gap { .. }) => between.is_empty() && pause_s < MAX_HOLE_S,
             Some(_) => false,
         };
-        let same = near && distance2(&a, &b) < SAME_FORCE_MPS2.powi(2) && calm;
-        if same {
+        if !near || apart > SAME_FORCE_MPS2.powi(2) {
+            return false;
+        }
+        let noise = model.noise.rest.force.sum();
+        let count = between.len().max(1) as f64;
+        let (mut square, mut velocity, mut moved) = (0.0, [0.0; 3], [0.0; 3]);
+        for i in between {
+            let h = samples.time_s[i] - samples.time_s[i - 1];
+            for c in 0..3 {
+                let x = samples.force_mps2[i][c] - a[c];
+                square += x * x;
+                velocity[c] += x * h;
+                moved[c] += velocity[c] * h;
+            }
+        }
+        let chance = 1.0 + MAX_PAUSE_SD * (2.0 / (3.0 * count)).sqrt();
+        let is_calm = square / count * samples.period_s < noise * chance;
+        let seconds = pause_s.max(SHORTEST_MOVE_S);
+        let hidden_m = hidden_displacement_m((noise / 3.0).sqrt(), seconds);
+        is_calm || moved.iter().map(|p| p * p).sum::<f64>() < hidden_m.powi(2)
+    };
+    rests.dedup_by(|next, last| {
+        let is_one = is_pause(last, next);
+        if is_one {
             last.end = next.end;
         }
-        same
+        is_one
     });
     rests
-}
-
-/// Excess of the χ² of a rest over what chance allows; negative if it agrees. With `tilt` the force counts
-/// too.
-fn excess_chi2(innovation: &Innovation, tilt: bool) -> f64 {
-    if tilt {
-        innovation.chi2::<5>(0, 0.0) - MAX_CHI2
-    } else {
-        innovation.chi2::<3>(0, 0.0) - MAX_VELOCITY_CHI2
-    }
 }

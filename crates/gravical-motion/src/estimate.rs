@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::detect_rests;
+use gravical_signal::{detect_quiet, detect_rests};
 
 use crate::chain::chain;
 use crate::filter::{Filter, Recorder};
@@ -17,7 +17,8 @@ use gravical_signal::Samples;
 
 /// Velocity and position of calibrated samples.
 ///
-/// 1. Rests: quiet spans ([`detect_rests`]) whose velocity closes, or those that are given.
+/// 1. Rests: spans in which force and rate are constant ([`detect_rests`]) that agree with the filter, or those that
+///    are given.
 /// 2. Noise: of the rests, and of what is rough besides.
 /// 3. Forwards: strapdown and error-state filter; a rest is zero velocity, levelling, zero rate; a stance
 ///    zero velocity. A move whose closure fails is gone through again with more noise, the same along all
@@ -32,7 +33,15 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     }
     let found = match &options.rests {
         Some(given) => given.clone(),
-        None => detect_rests(samples),
+        None => {
+            let found = detect_rests(samples);
+            // A hand that holds the sensor: how it wanders is noise of the rest.
+            if found.is_empty() {
+                detect_quiet(samples)
+            } else {
+                found
+            }
+        }
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
     // Edges of detected ones may overlap; they may be given to another estimate.

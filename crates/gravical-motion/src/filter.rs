@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, Vector3};
 
-use crate::noise::Density;
+use crate::noise::{Density, wander};
 use crate::state::{
     ATTITUDE, Covariance, EARLIER_VELOCITY, ErrorState, FORCE_BIAS, FORCE_PARAMETERS, GRAVITY,
     MOVING, NineRows, Nominal, POSITION, RATE_BIAS, RATE_PARAMETERS, STATES, VELOCITY, by_element,
@@ -25,6 +25,8 @@ const INITIAL_FORCE_BIAS_MPS2: f64 = 1e-3;
 /// Standard deviation of what a velocity gains between two levellings in motion, m/s: a car. With 6 m/s its
 /// acceleration is fitted by the parameters of the sensors, and the heading leaves its band.
 const GAINED_SPEED_MPS: f64 = 20.0;
+/// Interval at which a move without stances is levelled, s: a tilt of 2° adds 3.4 m/s to the velocity within it.
+const LEVELLED_S: f64 = 10.0;
 /// A foot in stance creeps, m/s (Skog et al. 2010, doi 10.1109/TBME.2010.2060723, use 0.01 to 0.1).
 const STANCE_SPEED_MPS: f64 = 0.02;
 /// A rate of the gyroscope is measured to rounding of the computation at best, (rad/s)².
@@ -37,6 +39,7 @@ const MAX_TILTED_S: f64 = 3.0;
 
 /// What a rest, a stance or a motion says: innovation y = H x + noise, and its covariance S. Rows: velocity,
 /// specific force (world), rate.
+#[derive(Clone)]
 pub(crate) struct Innovation {
     pub h: NineRows,
     pub y: SVector<f64, 9>,
@@ -105,9 +108,11 @@ pub(crate) struct Filter<'a> {
     pub at: usize,
     pub nominal: Nominal,
     pub covariance: Covariance,
-    /// Since the last rest: its time, s, and the angle turned, rad.
-    rest_s: f64,
+    /// Since the last rest: its time, s, its mean specific force, m/s², the angle turned, rad, and the highest speed, m/s.
+    pub rest_s: f64,
+    pub reading: Vector3<f64>,
     pub turned_rad: f64,
+    pub top_mps: f64,
 }
 
 impl<'a> Filter<'a> {
@@ -152,7 +157,9 @@ impl<'a> Filter<'a> {
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
             rest_s: samples.time_s[at],
+            reading: force,
             turned_rad: 0.0,
+            top_mps: 0.0,
         }
     }
 
@@ -168,6 +175,7 @@ impl<'a> Filter<'a> {
             recorder.push(|| Record::Node(Box::new(self.node())));
             let step = self.model.step(&mut self.nominal, self.at..end, excess);
             self.turned_rad += step.turned_rad;
+            self.top_mps = self.top_mps.max(self.nominal.velocity.norm());
             self.at = end;
 
             // P ← F P Fᵀ + Q: after its first nine rows F is the identity.
@@ -181,6 +189,26 @@ impl<'a> Filter<'a> {
             self.walk(step.seconds);
             recorder.push(|| Record::Propagate(Box::new(step)));
         }
+    }
+
+    /// The same, levelled on the way by what a motion says.
+    pub fn propagate_levelled(
+        &mut self,
+        to: usize,
+        node: usize,
+        excess: &Density,
+        recorder: &mut Recorder,
+    ) {
+        loop {
+            let next = self.model.samples.after_s(self.at, LEVELLED_S);
+            if next >= to {
+                break;
+            }
+            self.clone_velocity(recorder);
+            self.propagate(next, node, excess, recorder);
+            self.update(&self.motion_innovation(), recorder);
+        }
+        self.propagate(to, node, excess, recorder);
     }
 
     /// Random walks of the biases.
@@ -204,6 +232,22 @@ impl<'a> Filter<'a> {
         self.at = to;
         self.rest_s = time_s[to];
         self.turned_rad = 0.0;
+        self.top_mps = 0.0;
+    }
+
+    /// Goes through a quiet span at its velocity: what the force and the rate of it say is taken over.
+    pub fn coast(&mut self, span: &Range<usize>, mut said: Innovation) {
+        said.h.fixed_rows_mut::<3>(0).fill(0.0);
+        said.y.fixed_rows_mut::<3>(0).fill(0.0);
+        said.s.fixed_rows_mut::<3>(0).fill(0.0);
+        said.s.fixed_columns_mut::<3>(0).fill(0.0);
+        (0..3).for_each(|c| said.s[(c, c)] = 1.0);
+        self.update(&said, &mut Recorder::default());
+        let time_s = &self.model.samples.time_s;
+        let seconds = time_s[span.end - 1] - time_s[self.at];
+        self.nominal.position += self.nominal.velocity * seconds;
+        self.walk(seconds);
+        self.at = span.end - 1;
     }
 
     pub fn node(&self) -> Node {
@@ -279,6 +323,8 @@ impl<'a> Filter<'a> {
     /// deviation, m/s.
     pub fn rest(&mut self, span: &Range<usize>, speed_sd_mps: f64, recorder: &mut Recorder) {
         self.update(&self.rest_innovation(span, speed_sd_mps), recorder);
+        let mean = self.model.samples.mean(span);
+        self.reading = Vector3::new(mean[0], mean[1], mean[2]);
     }
 
     /// What a rest says.
@@ -303,7 +349,9 @@ impl<'a> Filter<'a> {
         m.y.fixed_rows_mut::<3>(3).copy_from(&innovation);
         let walked = FORCE_BIAS_WALK.powi(2) * seconds / 3.0;
         let white = Matrix3::from_diagonal(&(model.noise.rest.force / seconds));
-        let white = attitude * white * attitude.transpose() + Matrix3::identity() * walked;
+        let wander = wander(samples, rest);
+        let white =
+            attitude * white * attitude.transpose() + Matrix3::identity() * (walked + wander[0]);
         set_rows(&mut m.s, (3, 3), &white);
 
         let second_order = self.second_order(&m.h);
@@ -315,6 +363,7 @@ impl<'a> Filter<'a> {
         for c in 0..3 {
             m.s[(6 + c, 6 + c)] = MIN_RATE_VARIANCE
                 + model.noise.rounding[c]
+                + wander[1]
                 + model.noise.rest.rate[c] / seconds
                 + RATE_BIAS_WALK.powi(2) * seconds / 3.0;
             if samples.has_gyro() {

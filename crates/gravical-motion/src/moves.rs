@@ -23,8 +23,6 @@ const MAX_SHAKEN: f64 = 5.0;
 const NODE_S: f64 = 0.1;
 const MIN_NODES: usize = 50;
 const MAX_NODES: usize = 36_000;
-/// Interval at which a move without stances is levelled, s: a tilt of 2° adds 3.4 m/s to the velocity within it.
-const LEVELLED_S: f64 = 10.0;
 /// Times that a move whose closure fails is enlarged: by the tilt and by the velocity.
 const MAX_ENLARGED: usize = 2;
 /// What of the rate of turns to and fro, times the error of the scale, stays as a constant rate. Simulated
@@ -100,16 +98,6 @@ impl Leg {
         let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
         recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
         filter.widen(RATE_BIAS, inflation);
-        // Stances level better.
-        while self.stances.is_empty() {
-            let next = samples.after_s(filter.at, LEVELLED_S);
-            if next >= end {
-                break;
-            }
-            filter.clone_velocity(recorder);
-            filter.propagate(next, node, excess, recorder);
-            filter.update(&filter.motion_innovation(), recorder);
-        }
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
             filter.propagate(stance, node, excess, recorder);
@@ -124,7 +112,12 @@ impl Leg {
             }
             filter.update(&innovation, recorder);
         }
-        filter.propagate(end, node, excess, recorder);
+        if self.stances.is_empty() {
+            filter.propagate_levelled(end, node, excess, recorder);
+        } else {
+            // Stances level better.
+            filter.propagate(end, node, excess, recorder);
+        }
         filter.widen(RATE_BIAS, inflation);
         recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }

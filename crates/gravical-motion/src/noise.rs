@@ -19,6 +19,8 @@ const QUIETEST: f64 = 0.1;
 /// Steps of the gyroscope's resolution hide a rate for about so long, s: a turn of a hand goes through
 /// several steps within it.
 const HIDDEN_RATE_S: f64 = 0.2;
+/// Blocks of white noise differ by no more than its variance and so many standard deviations of it.
+const MAX_WANDER_SD: f64 = 3.0;
 /// Windows, s: a swing of a hand and a bump are apart.
 const WINDOW_S: f64 = 0.32;
 /// Rows of a window: a spectrum needs some, and costs by their square.
@@ -154,6 +156,35 @@ fn quiet_blocks(samples: &Samples, rests: &[Range<usize>]) -> Vec<Vec<Block>> {
 pub(crate) fn tremor(samples: &Samples, rest: &Range<usize>) -> Option<f64> {
     let can_tell = rest.len() >= MIN_BLOCK_LEN;
     can_tell.then(|| at_rest(samples, std::slice::from_ref(rest)).0.force.sum())
+}
+
+/// Variances of one axis by which a span wanders, as a foot that stands or a hand does, beyond white noise: of the
+/// force at its ends, by its blocks of 0.2 s, and of the mean rate.
+pub(crate) fn wander(samples: &Samples, span: &Range<usize>) -> [f64; 2] {
+    let size = block_len(samples.period_s, BLOCK_S);
+    let blocks = blocks(samples, span, size);
+    let freedom = blocks.len() as f64 - 1.0;
+    if freedom < 1.0 {
+        return [0.0; 2];
+    }
+    let mean = samples.mean(span);
+    let [force, rate] = [0, 1].map(|sensor| {
+        let (mut square, mut white) = (0.0, 0.0);
+        for block in &blocks {
+            for c in 3 * sensor..3 * sensor + 3 {
+                square += (block.mean[c] - mean[c]).powi(2) / (3.0 * freedom);
+            }
+            white += block.total_variance(sensor) / (3 * size * blocks.len()) as f64;
+        }
+        // What chance makes of white noise.
+        let chance = 1.0 + MAX_WANDER_SD * (2.0 / (3.0 * freedom)).sqrt();
+        if square > chance * white {
+            square - white
+        } else {
+            0.0
+        }
+    });
+    [force, rate / blocks.len() as f64]
 }
 
 /// Densities of all windows, a quarter of one apart; none of those in `quiet` spans.

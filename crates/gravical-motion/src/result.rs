@@ -166,6 +166,11 @@ impl Motion {
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
         let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);
-        Some(VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt())
+        Some(hidden_displacement_m(density, duration_s))
     }
+}
+
+/// That of noise of so many m/s²/√Hz.
+pub(crate) fn hidden_displacement_m(density: f64, duration_s: f64) -> f64 {
+    VISIBLE_SD * density * (duration_s.powi(3) / MINIMUM_JERK_ENERGY).sqrt()
 }
