@@ -4,11 +4,12 @@
 //! $ cargo run --release -p gravical-motion --example accuracy -- 150
 //! $ cargo run --release -p gravical-motion --example accuracy -- 150 cart
 //! $ cargo run --release -p gravical-motion --example accuracy -- detection
+//! $ cargo run --release -p gravical-motion --example accuracy -- drives
 //! ```
 //!
 //! Of each kind of recording: errors along the track, how often the bands hold the truth, and how wide they
 //! are beside the errors. The number is that of recordings, a word selects kinds. `detection`: which moves are
-//! found, by distance and duration.
+//! found, by distance and duration. `drives`: turns, slides, lifts, short rests.
 // The exemption of tests in clippy.toml does not reach what this shares with them.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -19,6 +20,11 @@ mod simulated;
 #[allow(dead_code, reason = "the tests use more of it")]
 mod study;
 
+#[path = "../tests/it/drives.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
+mod drives;
+
+use drives::drives;
 use simulated::{Scene, Trouble};
 use study::{Study, kinds, options};
 
@@ -26,6 +32,7 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let first = arguments.next().unwrap_or_else(|| "60".to_owned());
     match first.parse() {
+        Err(_) if first == "drives" => table_of_drives(&arguments.next().unwrap_or_default()),
         Ok(seeds) => table_of_kinds(seeds, &arguments.next().unwrap_or_default()),
         Err(_) => map_of_detection(),
     }
@@ -46,6 +53,22 @@ fn table_of_kinds(seeds: u64, wanted: &str) {
             study.coverage(2.0),
             study.width()
         );
+    }
+}
+
+fn table_of_drives(wanted: &str) {
+    println!(
+        "| drive | beyond 4σ, of 40 | open moves | rests found, of | rms, mm | median σ, mm |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for drive in drives().into_iter().filter(|d| d.0.contains(wanted)) {
+        let mut out = drive.outcome(500..540);
+        let ([found, all], name) = (out.rests, &drive.0);
+        let (beyond, open, count) = (out.beyond, out.open, out.sds_m.len());
+        let rms = 1e3 * (out.squares_m2.iter().sum::<f64>() / count as f64).sqrt();
+        out.sds_m.sort_by(f64::total_cmp);
+        let sd = 1e3 * out.sds_m.get(count / 2).unwrap_or(&f64::NAN);
+        println!("| {name} | {beyond} | {open} | {found}, {all} | {rms:.1} | {sd:.1} |");
     }
 }
 

@@ -7,6 +7,7 @@
 mod sampled;
 
 mod attitude;
+mod drives;
 mod properties;
 mod real;
 mod simulated;

@@ -50,12 +50,13 @@ fn closing_error_m(motion: &Motion) -> f64 {
 
 #[test]
 fn walks_close() {
-    // Published of the second: 0.08 m with a calibrated gyroscope and settings for this recording.
+    // Published of the second: 0.08 m with a calibrated gyroscope and settings for this recording. Uncalibrated its 24 m
+    // close within the band, 0.5 m (1σ); where the foot stands for a second before and after, it is not still.
     const SQUARE: &str = "openshoe-square2/square2_u.csv";
     const WALK: &str = "xio-gait/short_walk.csv";
     for (file, [force, rate], units, rate_hz, steps, limit_m) in [
         (SQUARE, [0, 3], [1.0, 1.0], 100.0, 0, 0.2),
-        (WALK, [4, 1], [G, DEG], 400.0, 16, 0.35),
+        (WALK, [4, 1], [G, DEG], 400.0, 16, 0.5),
     ] {
         let Some(rows) = rows(file) else { return };
         let force = columns(&rows, force, 1, units[0]);
@@ -82,7 +83,11 @@ fn inclination_is_that_of_the_cameras() {
             return;
         };
         let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-        let samples = unbridged(&time_s, &columns(&rows, 1, 1.0), &columns(&rows, 4, 1.0));
+        let samples = unbridged(
+            &time_s,
+            &columns(&rows, 1, 1, 1.0),
+            &columns(&rows, 4, 1, 1.0),
+        );
         for no_stances in [false, true] {
             let options = MotionOptions {
                 no_stances,

@@ -122,7 +122,7 @@ fn tremor(omega: f64, s: f64) -> f64 {
 }
 
 /// Attitude whose first axis is forward.
-fn level(up: &V3) -> Matrix3<f64> {
+pub fn level(up: &V3) -> Matrix3<f64> {
     let x = (V3::x() - up * up.x).normalize();
     Matrix3::from_rows(&[x.transpose(), up.cross(&x).transpose(), up.transpose()])
 }
@@ -130,13 +130,13 @@ fn level(up: &V3) -> Matrix3<f64> {
 pub struct Draw(ChaCha8Rng);
 
 impl Draw {
-    fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         self.0.sample(StandardNormal)
     }
     pub fn vector(&mut self, sd: f64) -> V3 {
         V3::from_fn(|_, _| self.normal() * sd)
     }
-    fn uniform(&mut self, from: f64, to: f64) -> f64 {
+    pub fn uniform(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * self.0.random::<f64>()
     }
 }
