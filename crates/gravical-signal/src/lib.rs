@@ -15,8 +15,10 @@
 
 mod allan;
 mod blocks;
-
+mod edges;
 mod noise;
+mod partition;
+mod quiet;
 mod resolutions;
 mod rests;
 mod samples;
@@ -27,6 +29,7 @@ pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
+pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet};
 pub use resolutions::{quantile, resolution, resolutions};
-pub use rests::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet, detect_rests};
+pub use rests::detect_rests;
 pub use samples::{Bridged, Samples, pieces, sampling_period};

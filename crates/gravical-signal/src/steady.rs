@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::rests::Noise;
+use crate::quiet::Noise;
 use crate::samples::Samples;
 
 /// Shortest and longest window, s: a knock, and the slow beginning of a move of a quarter of a minute.

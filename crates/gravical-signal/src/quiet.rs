@@ -1,0 +1,149 @@
+//! Where every block is quiet, and the noise of blocks.
+
+use std::ops::Range;
+
+use crate::blocks::{Block, block_len, blocks};
+use crate::resolutions::quantile;
+use crate::samples::Samples;
+
+/// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.
+pub const BLOCK_S: f64 = 0.2;
+/// Fewer blocks are no rest: the variance of their means would have two degrees of freedom.
+pub(crate) const MIN_BLOCKS: usize = 4;
+/// Variance within a block, three axes, up to which a hand or a foot may be at rest whatever the
+/// sensor's noise: (0.14 m/s²)² and (2 °/s)².
+const TREMOR: [f64; 2] = [0.02, 1.2e-3];
+/// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
+pub const MAX_VARIANCE: [f64; 2] = [0.27, 3.7e-3];
+/// Factor of the variance of a quiet block above which it trembles.
+const TREMBLES: f64 = 3.0;
+/// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
+/// reaches it, other noise of a sensor rarely.
+const MAX_EXCESS: f64 = 5.0;
+/// Variance of the mean of a block, or of a sample, that no data sheet undercuts: (m/s²)² and (rad/s)².
+pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
+/// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.
+const DRIFT: [f64; 2] = [2e-3, 2e-4];
+pub(crate) const DRIFT_S: f64 = 4.0;
+
+/// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
+/// the same: rests, and what a hand holds or turns slowly.
+pub fn detect_quiet(samples: &Samples) -> Vec<Range<usize>> {
+    let size = block_len(samples.period_s, BLOCK_S);
+    let blocks = blocks(samples, &(0..samples.time_s.len()), size);
+    let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
+    quiet_runs(samples, &blocks, level)
+        .iter()
+        .map(|run| run[0].span.start..run[run.len() - 1].span.end)
+        .collect()
+}
+
+/// Noise of blocks.
+pub(crate) struct Noise {
+    /// Variances of the mean of a block.
+    pub variance: [f64; 6],
+    /// … of a sample, and of what a value flips.
+    sample: [f64; 6],
+    pub flips: [f64; 6],
+}
+
+impl Noise {
+    pub fn new(run: &[Block], level: [f64; 2], size: usize, resolution: &[f64; 6]) -> Noise {
+        let flips = flips(run, resolution);
+        let mut variance = variance_of_means(run, level, size);
+        (0..6).for_each(|c| variance[c] += flips[c]);
+        let sample = std::array::from_fn(|c| {
+            let median = quantile(run.iter().map(|b| b.variance[c]).collect(), 0.5);
+            median.max(MIN_VARIANCE[c / 3])
+        });
+        Noise {
+            variance,
+            sample,
+            flips,
+        }
+    }
+
+    /// Variance of the mean of so many samples: white from block to block, within a block at most that of a sample.
+    pub fn of_mean(&self, c: usize, samples: usize, size: usize) -> f64 {
+        let white = (self.variance[c] - self.flips[c]) * size as f64 / samples as f64;
+        white.min(self.sample[c]) + self.flips[c]
+    }
+
+    /// Variance of what a bias drifts in so many blocks.
+    pub fn of_drift(&self, c: usize, blocks: f64) -> f64 {
+        (DRIFT[c / 3] * blocks * BLOCK_S / DRIFT_S).powi(2)
+    }
+
+    /// A mean in units of its standard deviation.
+    pub fn scaled(&self, mean: &[f64; 6], origin: &[f64; 6]) -> [f64; 6] {
+        std::array::from_fn(|c| (mean[c] - origin[c]) / self.variance[c].sqrt())
+    }
+}
+
+/// True if a block is quiet enough for a rest.
+fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
+    let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], MAX_VARIANCE[s]);
+    (0..2).all(|s| block.total_variance(s) < limit(s))
+}
+
+/// Variance of three axes in the quietest second or so.
+pub(crate) fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
+    let medians = blocks
+        .windows(MIN_BLOCKS)
+        .map(|w| quantile(w.iter().map(|b| b.total_variance(sensor)).collect(), 0.5));
+    let (floor, ceiling) = ([1e-5, 1e-7][sensor], MAX_VARIANCE[sensor]);
+    quantile(medians.collect(), 0.05).clamp(floor, ceiling)
+}
+
+/// Runs of adjacent blocks of a piece that are quiet enough.
+pub(crate) fn quiet_runs<'b>(
+    samples: &Samples,
+    blocks: &'b [Block],
+    level: [f64; 2],
+) -> Vec<&'b [Block]> {
+    let quiet = |b: &Block| is_quiet(b, level);
+    let adjacent = |a: &Block, b: &Block| {
+        a.span.end == b.span.start && samples.piece(a.span.start).contains(&b.span.start)
+    };
+    blocks
+        .chunk_by(|a, b| adjacent(a, b) && quiet(a) == quiet(b))
+        .filter(|run| run.len() >= MIN_BLOCKS && quiet(&run[0]))
+        .collect()
+}
+
+/// Variance of the mean of a block: by successive differences, at least that of white noise.
+fn variance_of_means(run: &[Block], level: [f64; 2], size: usize) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let median = |values: Vec<f64>| quantile(values, 0.5);
+        let total = median(run.iter().map(|b| b.total_variance(c / 3)).collect());
+        // What trembles, as a hand or a foot, wanders too.
+        let lag = if total > TREMBLES * level[c / 3] {
+            MIN_BLOCKS - 1
+        } else {
+            1
+        };
+        let squares = run
+            .windows(lag + 1)
+            .map(|w| (w[lag].mean[c] - w[0].mean[c]).powi(2));
+        // The median of χ² with one degree of freedom is 0.4549.
+        let wander = median(squares.collect()) / (2.0 * 0.4549);
+        let white = median(run.iter().map(|b| b.variance[c]).collect()) / size as f64;
+        wander
+            .min(TREMOR[c / 3] / 3.0)
+            .max(white)
+            .max(MIN_VARIANCE[c / 3])
+    })
+}
+
+/// Variance by which means may flip between two steps of the resolution within a rest: noise that
+/// stays within a step dithers nothing.
+fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let range = quantile(run.iter().map(|b| b.range[c]).collect(), 0.5);
+        if range < 1.5 * resolution[c] {
+            resolution[c].powi(2)
+        } else {
+            0.0
+        }
+    })
+}
