@@ -16,8 +16,8 @@ use crate::unusable::Unusable;
 pub(crate) const CLOCK_SD: f64 = 1e-3;
 /// ∫ s̈² dτ of the minimum-jerk path s of length 1 in time 1 (Flash and Hogan 1985).
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
-/// What is found: a matched filter sees it at so many standard deviations.
-const VISIBLE_SD: f64 = 10.0;
+/// What is found of simulated moves of 0.5 to 8 s: what a matched filter sees at so many standard deviations.
+const VISIBLE_SD: f64 = 15.0;
 
 /// Root of a variance that rounding may have left below zero; what is no number stays none.
 pub(crate) fn deviation(variance: f64) -> f64 {
@@ -161,8 +161,8 @@ pub struct Motion {
 
 impl Motion {
     /// Displacement along an axis, m, that a smooth move of `duration_s` may have and hide within a rest:
-    /// a matched filter of 0.35 to 8 s sees it at 10 σ. None without rests. It does not hold where the rests
-    /// were given.
+    /// 15 σ of a matched filter, which simulated moves of 0.5 to 8 s need to be found. None without rests. It does
+    /// not hold where the rests were given.
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
         let noise = self.noise?.accel_n;
         let density = noise.into_iter().fold(0.0, f64::max);
