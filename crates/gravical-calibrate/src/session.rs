@@ -338,7 +338,7 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>
     for recording in recordings.extract_if(.., |r| r.units.is_without_gravity) {
         let why = finding!(
             NoRecording,
-            "an acceleration without gravity, by its values or its name, and another file holds it with gravity; left out"
+            "left out: by its values or its name it lacks gravity, and another file holds the acceleration with gravity"
         );
         left_out.push(why.in_file(&recording.name));
     }

@@ -17,14 +17,14 @@ use crate::unusable::{Unusable, unusable};
 
 /// Rests further apart, s, say nothing of each other: the velocity is off by metres per second.
 const MAX_MOVE_S: f64 = 120.0;
-/// Spans after the first that agrees which are still tried: of two false ones the second may be true.
+/// Spans that are tried from the first that agrees on: of two false ones the second may be true.
 const MAX_AGREED: usize = 5;
 /// χ² of the nine means of a rest: chance exceeds it once in 2,000. What is beyond it costs this fraction of a rest
 /// for each 1; at 50 it is none.
 const MAX_CHI2: f64 = 30.0;
 const COST: f64 = 0.05;
 /// χ² of six means, without the velocity, of a cruise, over which the filter coasts: one in 20 has more. What speeds up
-/// evenly may not pass for it.
+/// evenly may not pass for it. Three have more once in 200.
 const MAX_COASTING_CHI2: f64 = 13.0;
 /// The bias of a gyroscope may jump by so much, rad/s: 3 °/s.
 const MAX_BIAS_STEP_RAD_S: f64 = 0.05;
@@ -45,20 +45,21 @@ const FIRST_WEIGHT: f64 = 0.25;
 /// A bump changes the velocity by less, m/s: a lift at full speed has bumps, and is quiet between them, and
 /// that is no more evidence than one long quiet.
 const MAX_BUMP_MPS: f64 = 0.2;
-/// What a rest costs that contradicts the one before, where nothing agrees: it decides only where nothing else does;
-/// and what a chain costs that begins or ends there instead.
+/// What a rest costs that contradicts the one before, in rests: of two chains that weigh the same the one without
+/// contradictions is used.
 const CONTRADICTION: f64 = 1e-3;
+/// What a chain costs that ends before such a rest, or begins there, in rests: more than any two weigh.
 const ABANDONED: f64 = 5.0;
 /// Rests of one pose, closer than this, s, whose means differ by less, m/s², are one.
 const MAX_PAUSE_S: f64 = 1.0;
 const SAME_FORCE_MPS2: f64 = 0.02;
-/// Rows that are lost while the sensor rests, s, are lost to the recorder: a hand takes longer.
+/// Rows are missing for so long, s, between two rests of one pose: a hand that moves the sensor takes longer.
 const MAX_HOLE_S: f64 = 2.0;
-/// … if what is between has no more power than noise: two standard deviations of it.
+/// Rests are one if what is between has no more power than noise, by two standard deviations of it, or if it is
+/// a knock: the sensor moves less than a smooth move of that time, and of at least this one, s, could hide.
 const MAX_PAUSE_SD: f64 = 2.0;
-/// … or a knock: it moves less than a smooth move of that time, and of at least this one, s, could hide in a rest.
 const SHORTEST_MOVE_S: f64 = 0.35;
-/// Samples between the nodes of an integration whose path nobody sees, s.
+/// Time between the nodes of an integration whose path nobody sees, s.
 const NODE_S: f64 = 0.1;
 
 /// The chain of spans that agree best as neighbouring rests (longest path); what is left out is quiet
@@ -119,7 +120,7 @@ pub(crate) fn chain(model: &Model<'_>, spans: &[Range<usize>]) -> Vec<Range<usiz
         at = before[k];
     }
     chain.reverse();
-    joined(model, chain)
+    merge_rests(model, chain)
 }
 
 /// Between two spans the sensor has another velocity than in the first.
@@ -141,7 +142,7 @@ struct Neighbour {
     cost: f64,
     /// It is a rest.
     agrees: bool,
-    /// It may be one where the filter is wrong.
+    /// The filter may be wrong here, so the span may still be a rest.
     is_doubtful: bool,
 }
 
@@ -152,6 +153,7 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
     let mut filter = Filter::new(*model, spans[k].start, &spans[k]);
     filter.rest(&spans[k], REST_SPEED_MPS, off);
     filter.halt(spans[k].end - 1, off);
+    let before = samples.mean(&spans[k]);
     let node = samples.count_in(NODE_S).max(1);
     let (mut agreed, mut out) = (0, Vec::new());
     // Where the filter may be wrong: rough, bridged or missing rows, or turns without a gyroscope.
@@ -167,10 +169,10 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
             || unusable(samples, &way).is_some()
             || samples.bridged_in(&way).next().is_some();
         filter.propagate_levelled(span.start, node, &excess, off);
-        let innovation = innovation(&filter, span);
+        let innovation = innovation(&filter, &before, span);
         let chi2 = innovation.chi2::<9>(0, 0.0);
         let cost = COST * (chi2 - MAX_CHI2).max(0.0);
-        let agrees = cost < 1.0;
+        let agrees = COST * (chi2 - MAX_CHI2) < 1.0;
         agreed += usize::from(agrees || agreed > 0);
         let is_cruise = !agrees && innovation.chi2::<6>(3, 0.0) < MAX_COASTING_CHI2;
         if is_cruise {
@@ -192,16 +194,14 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
     out
 }
 
-/// What a rest that begins where the filter is says to it.
-fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
+/// What a rest that begins where the filter is says to it, which comes from a rest with the means `before`.
+fn innovation(filter: &Filter<'_>, before: &[f64; 6], rest: &Range<usize>) -> Innovation {
     let samples = filter.model.samples;
     let mut innovation = filter.rest_innovation(rest, REST_SPEED_MPS);
     let tilt = TILT_PER_TURN * filter.nominal.gravity * filter.turned_rad;
     let seconds = samples.time_s[rest.start.max(filter.at)] - filter.rest_s;
     let mean = samples.mean(rest);
-    let apart = (0..3)
-        .map(|c| (mean[c] - filter.reading[c]).powi(2))
-        .sum::<f64>();
+    let apart = (0..3).map(|c| (mean[c] - before[c]).powi(2)).sum::<f64>();
     let rate = RATE_WALK.powi(2) * seconds.max(0.0) + RATE_PER_FORCE.powi(2) * apart;
     for c in 0..3 {
         innovation.s[(3 + c, 3 + c)] += tilt.powi(2);
@@ -211,7 +211,7 @@ fn innovation(filter: &Filter<'_>, rest: &Range<usize>) -> Innovation {
 }
 
 /// Touching rests of one pose are one.
-fn joined(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+fn merge_rests(model: &Model<'_>, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let samples = model.samples;
     let is_pause = |last: &Range<usize>, next: &Range<usize>| {
         let (a, b) = (samples.mean(last), samples.mean(next));

@@ -17,12 +17,12 @@ use gravical_signal::Samples;
 
 /// Velocity and position of calibrated samples.
 ///
-/// 1. Rests: spans in which force and rate are constant ([`detect_rests`]) that agree with the filter, or those that
-///    are given.
+/// 1. Rests: spans in which force and rate are constant ([`detect_rests`]) that agree with the filter; where nothing
+///    is constant, quiet spans ([`detect_quiet`]), as of a hand; or those that are given.
 /// 2. Noise: of the rests, and of what is rough besides.
 /// 3. Forwards: strapdown and error-state filter; a rest is zero velocity, levelling, zero rate; a stance
-///    zero velocity. A move whose closure fails is gone through again with more noise, the same along all
-///    axes.
+///    zero velocity; every 10 s the mean force of a move levels. A move whose closure fails is gone through again with
+///    more noise, the same along all axes.
 /// 4. Backwards: the smoother, from rest to rest.
 ///
 /// Without a rest there is a [`Motion`] without moves, nor is there one if an option is negative or no number,
@@ -35,7 +35,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         Some(given) => given.clone(),
         None => {
             let found = detect_rests(samples);
-            // A hand that holds the sensor: how it wanders is noise of the rest.
+            // How a hand wanders that holds the sensor is noise of the rest.
             if found.is_empty() {
                 detect_quiet(samples)
             } else {
@@ -44,7 +44,6 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
         }
     };
     let fits = |r: &Range<usize>| r.start < r.end && r.end <= samples.len();
-    // Edges of detected ones may overlap; they may be given to another estimate.
     let is_later = |a: &Range<usize>, b: &Range<usize>| a.start < b.start && a.end < b.end;
     let in_order = found.iter().all(fits) && found.is_sorted_by(is_later);
     let are_possible = options.rests.is_none() || in_order;

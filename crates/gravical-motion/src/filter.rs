@@ -108,9 +108,8 @@ pub(crate) struct Filter<'a> {
     pub at: usize,
     pub nominal: Nominal,
     pub covariance: Covariance,
-    /// Since the last rest: its time, s, its mean specific force, m/s², the angle turned, rad, and the highest speed, m/s.
+    /// Since the last rest: its time, s, the angle turned, rad, and the highest speed, m/s.
     pub rest_s: f64,
-    pub reading: Vector3<f64>,
     pub turned_rad: f64,
     pub top_mps: f64,
 }
@@ -157,7 +156,6 @@ impl<'a> Filter<'a> {
             },
             covariance: Covariance::from_diagonal(&sd.map(|s| s * s)),
             rest_s: samples.time_s[at],
-            reading: force,
             turned_rad: 0.0,
             top_mps: 0.0,
         }
@@ -235,7 +233,8 @@ impl<'a> Filter<'a> {
         self.top_mps = 0.0;
     }
 
-    /// Goes through a quiet span at its velocity: what the force and the rate of it say is taken over.
+    /// Goes through a quiet span at its velocity, for the chain of rests: what force and rate of it say is taken over.
+    /// The position is not kept.
     pub fn coast(&mut self, span: &Range<usize>, mut said: Innovation) {
         said.h.fixed_rows_mut::<3>(0).fill(0.0);
         said.y.fixed_rows_mut::<3>(0).fill(0.0);
@@ -245,7 +244,6 @@ impl<'a> Filter<'a> {
         self.update(&said, &mut Recorder::default());
         let time_s = &self.model.samples.time_s;
         let seconds = time_s[span.end - 1] - time_s[self.at];
-        self.nominal.position += self.nominal.velocity * seconds;
         self.walk(seconds);
         self.at = span.end - 1;
     }
@@ -323,8 +321,6 @@ impl<'a> Filter<'a> {
     /// deviation, m/s.
     pub fn rest(&mut self, span: &Range<usize>, speed_sd_mps: f64, recorder: &mut Recorder) {
         self.update(&self.rest_innovation(span, speed_sd_mps), recorder);
-        let mean = self.model.samples.mean(span);
-        self.reading = Vector3::new(mean[0], mean[1], mean[2]);
     }
 
     /// What a rest says.

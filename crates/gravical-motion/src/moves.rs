@@ -100,24 +100,20 @@ impl Leg {
         filter.widen(RATE_BIAS, inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
-            filter.propagate(stance, node, excess, recorder);
+            filter.propagate_levelled(stance, node, excess, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
             let mut innovation = filter.stance_innovation();
             if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
                 let force = excess.force + more.force;
-                filter.propagate(stance, node, &Density { force, ..*excess }, recorder);
+                let excess = Density { force, ..*excess };
+                filter.propagate_levelled(stance, node, &excess, recorder);
                 innovation = filter.stance_innovation();
             }
             filter.update(&innovation, recorder);
         }
-        if self.stances.is_empty() {
-            filter.propagate_levelled(end, node, excess, recorder);
-        } else {
-            // Stances level better.
-            filter.propagate(end, node, excess, recorder);
-        }
+        filter.propagate_levelled(end, node, excess, recorder);
         filter.widen(RATE_BIAS, inflation);
         recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }

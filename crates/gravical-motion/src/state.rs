@@ -13,7 +13,7 @@ pub(crate) const STATES: usize = 40;
 pub(crate) const POSITION: usize = 0;
 pub(crate) const VELOCITY: usize = 3;
 pub(crate) const ATTITUDE: usize = 6;
-/// States before it change with the motion, the others only by their random walks.
+/// States before it change with the motion, the others only by their random walks; the earlier velocity is cloned.
 pub(crate) const MOVING: usize = 9;
 pub(crate) const FORCE_BIAS: usize = 9;
 pub(crate) const RATE_BIAS: usize = 12;

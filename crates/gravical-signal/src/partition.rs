@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use crate::blocks::Block;
-use crate::quiet::{BLOCK_S, DRIFT_S, MIN_BLOCKS, Noise};
+use crate::quiet::{MIN_BLOCKS, Noise};
 
-/// Blocks that one segment may have, 60 s: over longer ones the drift of a bias is a step.
+/// Blocks that one segment may have, 60 s from 25 Hz on: over longer ones the drift of a bias is a step.
 const MAX_BLOCKS: usize = 300;
-/// Cost of one segment more in the sum of χ²: about ln n for each of its means
-/// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks.
+/// Cost of one segment more in the sum of χ², without and with a gyroscope: about ln n for each of its three means
+/// (Killick et al. 2012, doi 10.1080/01621459.2012.734741), n some 200 blocks; and for its place where the
+/// other sensor divides as well.
 const PENALTY: [f64; 2] = [16.0, 20.0];
 /// Two segments are one rest if what separates their means is less likely than this fraction of a
 /// penalty: it pays for the means, but not for the place.
@@ -28,7 +29,7 @@ pub(crate) fn constant_segments(
         let mean = noise.scaled(&block.mean, &run[0].mean);
         partitions.iter_mut().for_each(|p| p.push(&mean));
     }
-    joined(&partitions, segments(&partitions), noise)
+    merge_segments(&partitions, segments(&partitions), noise)
 }
 
 /// Optimal partition of the means of one sensor in units of their standard deviation, one block at a time.
@@ -91,15 +92,15 @@ impl Partition {
         edges
     }
 
-    /// True if the means of neighbouring segments differ by what a bias drifts, at most that in [`DRIFT_S`],
+    /// True if the means of neighbouring segments differ by what a bias drifts, at most that in 4 s,
     /// and a value flips.
     fn same(&self, last: &Range<usize>, next: &Range<usize>, noise: &Noise) -> bool {
-        let apart = (0.5 * (next.end - last.start) as f64).min(DRIFT_S / BLOCK_S);
+        let apart = 0.5 * (next.end - last.start) as f64;
         let chance = 1.0 / last.len() as f64 + 1.0 / next.len() as f64;
         let chi2: f64 = (0..3)
             .map(|c| {
                 let i = self.first + c;
-                let slack = noise.of_drift(i, apart) + noise.flips[i];
+                let slack = noise.of_slow_drift(i, apart) + noise.flips[i];
                 let variance = chance + slack / noise.variance[i];
                 (self.mean(last, c) - self.mean(next, c)).powi(2) / variance
             })
@@ -117,13 +118,13 @@ fn segments(partitions: &[Partition]) -> Vec<Range<usize>> {
 }
 
 /// Touching segments that are the same rest are one; those that are too short are left out.
-fn joined(
+fn merge_segments(
     partitions: &[Partition],
     mut segments: Vec<Range<usize>>,
     noise: &Noise,
 ) -> Vec<Range<usize>> {
     segments.dedup_by(|next, last| {
-        let same = next.start == last.end && partitions.iter().all(|p| p.same(last, next, noise));
+        let same = partitions.iter().all(|p| p.same(last, next, noise));
         if same {
             last.end = next.end;
         }

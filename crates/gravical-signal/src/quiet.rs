@@ -24,7 +24,7 @@ const MAX_EXCESS: f64 = 5.0;
 pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.
 const DRIFT: [f64; 2] = [2e-3, 2e-4];
-pub(crate) const DRIFT_S: f64 = 4.0;
+const DRIFT_S: f64 = 4.0;
 
 /// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
 /// the same: rests, and what a hand holds or turns slowly.
@@ -45,11 +45,16 @@ pub(crate) struct Noise {
     /// … of a sample, and of what a value flips.
     sample: [f64; 6],
     pub flips: [f64; 6],
+    /// Samples of a block, and their distance, s.
+    size: usize,
+    period_s: f64,
 }
 
 impl Noise {
-    pub fn new(run: &[Block], level: [f64; 2], size: usize, resolution: &[f64; 6]) -> Noise {
-        let flips = flips(run, resolution);
+    /// Of the blocks of a run.
+    pub fn new(samples: &Samples, run: &[Block], level: [f64; 2]) -> Noise {
+        let size = run[0].span.len();
+        let flips = flips(run, &samples.resolution);
         let mut variance = variance_of_means(run, level, size);
         (0..6).for_each(|c| variance[c] += flips[c]);
         let sample = std::array::from_fn(|c| {
@@ -60,18 +65,26 @@ impl Noise {
             variance,
             sample,
             flips,
+            size,
+            period_s: samples.period_s,
         }
     }
 
     /// Variance of the mean of so many samples: white from block to block, within a block at most that of a sample.
-    pub fn of_mean(&self, c: usize, samples: usize, size: usize) -> f64 {
-        let white = (self.variance[c] - self.flips[c]) * size as f64 / samples as f64;
+    pub fn of_mean(&self, c: usize, samples: usize) -> f64 {
+        let white = (self.variance[c] - self.flips[c]) * self.size as f64 / samples as f64;
         white.min(self.sample[c]) + self.flips[c]
     }
 
-    /// Variance of what a bias drifts in so many blocks.
-    pub fn of_drift(&self, c: usize, blocks: f64) -> f64 {
-        (DRIFT[c / 3] * blocks * BLOCK_S / DRIFT_S).powi(2)
+    /// Variance of what a bias drifts in so many samples.
+    pub fn of_drift(&self, c: usize, samples: f64) -> f64 {
+        (DRIFT[c / 3] * samples * self.period_s / DRIFT_S).powi(2)
+    }
+
+    /// The same in so many blocks, but no more than in [`DRIFT_S`].
+    pub fn of_slow_drift(&self, c: usize, blocks: f64) -> f64 {
+        let samples = blocks * self.size as f64;
+        self.of_drift(c, samples.min(DRIFT_S / self.period_s))
     }
 
     /// A mean in units of its standard deviation.

@@ -16,7 +16,7 @@ use crate::steady::steady_parts;
 /// each segment are least (optimal partitioning, Jackson et al. 2005, doi 10.1109/LSP.2001.838216), force and
 /// rate each on its own. Their noise is that of the stretch itself, at least white noise, resolution counted; what
 /// exceeds 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
-/// over its onset). Within them force and rate are constant on every scale from 25 ms to 3 s.
+/// over its onset). Within them force and rate are constant on every scale from 31 ms to 4 s.
 ///
 /// It finds rests of 0.8 s and more, in order and apart, in recordings of more than a second; of what is quiet for
 /// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
@@ -30,7 +30,7 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
     let mut rests: Vec<Range<usize>> = Vec::new();
     for run in quiet_runs(samples, &blocks, level) {
-        let noise = Noise::new(run, level, size, &samples.resolution);
+        let noise = Noise::new(samples, run, level);
         let mut segments = constant_segments(run, samples.count(), &noise);
         if !samples.has_gyro() {
             segments = longest_of_touching(segments, MIN_BLOCKS);
@@ -39,7 +39,7 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
             .iter()
             .map(|s| run[s.start].span.start..run[s.end - 1].span.end)
             .map(|span| with_edges(samples, &span, size, &noise.variance));
-        let parts = spans.flat_map(|s| steady_parts(samples, &s, size, &noise, min_len));
+        let parts = spans.flat_map(|s| steady_parts(samples, &s, &noise, min_len));
         let mut parts: Vec<Range<usize>> = parts.collect();
         if !samples.has_gyro() {
             parts = longest_of_touching(parts, MIN_BLOCKS * size);

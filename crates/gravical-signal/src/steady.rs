@@ -5,12 +5,14 @@ use std::ops::Range;
 use crate::quiet::Noise;
 use crate::samples::Samples;
 
-/// Shortest and longest window, s: a knock, and the slow beginning of a move of a quarter of a minute.
-const WINDOWS_S: [f64; 2] = [0.025, 5.0];
+/// Longest window, s, for the slow beginning of a move of a quarter of a minute; each of the others is half as
+/// long, down to 31 ms, a knock.
+const LONGEST_S: f64 = 4.0;
+const WINDOWS: i32 = 8;
 /// A window is compared with as much of what is before it as twice its length, at least so much, s: over longer
 /// ones biases drift.
 const REFERENCE_S: f64 = 3.0;
-/// Samples are summed up for so long at a time, s.
+/// Samples are summed up for so long at a time, s: the sums of a day take as much memory as its samples.
 const SUMMED_S: f64 = 60.0;
 /// χ² of six means above which a window is no rest: chance exceeds it once in 10⁶ windows; a minute at 100 Hz
 /// has some 10⁴ independent ones.
@@ -22,7 +24,6 @@ const MAX_CHI2: [f64; 2] = [32.0, 40.0];
 pub(crate) fn steady_parts(
     samples: &Samples,
     span: &Range<usize>,
-    size: usize,
     noise: &Noise,
     min_len: usize,
 ) -> Vec<Range<usize>> {
@@ -36,7 +37,6 @@ pub(crate) fn steady_parts(
             sums: Vec::new(),
         },
         noise,
-        size,
         channels: samples.count(),
         lengths: lengths(samples),
         reference: samples.count_in(REFERENCE_S),
@@ -46,19 +46,17 @@ pub(crate) fn steady_parts(
     parts
 }
 
-/// Samples of the windows, each twice as long as the one before.
+/// Samples of the windows.
 fn lengths(samples: &Samples) -> Vec<usize> {
-    // Half a sample more: to the nearest number.
-    let [first, last] = WINDOWS_S.map(|s| samples.count_in(s + 0.5 * samples.period_s).max(2));
-    let windows = std::iter::successors(Some(first), |w| Some(2 * w));
-    windows.take_while(|w| *w <= last).collect()
+    let seconds = (0..WINDOWS).rev().map(|k| LONGEST_S / f64::from(1 << k));
+    let lengths = seconds.map(|s| samples.count_in(s + 0.5 * samples.period_s));
+    lengths.filter(|length| *length > 1).collect()
 }
 
 /// Windows over a span, compared with what lies inside of them.
 struct Bank<'a> {
     sums: Sums<'a>,
     noise: &'a Noise,
-    size: usize,
     channels: usize,
     lengths: Vec<usize>,
     reference: usize,
@@ -120,9 +118,9 @@ impl Bank<'_> {
             .cover(&(window.start.min(reference.start)..window.end.max(reference.end)));
         let chi2: f64 = (0..self.channels)
             .map(|c| {
-                let apart = 0.5 * (window.len() + reference.len()) as f64 / self.size as f64;
-                let variance = self.noise.of_mean(c, window.len(), self.size)
-                    + self.noise.of_mean(c, reference.len(), self.size)
+                let apart = 0.5 * (window.len() + reference.len()) as f64;
+                let variance = self.noise.of_mean(c, window.len())
+                    + self.noise.of_mean(c, reference.len())
                     + self.noise.of_drift(c, apart);
                 let d = self.sums.mean(window, c) - self.sums.mean(reference, c);
                 d * d / variance

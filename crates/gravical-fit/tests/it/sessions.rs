@@ -30,9 +30,13 @@ pub struct Sensor {
 
 impl Sensor {
     pub fn draw(rng: &mut impl Rng) -> Sensor {
-        let m = Matrix3::from_fn(|r, c| match r == c {
-            true => 1.0 + 0.02 * normal(rng),
-            false => 1_f64.to_radians() * normal(rng),
+        let m = Matrix3::from_fn(|r, c| {
+            let error = normal(rng);
+            if r == c {
+                1.0 + 0.02 * error
+            } else {
+                1_f64.to_radians() * error
+            }
         });
         Sensor {
             m,

@@ -12,11 +12,12 @@ fn poses(session: &mut Session, plan: Plan, told: bool) -> Vec<Pose> {
     let directions = session.directions(plan);
     let pose = |(k, n): (usize, &Vector3<f64>)| {
         let mut pose = session.pose(n, Vector3::zeros());
-        pose.hint = match matches!(plan, Plan::Again(_)) || k < 6 {
-            _ if !told => pose.hint,
-            true => Hint::Face(Face::nearest((*n).into()).0),
-            false => Hint::Free,
-        };
+        let is_face = matches!(plan, Plan::Again(_)) || k < 6;
+        if told && is_face {
+            pose.hint = Hint::Face(Face::nearest((*n).into()).0);
+        } else if told {
+            pose.hint = Hint::Free;
+        }
         pose
     };
     directions.iter().enumerate().map(pose).collect()
@@ -128,9 +129,10 @@ fn good_needs_readings_that_could_have_contradicted(sensors: u64) {
             found.trust().grade() == Grade::Good
         };
         let found = (0..sensors).filter(is_good).count();
-        let holds = match good {
-            true => is_share(found, 0.9, sensors),
-            false => found == 0,
+        let holds = if good {
+            is_share(found, 0.9, sensors)
+        } else {
+            found == 0
         };
         assert!(holds, "{plan:?}: {found}");
     }

@@ -141,8 +141,7 @@ impl Drive {
         let up = V3::new(0.03 * draw.normal(), 0.03 * draw.normal(), 1.0).normalize();
         let (mut attitude, mut position, mut start) = (level(&up), V3::zeros(), 0.0);
         let force_error = Matrix3::from_fn(|_, _| FORCE_SD * draw.normal());
-        let rate_error =
-            Matrix3::from_fn(|i, j| 0.7 * RATE_SD[usize::from(i != j)] * draw.normal());
+        let rate_error = Matrix3::from_fn(|i, j| RATE_SD[usize::from(i != j)] * draw.normal());
         let (bias, rate_bias) = (draw.vector(BIAS_SD), draw.vector(0.01));
         let off = draw.vector(1.0).normalize();
         let offset_s = draw.uniform(0.0, STEP_S);

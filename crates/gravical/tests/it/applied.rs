@@ -61,7 +61,7 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
     let mut paths = Vec::new();
     files(&data, &mut paths);
     files(&data.join("../cases"), &mut paths);
-    let mut compared = 0;
+    let (mut compared, mut readable) = (0, 0);
     for path in paths.into_iter().step_by(step) {
         let name = path.display().to_string();
         let recording = match read(&path, &ReadOptions::default()) {
@@ -71,6 +71,8 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
                 continue;
             }
         };
+        readable += 1;
+        assert!(recording.rows() > 0, "{name}");
         let account = &recording.ledger;
         let balances = recording.is_averaged() || account.rows() == recording.rows();
         assert!(balances, "{name}: {}", account.sum());
@@ -99,5 +101,8 @@ fn apply_uses_the_reading_of_calibrate(step: usize) {
         }
         compared += 1;
     }
-    assert!(compared > 70 / step, "{compared}");
+    assert!(
+        compared > 70 / step && readable > 100 / step,
+        "{compared} {readable}"
+    );
 }

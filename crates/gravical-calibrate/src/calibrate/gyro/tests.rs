@@ -108,10 +108,8 @@ fn motions_that_cannot_be_right_are_left_out() {
         let simulation = poses(seed, 12);
         let middle = middle_of_move(&simulation, n);
         let hit = middle..middle + rows;
-        let fit = fitted(&simulation, |row, g| match hit.contains(&row) {
-            true => g.map(change),
-            false => g,
-        });
+        let changed = |row, g: [f64; 3]| if hit.contains(&row) { g.map(change) } else { g };
+        let fit = fitted(&simulation, changed);
         let [from, to] = found(&fit, kind).lines[0];
         assert!((from..to).contains(&(middle as u64 + 2)), "{kind}");
         let section = fit.section.unwrap();

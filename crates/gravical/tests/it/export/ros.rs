@@ -5,20 +5,16 @@ use super::*;
 /// The list behind `key:`, read on its own: every number has a point and a signed exponent, as YAML
 /// 1.1 wants it.
 fn list(text: &str, key: &str) -> Vec<f64> {
-    let (_, behind) = text.split_once(&format!("{key}: [")).unwrap();
     let number = |n: &str| {
         let (digits, exponent) = n.split_once('e').unwrap();
         let is_yaml = digits.contains('.') && exponent.starts_with(['+', '-']);
         assert!(is_yaml, "{n}");
         n.parse().unwrap()
     };
-    behind
-        .split_once("]\n")
-        .unwrap()
-        .0
-        .split(", ")
-        .map(number)
-        .collect()
+    let behind = |line| str::strip_prefix(str::trim_start(line), &format!("{key}: ["));
+    let list = text.lines().find_map(behind).unwrap();
+    let numbers = list.strip_suffix(']').unwrap().split(", ");
+    numbers.map(number).collect()
 }
 
 #[test]
