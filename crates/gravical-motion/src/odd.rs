@@ -13,6 +13,9 @@ const SPIKE_OVER_SCATTER: f64 = 12.0;
 const SCATTER_ROWS: usize = 25;
 /// The largest value is a range that was reached if it is one to this fraction.
 const RANGE_TOLERANCE: f64 = 1e-3;
+/// A channel stands at its extreme for longer than its noise allows: neighbours are equal that often in a run of
+/// chance, once in so many.
+const MAX_CHANCE: f64 = 1e-9;
 /// What a bridge over clipped samples may be off, as a fraction of what it adds: it meets a parabola's cap,
 /// falls short of a cosine's by a twentieth and of a sharp top's by half.
 const BRIDGE_SD: f64 = 0.25;
@@ -23,7 +26,8 @@ const ONSET_SD: f64 = 0.1;
 /// what the bridges may be off.
 ///
 /// Values at the end of one of the full-scale `ranges` (unit of the channels; the one that the largest
-/// value reaches) follow the slopes on both sides and stay at or beyond the range. Spikes of up to four
+/// value reaches), or at an extreme of their channel where it stands for longer than its noise allows, follow the
+/// slopes on both sides and stay at or beyond it. Spikes of up to four
 /// rows higher than `min_spike` follow a line. Times are s, in order; at the first and last two rows
 /// nothing is replaced. Channels are those of an accelerometer: add 3 for a gyroscope.
 pub fn bridge_odd(
@@ -42,9 +46,11 @@ pub fn bridge_odd(
         std::array::from_fn(|axis| values[..count].iter().map(|v| v[axis]).collect());
     for axis in 0..3 {
         let mut column = read[axis].clone();
+        let limits = limits(&column);
         let mut i = 2;
         while i + 2 < count {
-            let clipped = clipped_rows(&column, i, range);
+            let at_range = clipped_rows(&column, i, range);
+            let clipped = at_range.max(flat_rows(&column, i, &limits));
             let is_clipped = clipped > 0;
             let rows = if is_clipped {
                 i..i + clipped
@@ -86,6 +92,47 @@ fn clipped_rows(column: &[f64], i: usize, range: Option<f64>) -> usize {
         .iter()
         .take_while(at_end)
         .count()
+}
+
+/// The extremes of a column, highest and lowest, and how many equal values in a row there are no chance; none where it
+/// hardly changes.
+fn limits(column: &[f64]) -> [(f64, usize); 2] {
+    let finite = || column.iter().copied().filter(|v| v.is_finite());
+    let ends = [
+        finite().fold(f64::MIN, f64::max),
+        finite().fold(f64::MAX, f64::min),
+    ];
+    let inside = column.windows(2).filter(|w| !ends.contains(&w[0]));
+    let (mut pairs, mut equal) = (1.0, 1.0);
+    for pair in inside {
+        pairs += 1.0;
+        equal += f64::from(u8::from(pair[0] == pair[1]));
+    }
+    let rows = 2.0 + (MAX_CHANCE.ln() / (equal / pairs).ln()).ceil();
+    ends.map(|end| {
+        (
+            end,
+            if rows.is_finite() {
+                rows as usize
+            } else {
+                usize::MAX
+            },
+        )
+    })
+}
+
+/// Rows from `i` on at one of the limits; 0 if there are too few.
+fn flat_rows(column: &[f64], i: usize, limits: &[(f64, usize); 2]) -> usize {
+    let reached = limits.iter().find(|(end, _)| column[i] == *end);
+    let rows = |end: f64| {
+        column[i..column.len() - 2]
+            .iter()
+            .take_while(|v| **v == end)
+            .count()
+    };
+    reached.map_or(0, |(end, least)| {
+        Some(rows(*end)).filter(|n| n >= least).unwrap_or(0)
+    })
 }
 
 /// Rows from `i` on that stand out of their neighbours: 0 if it is no spike.

@@ -17,6 +17,8 @@ const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 pub const MAX_VARIANCE: [f64; 2] = [0.27, 3.7e-3];
 /// Factor of the variance of a quiet block above which it trembles.
 const TREMBLES: f64 = 3.0;
+/// Factor by which the variance of the means of a few blocks is too low by chance.
+const MAX_BY_CHANCE: f64 = 2.0;
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
 /// reaches it, other noise of a sensor rarely.
 const MAX_EXCESS: f64 = 5.0;
@@ -52,11 +54,14 @@ pub(crate) struct Noise {
 
 impl Noise {
     /// Of the blocks of a run.
-    pub fn new(samples: &Samples, run: &[Block], level: [f64; 2]) -> Noise {
+    pub fn new(samples: &Samples, run: &[Block], level: [f64; 2], usual: &[f64; 6]) -> Noise {
         let size = run[0].span.len();
         let flips = flips(run, &samples.resolution);
         let mut variance = variance_of_means(run, level, size);
-        (0..6).for_each(|c| variance[c] += flips[c]);
+        for c in 0..6 {
+            // Few blocks may be quieter than the others by chance.
+            variance[c] = usual[c].clamp(variance[c], MAX_BY_CHANCE * variance[c]) + flips[c];
+        }
         let sample = std::array::from_fn(|c| {
             let median = quantile(run.iter().map(|b| b.variance[c]).collect(), 0.5);
             median.max(MIN_VARIANCE[c / 3])
@@ -122,6 +127,15 @@ pub(crate) fn quiet_runs<'b>(
         .chunk_by(|a, b| adjacent(a, b) && quiet(a) == quiet(b))
         .filter(|run| run.len() >= MIN_BLOCKS && quiet(&run[0]))
         .collect()
+}
+
+/// Variance of the mean of a block, by the successive differences of all runs.
+pub(crate) fn usual_steps(runs: &[&[Block]]) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let pairs = runs.iter().flat_map(|run| run.windows(2));
+        let squares = pairs.map(|w| (w[1].mean[c] - w[0].mean[c]).powi(2));
+        quantile(squares.collect(), 0.5) / (2.0 * 0.4549)
+    })
 }
 
 /// Variance of the mean of a block: by successive differences, at least that of white noise.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::blocks::{Block, block_len, blocks};
 use crate::edges::with_edges;
 use crate::partition::constant_segments;
-use crate::quiet::{BLOCK_S, MIN_BLOCKS, Noise, quiet_level, quiet_runs};
+use crate::quiet::{BLOCK_S, MIN_BLOCKS, Noise, quiet_level, quiet_runs, usual_steps};
 use crate::samples::Samples;
 use crate::steady::steady_parts;
 
@@ -29,8 +29,10 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
     }
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
     let mut rests: Vec<Range<usize>> = Vec::new();
-    for run in quiet_runs(samples, &blocks, level) {
-        let noise = Noise::new(samples, run, level);
+    let runs = quiet_runs(samples, &blocks, level);
+    let usual = usual_steps(&runs);
+    for run in runs {
+        let noise = Noise::new(samples, run, level, &usual);
         let mut segments = constant_segments(run, samples.count(), &noise);
         if !samples.has_gyro() {
             segments = longest_of_touching(segments, MIN_BLOCKS);

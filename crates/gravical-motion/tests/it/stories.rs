@@ -60,6 +60,24 @@ fn a_failed_closure_widens_all_axes_alike() {
 }
 
 #[test]
+fn a_gyroscope_is_clipped_where_it_stands_whatever_its_range() {
+    for seed in 0..5 {
+        let scene =
+            Scene::new(seed, Trouble::Tilt(2.0)).with(|s| (s.move_s, s.ranges[1]) = (1.0, 4.0));
+        let recording = scene.record();
+        let samples = samples(&recording, [1e3; 2]);
+        assert!(
+            samples
+                .bridged
+                .iter()
+                .any(|b| b.is_clipped && b.channel > 2)
+        );
+        let motion = estimate_motion(&samples, &options());
+        assert!(motion.moves[0].unusable.is_some() || holds(&motion, &recording));
+    }
+}
+
+#[test]
 fn a_sensor_that_hangs_leaves_a_gap() {
     for gyro in [true, false] {
         let scene = Scene::new(4, Trouble::Hang).with(|s| s.gyro = gyro);
