@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use crate::closure::{Closure, MAX_STEP_CHI2, REST_SPEED_MPS, enlargement};
 use crate::filter::{Filter, Record, Recorder};
 use crate::noise::{Density, tremor};
 use crate::result::Move;
 use crate::state::RATE_BIAS;
 use crate::transition::Model;
-use crate::unusable::unusable;
+use crate::unusable::{Unusable, turned_unseen, unusable};
 
 /// The first second of a rest closes the move before it, the last 20 s lead into the next: over longer
 /// ones biases drift.
@@ -73,12 +75,14 @@ impl Leg {
             self.excess.rate += more.rate;
             *filter = before.clone();
         }
+        let up = before.nominal.attitude.transpose() * Vector3::z() * before.nominal.gravity;
+        let is_unseen = turned_unseen(samples, &span, &up, self.rest.as_ref());
         let bridged = samples.bridged.iter();
         let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
             closure: closed,
             stances: self.stances.len(),
-            unusable: unusable(samples, &span),
+            unusable: unusable(samples, &span).or(is_unseen.then_some(Unusable::Unseen)),
             replaced: within.count(),
             samples: span,
             ..Move::default()

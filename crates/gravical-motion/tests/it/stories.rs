@@ -78,6 +78,22 @@ fn a_gyroscope_is_clipped_where_it_stands_whatever_its_range() {
 }
 
 #[test]
+fn a_turn_without_a_gyroscope_leaves_the_way_unknown() {
+    for (trouble, unusable) in [
+        (Trouble::Tilt(0.01), None),
+        (Trouble::LastingTilt(0.1), Some(Unusable::Unseen)),
+        (Trouble::Tilt(0.8), Some(Unusable::Unseen)),
+    ] {
+        let scene = Scene::new(2, trouble).with(|s| s.gyro = false);
+        assert_eq!(
+            estimate(&scene, &options()).1.moves[0].unusable,
+            unusable,
+            "{trouble:?}"
+        );
+    }
+}
+
+#[test]
 fn a_sensor_that_hangs_leaves_a_gap() {
     for gyro in [true, false] {
         let scene = Scene::new(4, Trouble::Hang).with(|s| s.gyro = gyro);

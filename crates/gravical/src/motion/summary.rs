@@ -250,6 +250,9 @@ pub(super) fn unusable(why: Unusable) -> String {
         Unusable::Turn => {
             "it turns faster than the range of the gyroscope: the attitude is not known; record at a wider range".to_owned()
         }
+        Unusable::Unseen => {
+            "it turns, and no gyroscope measures by how much: the attitude is not known".to_owned()
+        }
     }
 }
 
