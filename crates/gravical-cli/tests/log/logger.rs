@@ -14,8 +14,8 @@ use serde_json::Value;
 
 use crate::board::pair;
 
-/// A wait that takes longer has failed.
-const PATIENCE: Duration = Duration::from_secs(9);
+/// A wait that takes longer has failed, on a busy machine too.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// `gravical` with the words of `line`.
 pub fn program(folder: &Path, line: &str) -> Command {
