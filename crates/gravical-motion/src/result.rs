@@ -18,6 +18,10 @@ pub(crate) const CLOCK_SD: f64 = 1e-3;
 const MINIMUM_JERK_ENERGY: f64 = 120.0 / 7.0;
 /// What is found of simulated moves of 0.5 to 8 s: what a matched filter sees at so many standard deviations.
 const VISIBLE_SD: f64 = 15.0;
+/// A steady travel is found by its ramps: simulated ones of half a second at so many standard deviations of the
+/// velocity.
+const VISIBLE_RAMP_SD: f64 = 10.0;
+const RAMP_S: f64 = 0.5;
 
 /// Root of a variance that rounding may have left below zero; what is no number stays none.
 pub(crate) fn deviation(variance: f64) -> f64 {
@@ -164,9 +168,18 @@ impl Motion {
     /// 15 σ of a matched filter, which simulated moves of 0.5 to 8 s need to be found. None without rests. It does
     /// not hold where the rests were given.
     pub fn hidden_displacement_m(&self, duration_s: f64) -> Option<f64> {
-        let noise = self.noise?.accel_n;
-        let density = noise.into_iter().fold(0.0, f64::max);
-        Some(hidden_displacement_m(density, duration_s))
+        Some(hidden_displacement_m(self.density()?, duration_s))
+    }
+
+    /// Speed along an axis, m/s, below which a steady travel with ramps of half a second may look like a rest. None
+    /// without rests.
+    pub fn hidden_speed_mps(&self) -> Option<f64> {
+        Some(VISIBLE_RAMP_SD * self.density()? * RAMP_S.sqrt())
+    }
+
+    /// Noise of the noisiest axis, m/s²/√Hz.
+    fn density(&self) -> Option<f64> {
+        Some(self.noise?.accel_n.into_iter().fold(0.0, f64::max))
     }
 }
 

@@ -129,6 +129,8 @@ fn what_rests_is_at_rest_and_says_what_could_hide() {
     assert!(motion.moves.is_empty());
     let hidden_m = motion.hidden_displacement_m(2.0).unwrap();
     assert!((0.0225..0.045).contains(&hidden_m), "{hidden_m}");
+    let hidden_mps = motion.hidden_speed_mps().unwrap();
+    assert!((0.015..0.03).contains(&hidden_mps), "{hidden_mps}");
     assert_eq!((motion.rests[0].start, motion.rests[0].end), (0, 2000));
 }
 

@@ -261,7 +261,10 @@ fn rests<'a>(result: &MotionResult) -> Section<'a> {
     let hidden = result.visible_moves.iter();
     let hidden = hidden.map(|v| digits(v.distance_m, 2) + " m in " + &digits(v.seconds, 2) + " s");
     let hidden = hidden.collect::<Vec<_>>().join(", ");
-    section.full(Block::Paragraph(format!(
-        "A shorter move may hide in a rest: {hidden}."
-    )))
+    let mut text = format!("A shorter move may hide in a rest: {hidden}.");
+    if let Some(speed_mps) = result.visible_speed_mps {
+        let speed = digits(100.0 * speed_mps, 2);
+        text += &format!(" A steady travel below {speed} cm/s would look like one.");
+    }
+    section.full(Block::Paragraph(text))
 }

@@ -180,6 +180,10 @@ pub fn motion(
         frame,
         rests: rests.iter().map(span).collect(),
         noise: own.motion.noise,
+        visible_speed_mps: own
+            .motion
+            .hidden_speed_mps()
+            .filter(|_| !visible_moves.is_empty()),
         visible_moves,
         gravity_misfit: misfit,
         r#final: end,

@@ -36,6 +36,8 @@ pub struct MotionResult {
     /// How far a move has to go, by its duration, to be distinguished from rest; empty without a
     /// rest, and where the rests were given.
     pub visible_moves: Vec<VisibleMove>,
+    /// Speed below which a steady travel may look like a rest, m/s; null as above.
+    pub visible_speed_mps: Option<f64>,
     /// Gravity at the rest at which it is off most, by the calibration; null without a
     /// calibration or a rest.
     pub gravity_misfit: Option<GravityMisfit>,
