@@ -35,7 +35,8 @@ const RATE_PER_FORCE: f64 = 1.8e-4;
 /// A velocity that is more than this fraction of the highest one since the rest was not braked: it is a cruise, and
 /// no error of a rest that contradicts.
 const MAX_UNBRAKED: f64 = 0.7;
-/// A gyroscope is off by this fraction of the angle that it turned: 1 % of scale.
+/// A gyroscope is off by this fraction of the angle that it turned, 1 % of scale: rough turns that it does not resolve
+/// count.
 const TILT_PER_TURN: f64 = 0.01;
 /// Duration of a rest that counts in full, s; longer ones count by the next factor.
 const FULL_WEIGHT_S: f64 = 2.0;
@@ -171,6 +172,8 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
         filter.propagate_levelled(span.start, node, &excess, off);
         let innovation = innovation(&filter, &before, span);
         let chi2 = innovation.chi2::<9>(0, 0.0);
+        // Before the span itself is integrated, in which a wrong filter speeds up.
+        let is_braked = innovation.y.fixed_rows::<3>(0).norm() <= MAX_UNBRAKED * filter.top_mps;
         let cost = COST * (chi2 - MAX_CHI2).max(0.0);
         let agrees = COST * (chi2 - MAX_CHI2) < 1.0;
         agreed += usize::from(agrees || agreed > 0);
@@ -181,7 +184,6 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
             filter.propagate_levelled(span.end - 1, node, &excess, off);
         }
         is_wrong |= !samples.has_gyro() && innovation.chi2::<3>(3, 0.0) > MAX_COASTING_CHI2;
-        let is_braked = innovation.y.fixed_rows::<3>(0).norm() <= MAX_UNBRAKED * filter.top_mps;
         let is_doubtful =
             innovation.y.fixed_rows::<3>(6).norm() < MAX_BIAS_STEP_RAD_S && (is_braked || is_wrong);
         out.push(Neighbour {

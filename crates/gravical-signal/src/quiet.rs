@@ -17,7 +17,7 @@ const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 pub const MAX_VARIANCE: [f64; 2] = [0.27, 3.7e-3];
 /// Factor of the variance of a quiet block above which it trembles.
 const TREMBLES: f64 = 3.0;
-/// Factor by which the variance of the means of a few blocks is too low by chance.
+/// The variance of the means of a few blocks may be too low by this factor by chance.
 const MAX_BY_CHANCE: f64 = 2.0;
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
 /// reaches it, other noise of a sensor rarely.

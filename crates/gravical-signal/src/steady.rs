@@ -14,8 +14,8 @@ const WINDOWS: i32 = 8;
 const REFERENCE_S: f64 = 3.0;
 /// Samples are summed up for so long at a time, s: the sums of a day take as much memory as its samples.
 const SUMMED_S: f64 = 60.0;
-/// χ² of six means above which a window is no rest: chance exceeds it once in 10⁶ windows; a minute at 100 Hz
-/// has some 10⁴ independent ones.
+/// χ² of the three means of a window without a gyroscope, and of six with one, above which it is not at rest: chance
+/// exceeds it once in 10⁶ windows; a minute at 100 Hz has some 10⁴ independent ones.
 const MAX_CHI2: [f64; 2] = [32.0, 40.0];
 
 /// The parts of a span in which force and rate are constant within their noise on every scale, in order: from
@@ -135,7 +135,7 @@ struct Sums<'a> {
     samples: &'a Samples,
     span: Range<usize>,
     origin: [f64; 6],
-    /// Samples that are summed up more than are asked for.
+    /// Samples that are summed beyond those asked for, on both sides.
     margin: usize,
     start: usize,
     sums: Vec<[f64; 6]>,
