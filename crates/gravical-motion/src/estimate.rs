@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{detect_quiet, detect_rests};
+use gravical_signal::{Wander, detect_rests};
 
 use crate::chain::chain;
 use crate::filter::{Filter, Recorder};
@@ -18,7 +18,7 @@ use gravical_signal::Samples;
 /// Velocity and position of calibrated samples.
 ///
 /// 1. Rests: spans in which force and rate are constant ([`detect_rests`]) that agree with the filter; where nothing
-///    is constant, quiet spans ([`detect_quiet`]), as of a hand; or those that are given.
+///    is constant, quiet spans, as of a hand; or those that are given.
 /// 2. Noise: of the rests, and of what is rough besides.
 /// 3. Forwards: strapdown and error-state filter; a rest is zero velocity, levelling, zero rate; a stance
 ///    zero velocity; every 10 s the mean force of a move levels. A move whose closure fails is gone through again with
@@ -34,10 +34,10 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let found = match &options.rests {
         Some(given) => given.clone(),
         None => {
-            let found = detect_rests(samples);
+            let found = detect_rests(samples, Wander::NONE);
             // How a hand wanders that holds the sensor is noise of the rest.
             if found.is_empty() {
-                detect_quiet(samples)
+                detect_rests(samples, Wander::ANY)
             } else {
                 found
             }

@@ -8,8 +8,7 @@
 //!
 //! 1. [`Samples`]: specific force and angular rate over time, in pieces without a gap.
 //! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still; [`detect_quiet`]: where it was quiet, but may have turned
-//!    slowly.
+//! 3. [`detect_rests`]: where the sensor lay still, or wandered by no more than a [`Wander`].
 //! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
@@ -29,7 +28,7 @@ pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
-pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, detect_quiet};
+pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE};
 pub use resolutions::{quantile, resolution, resolutions};
-pub use rests::detect_rests;
+pub use rests::{Wander, detect_rests};
 pub use samples::{Bridged, Samples, pieces, sampling_period};

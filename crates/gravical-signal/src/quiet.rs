@@ -1,8 +1,6 @@
 //! Where every block is quiet, and the noise of blocks.
 
-use std::ops::Range;
-
-use crate::blocks::{Block, block_len, blocks};
+use crate::blocks::Block;
 use crate::resolutions::quantile;
 use crate::samples::Samples;
 
@@ -27,18 +25,6 @@ pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.
 const DRIFT: [f64; 2] = [2e-3, 2e-4];
 const DRIFT_S: f64 = 4.0;
-
-/// Spans of 0.8 s and more in which every block is quiet enough for a rest, whether or not its mean stays
-/// the same: rests, and what a hand holds or turns slowly.
-pub fn detect_quiet(samples: &Samples) -> Vec<Range<usize>> {
-    let size = block_len(samples.period_s, BLOCK_S);
-    let blocks = blocks(samples, &(0..samples.time_s.len()), size);
-    let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
-    quiet_runs(samples, &blocks, level)
-        .iter()
-        .map(|run| run[0].span.start..run[run.len() - 1].span.end)
-        .collect()
-}
 
 /// Noise of blocks.
 pub(crate) struct Noise {

@@ -2,12 +2,54 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use crate::blocks::{Block, block_len, blocks};
 use crate::edges::with_edges;
 use crate::partition::constant_segments;
 use crate::quiet::{BLOCK_S, MIN_BLOCKS, Noise, quiet_level, quiet_runs, usual_steps};
 use crate::samples::Samples;
 use crate::steady::steady_parts;
+
+/// Blocks of a second.
+const BLOCKS_PER_S: usize = 5;
+
+/// How far means of blocks may be from the mean of a rest, beyond noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wander {
+    /// As a share of the specific force, so that a scale that drifts counts like a tilt, rad.
+    pub tilt_rad: f64,
+    /// The rate of each second, rad/s: a hand trembles faster.
+    pub rate_rad_s: f64,
+}
+
+impl Wander {
+    /// Force and rate are constant.
+    pub const NONE: Wander = Wander {
+        tilt_rad: 0.0,
+        rate_rad_s: 0.0,
+    };
+    /// All that is quiet is one rest: it may turn evenly.
+    pub const ANY: Wander = Wander {
+        tilt_rad: f64::INFINITY,
+        rate_rad_s: f64::INFINITY,
+    };
+
+    /// True if a run of blocks does not go further.
+    fn holds(&self, run: &[Block]) -> bool {
+        let mean = |blocks: &[Block], first: usize| -> Vector3<f64> {
+            let means = blocks
+                .iter()
+                .map(|b| Vector3::from_column_slice(&b.mean[first..first + 3]));
+            means.sum::<Vector3<f64>>() / blocks.len() as f64
+        };
+        let (force, rate) = (mean(run, 0), mean(run, 3));
+        let max_force = self.tilt_rad * force.norm();
+        let keeps_force = |block| (mean(block, 0) - force).norm() < max_force;
+        let keeps_rate = |second| (mean(second, 3) - rate).norm() < self.rate_rad_s;
+        run.chunks_exact(1).all(keeps_force) && run.chunks_exact(BLOCKS_PER_S).all(keeps_rate)
+    }
+}
 
 /// Spans in which the sensor lay still, moved at constant velocity, or turned evenly: the samples alone cannot
 /// tell these apart.
@@ -18,13 +60,16 @@ use crate::steady::steady_parts;
 /// exceeds 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
 /// over its onset). Within them force and rate are constant on every scale from 31 ms to 4 s.
 ///
+/// Where nothing of what is quiet wanders by more than `wander` it is one rest, whole blocks of it: a hand that holds
+/// the sensor, a bias that drifts with the temperature.
+///
 /// It finds rests of 0.8 s and more, in order and apart, in recordings of more than a second; of what is quiet for
 /// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
-pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
+pub fn detect_rests(samples: &Samples, wander: Wander) -> Vec<Range<usize>> {
     let size = block_len(samples.period_s, BLOCK_S);
     let min_len = (MIN_BLOCKS - 1) * size;
     let blocks = blocks(samples, &(0..samples.time_s.len()), size);
-    if blocks.len() <= MIN_BLOCKS {
+    if blocks.len() < MIN_BLOCKS {
         return Vec::new();
     }
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
@@ -32,6 +77,10 @@ pub fn detect_rests(samples: &Samples) -> Vec<Range<usize>> {
     let runs = quiet_runs(samples, &blocks, level);
     let usual = usual_steps(&runs);
     for run in runs {
+        if wander.holds(run) {
+            rests.push(run[0].span.start..run[run.len() - 1].span.end);
+            continue;
+        }
         let noise = Noise::new(samples, run, level, &usual);
         let mut segments = constant_segments(run, samples.count(), &noise);
         if !samples.has_gyro() {

@@ -3,9 +3,7 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_signal::{
-    BLOCK_S, MAX_VARIANCE, block_len, blocks, detect_quiet, detect_rests, quantile,
-};
+use gravical_signal::{BLOCK_S, MAX_VARIANCE, Wander, block_len, detect_rests, quantile};
 
 use super::MANY_POSES;
 use super::samples::NominalSamples;
@@ -33,8 +31,6 @@ const HELD_DEG: f64 = 5.0;
 /// which short ones are those of a session: in a motion pauses are fewer.
 const HARDLY_STATIC: f64 = 0.1;
 const MOSTLY_STATIC: f64 = 0.5;
-/// Blocks of a second.
-const BLOCKS_PER_S: usize = 5;
 
 /// The rows of the static intervals of a recording, in order.
 ///
@@ -60,20 +56,8 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
 
 fn rests_of(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>> {
     let channels = &nominal.samples;
-    // A hand that holds the sensor wanders, and a bias drifts: more than a rest of a motion may, and too
-    // little to matter for a pose.
-    let one_way = |span: &Range<usize>| nominal.stays(span, SAME_DEG);
-    let (mut rests, others): (Vec<_>, Vec<_>) =
-        detect_quiet(channels).into_iter().partition(one_way);
-    if !others.is_empty() {
-        let inside = |rest: &Range<usize>| {
-            let meets = |span: &Range<usize>| span.start < rest.end && rest.start < span.end;
-            others.iter().any(meets)
-        };
-        rests.extend(detect_rests(channels).into_iter().filter(inside));
-        rests.sort_by_key(|rest| rest.start);
-    }
-    let rests = nominal.without_turns(rests);
+    // More than a rest of a motion may wander, and too little to matter for a pose.
+    let rests = nominal.without_turns(detect_rests(channels, nominal.wander(SAME_DEG)));
     // The sensor is worn: what rests for less does not count.
     let hours = channels.time_s.len() as f64 * channels.period_s / 3600.0;
     let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
@@ -95,9 +79,8 @@ fn rests_of(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>
 #[doc(hidden)]
 pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
     let nominal = NominalSamples::new(recording);
-    detect_quiet(&nominal.samples)
+    detect_rests(&nominal.samples, nominal.wander(HELD_DEG))
         .iter()
-        .filter(|span| nominal.stays(span, HELD_DEG))
         .map(|span| nominal.in_rows(span))
         .collect()
 }
@@ -144,29 +127,18 @@ pub fn why_never_static(recording: &Recording) -> String {
 }
 
 impl NominalSamples {
+    /// What a rest may wander.
+    fn wander(&self, tilt_deg: f64) -> Wander {
+        Wander {
+            tilt_rad: tilt_deg.to_radians(),
+            rate_rad_s: self.turning_rad_s,
+        }
+    }
+
     /// Mean specific force and angular rate of a span.
     fn mean(&self, span: &Range<usize>) -> ([f64; 3], [f64; 3]) {
         let [x, y, z, u, v, w] = self.samples.mean(span);
         ([x, y, z], [u, v, w])
-    }
-
-    /// True if the mean of every block stays near that of the span: within `max_deg`, of its magnitude, so that
-    /// a scale that drifts counts like a tilt, and the rate of every second within what is no turn: a hand
-    /// trembles faster.
-    fn stays(&self, span: &Range<usize>, max_deg: f64) -> bool {
-        let channels = &self.samples;
-        let (force, rate) = self.mean(span);
-        let limit = max_deg.to_radians() * norm(&force);
-        let size = block_len(channels.period_s, BLOCK_S);
-        let all = |size, is_near: &dyn Fn(&Range<usize>) -> bool| {
-            blocks(channels, span, size)
-                .iter()
-                .all(|b| is_near(&b.span))
-        };
-        let keeps_force = |block: &Range<usize>| norm(&sub(&self.mean(block).0, &force)) < limit;
-        let keeps_rate =
-            |second: &Range<usize>| norm(&sub(&self.mean(second).1, &rate)) < self.turning_rad_s;
-        all(size, &keeps_force) && all(BLOCKS_PER_S * size, &keeps_rate)
     }
 
     /// A rest without the block at each end that borders on motion, while the sensor rocks and the hand
