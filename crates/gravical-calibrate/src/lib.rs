@@ -26,6 +26,8 @@ pub mod numfmt;
 pub mod poses;
 pub mod recording;
 pub mod rounding;
+#[doc(hidden)]
+pub mod samples;
 pub mod session;
 pub mod stats;
 pub mod temperature;

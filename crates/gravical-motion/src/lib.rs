@@ -16,14 +16,14 @@
 //! # Example
 //!
 //! ```
-//! use gravical_motion::{MotionOptions, Samples, estimate_motion, resolutions};
+//! use gravical_motion::{MotionOptions, Samples, estimate_motion};
 //!
 //! // Five seconds on a table, written in steps of 0.01 m/s².
 //! let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
 //! let dither = |i: usize| [0.0, 0.01, 0.02, 0.01, 0.0, -0.01, 0.01][i % 7];
 //! let force: Vec<[f64; 3]> = (0..500).map(|i| [dither(i), dither(i + 3), 9.81 + dither(i + 1)]).collect();
 //! let rows = time_s.iter().zip(&force).map(|(t, force)| (*t, *force, None));
-//! let samples = Samples::new(rows, Vec::new(), resolutions(&force, &[]));
+//! let samples = Samples::new(rows, Vec::new(), [0.01; 6]);
 //! let motion = estimate_motion(&samples, &MotionOptions::default());
 //! assert_eq!((motion.rests, motion.moves.len()), (vec![0..500], 0));
 //! ```
@@ -35,7 +35,6 @@ mod estimate;
 mod filter;
 mod moves;
 mod noise;
-mod odd;
 mod options;
 mod result;
 mod smooth;
@@ -47,9 +46,8 @@ mod unusable;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
-pub use gravical_signal::{Bridged, Samples, resolutions};
+pub use gravical_signal::{Bridged, Samples, bridge_odd};
 pub use noise::NoiseAtRest;
-pub use odd::bridge_odd;
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,
 };

@@ -16,9 +16,10 @@ mod allan;
 mod blocks;
 mod edges;
 mod noise;
+mod odd;
 mod partition;
+mod quantile;
 mod quiet;
-mod resolutions;
 mod rests;
 mod samples;
 mod steady;
@@ -28,7 +29,8 @@ pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
+pub use odd::bridge_odd;
+pub use quantile::quantile;
 pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE};
-pub use resolutions::{quantile, resolution, resolutions};
 pub use rests::{Wander, detect_rests};
 pub use samples::{Bridged, Samples, pieces, sampling_period};

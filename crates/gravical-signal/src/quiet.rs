@@ -1,7 +1,7 @@
 //! Where every block is quiet, and the noise of blocks.
 
 use crate::blocks::Block;
-use crate::resolutions::quantile;
+use crate::quantile::quantile;
 use crate::samples::Samples;
 
 /// Duration of a block, s: longer than the correlation behind any low-pass in use, shorter than a pause of a hand.

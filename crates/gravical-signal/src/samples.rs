@@ -2,13 +2,16 @@
 
 use std::ops::Range;
 
-use crate::resolutions::{MAX_FORCE_MPS2, MAX_RATE_RAD_S, quantile};
+use crate::quantile::quantile;
 
 /// A step longer than this many periods, and than [`MIN_GAP_S`], is a gap: lost rows up to that length
 /// are bridged by the trapezoid.
 const MIN_GAP_PERIODS: f64 = 5.0;
 /// A slow motion does not change more within this time than a trapezoid follows.
 const MIN_GAP_S: f64 = 0.1;
+/// No MEMS sensor reads more, m/s² and rad/s: a value beyond is not a measurement.
+const MAX_FORCE_MPS2: f64 = 1e4;
+const MAX_RATE_RAD_S: f64 = 1e3;
 /// Times beyond it, s, lose the microsecond in an f64.
 const MAX_TIME_S: f64 = 4e9;
 /// A period of zero makes no more samples of a duration.
@@ -40,7 +43,7 @@ pub struct Samples {
     pub period_s: f64,
     /// Spans without a gap: [`pieces`].
     pub pieces: Vec<Range<usize>>,
-    /// Steps that the channels are written in, SI; 0 where they are fine: [`resolution`](crate::resolution).
+    /// Steps that the channels are written in, SI; 0 where they are fine.
     pub resolution: [f64; 6],
     /// Row of the recording of each sample.
     pub rows: Vec<u32>,
@@ -53,7 +56,7 @@ pub struct Samples {
 impl Samples {
     /// Takes rows of time (s), specific force (m/s²) and angular rate (rad/s; none without a gyroscope: what
     /// the first row has, all have). `bridged` holds rows whose values were replaced,
-    /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown ([`crate::resolutions`]).
+    /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown.
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
     /// that do not increase. Where that leaves a hole there is a gap.

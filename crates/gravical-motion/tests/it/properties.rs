@@ -1,10 +1,10 @@
 //! What must not matter, what has to agree, and what must not break it.
 
-use gravical_motion::{Motion, MotionOptions, PathNode, bridge_odd, estimate_motion, resolutions};
+use gravical_motion::{Motion, MotionOptions, PathNode, bridge_odd, estimate_motion};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options, unbridged, with_bridges};
+use crate::study::{estimate, options, resolutions, unbridged, with_bridges};
 
 fn motion_of(recording: &Recording) -> Motion {
     let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use gravical_motion::{
     Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples,
-    bridge_odd, estimate_motion, resolutions,
+    bridge_odd, estimate_motion,
 };
+use gravical_signal::quantile;
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 
@@ -42,6 +43,17 @@ pub fn with_bridges(
     let rows = time_s.iter().zip(force).enumerate();
     let rows = rows.map(|(i, (t, force))| (*t, *force, rate.get(i).copied()));
     Samples::new(rows, bridged, resolution)
+}
+
+/// Steps that the values of each channel are written in: most neighbouring ones of those that occur are one apart.
+pub fn resolutions(force: &[[f64; 3]], rate: &[[f64; 3]]) -> [f64; 6] {
+    std::array::from_fn(|c| {
+        let column = [force, rate][c / 3].iter().map(|v| v[c % 3]);
+        let mut sorted: Vec<f64> = column.filter(|v| v.is_finite()).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let steps = sorted.windows(2).map(|w| w[1] - w[0]);
+        quantile(steps.filter(|d| *d > 1e-9).collect(), 0.5)
+    })
 }
 
 /// Samples of which nothing was bridged.

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::resolution;
-
+use super::resolution::resolution;
 use super::unit::quiet_norm;
 use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
@@ -77,9 +76,9 @@ pub fn detect_stuck(channels: &[&[f64]]) -> Vec<bool> {
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
 fn resolves_noise(accel: &[&[f64]]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
-    let axes = [0, 1, 2].map(|i| &accel[i][..rows]);
-    let finite = axes.map(|axis| axis.iter().copied().filter(|v| v.is_finite()));
-    let step = finite.map(resolution).into_iter().fold(0.0, f64::max);
+    let axes = [0, 1, 2].map(|i| accel[i][..rows].to_vec());
+    let step = resolution(&axes).into_iter().fold(0.0, f64::max);
+    let axes = axes.each_ref().map(Vec::as_slice);
     quiet_norm(axes).is_some_and(|gravity| step < MAX_RESOLUTION_G * gravity)
 }
 

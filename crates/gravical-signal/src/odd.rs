@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Bridged, quantile};
+use crate::quantile::quantile;
+use crate::samples::Bridged;
 
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
