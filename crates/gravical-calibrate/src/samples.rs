@@ -1,5 +1,7 @@
 //! From a recording to samples: where the units of a file, its zero offset, its drift and the axes of its sensor end.
 
+use std::borrow::Cow;
+
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
@@ -55,13 +57,13 @@ pub fn samples(
         FULL_SCALES_DEG_S.map(f64::to_radians).to_vec(),
     ];
     let sensors = [Some((&recording.accel, nominal.per_mps2)), nominal.gyro];
-    let (mut values, mut bridged, mut steps) = ([Vec::new(), Vec::new()], Vec::new(), [0.0; 6]);
+    let (mut values, mut bridged, mut steps) = (Vec::new(), Vec::new(), [0.0; 6]);
     for (k, (columns, per_si)) in sensors.into_iter().flatten().enumerate() {
-        let row = |i: usize| columns.each_ref().map(|c| c[i]);
-        values[k] = (0..time_s.len()).map(row).collect();
         let ranges = full_scales[k].iter().map(|end| end * per_si);
         let ranges: Vec<f64> = ranges.chain([COUNTS]).collect();
-        let found = bridge_odd(time_s, &mut values[k], &ranges, MIN_SPIKE[k] * per_si);
+        let columns = columns.each_ref().map(Vec::as_slice);
+        let (columns, found) = bridge_odd(time_s, columns, &ranges, MIN_SPIKE[k] * per_si);
+        values.push(columns);
         bridged.extend(found.into_iter().map(|b| Bridged {
             channel: 3 * k + axes.case_axis(b.channel),
             sd: b.sd / per_si,
@@ -71,7 +73,6 @@ pub fn samples(
             steps[3 * k + axes.case_axis(axis)] = recording.units.resolution[k][axis] / per_si;
         }
     }
-    let [force, rate] = values;
     let scaled = |per_si: f64| matrix3::diagonal([1.0 / per_si; 3]);
     // The recording's columns have their zero offset subtracted, a calibration takes the numbers of the file.
     let offset = recording.units.zero_offset;
@@ -89,10 +90,11 @@ pub fn samples(
                    accel: &Calibration<f64>,
                    gyro: Option<GyroscopeCalibration<f64>>,
                    [x, y, z, u, v, w]: [f64; 6]| {
-        let read = force[row].map(|v| v + offset);
-        let force = accel.apply(matrix3::sub(&read, &[x, y, z]));
-        let rate = gyro.zip(rate.get(row)).map(|(gyro, rate)| {
-            of_rates.to_case(gyro.apply(matrix3::sub(rate, &[u, v, w]), force))
+        let read = |sensor: &[Cow<'_, [f64]>; 3]| sensor.each_ref().map(|c| c[row]);
+        let force = read(&values[0]).map(|v| v + offset);
+        let force = accel.apply(matrix3::sub(&force, &[x, y, z]));
+        let rate = gyro.zip(values.get(1)).map(|(gyro, rate)| {
+            of_rates.to_case(gyro.apply(matrix3::sub(&read(rate), &[u, v, w]), force))
         });
         (axes.to_case(force), rate)
     };

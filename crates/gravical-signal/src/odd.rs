@@ -1,5 +1,6 @@
 //! Values that are no measurement: clipped, spiked.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::quantile::quantile;
@@ -29,46 +30,44 @@ const ONSET_SD: f64 = 0.1;
 /// Values at the end of one of the full-scale `ranges` (unit of the channels; the one that the largest
 /// value reaches), or at an extreme of their channel where it stands for longer than its noise allows, follow the
 /// slopes on both sides and stay at or beyond it. Spikes of up to four
-/// rows higher than `min_spike` follow a line. Times are s, in order; at the first and last two rows
+/// rows higher than `min_spike` follow a line. Times are s, in order, one for each row; at the first and last two rows
 /// nothing is replaced. Channels are those of an accelerometer: add 3 for a gyroscope.
-pub fn bridge_odd(
+pub fn bridge_odd<'a>(
     time_s: &[f64],
-    values: &mut [[f64; 3]],
+    read: [&'a [f64]; 3],
     ranges: &[f64],
     min_spike: f64,
-) -> Vec<Bridged> {
-    let count = time_s.len().min(values.len());
-    let sizes = values.iter().flatten().map(|v| v.abs());
+) -> ([Cow<'a, [f64]>; 3], Vec<Bridged>) {
+    let count = time_s.len().min(read[0].len());
+    let sizes = read.iter().flat_map(|c| c.iter()).map(|v| v.abs());
     let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
     let is_reached = |range: &&f64| (largest / **range - 1.0).abs() < RANGE_TOLERANCE;
     let range = ranges.iter().find(is_reached).copied();
     let mut out = Vec::new();
-    let read: [Vec<f64>; 3] =
-        std::array::from_fn(|axis| values[..count].iter().map(|v| v[axis]).collect());
-    for axis in 0..3 {
-        let mut column = read[axis].clone();
-        let limits = limits(&column);
+    let mut columns = read.map(Cow::Borrowed);
+    for (axis, column) in columns.iter_mut().enumerate() {
+        let limits = limits(column);
         let mut i = 2;
         while i + 2 < count {
-            let at_range = clipped_rows(&column, i, range);
-            let clipped = at_range.max(flat_rows(&column, i, &limits));
+            let at_range = clipped_rows(column, i, range);
+            let clipped = at_range.max(flat_rows(column, i, &limits));
             let is_clipped = clipped > 0;
             let rows = if is_clipped {
                 i..i + clipped
             } else {
-                i..i + spiked_rows(&column, i, min_spike)
+                i..i + spiked_rows(column, i, min_spike)
             };
             i += 1;
             let mut others = (0..3).filter(|other| *other != axis);
-            let mut is_knock = || others.any(|k| jumps(&read[k], &rows));
+            let mut is_knock = || others.any(|k| jumps(read[k], &rows));
             if rows.is_empty() || rows.end + 1 >= count || (!is_clipped && is_knock()) {
                 continue;
             }
             i = rows.end + 1;
             let sd = if is_clipped {
-                bridge_clipped(time_s, &mut column, &rows)
+                bridge_clipped(time_s, column.to_mut(), &rows)
             } else {
-                bridge_spike(time_s, &mut column, &rows)
+                bridge_spike(time_s, column.to_mut(), &rows)
             };
             if sd.is_finite() {
                 out.push(Bridged {
@@ -79,9 +78,8 @@ pub fn bridge_odd(
                 });
             }
         }
-        values.iter_mut().zip(column).for_each(|(v, x)| v[axis] = x);
     }
-    out
+    (columns, out)
 }
 
 /// Rows from `i` on at the end of the range.

@@ -3,6 +3,7 @@
 //! Units are nominal here: what no unit is known of is scaled such that gravity is gravity, and that the
 //! gyroscope rests where it is quietest.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use gravical_core::matrix3::norm;
@@ -60,13 +61,12 @@ impl NominalSamples {
             None => BLOCK_S / (readings * recording.clock.rows_per_reading),
         };
         let gyro = recording.gyro.as_ref().and_then(held);
-        let scale = gyro
-            .as_ref()
-            .map(|gyro| rate_scale(recording, gyro, period_s));
+        let gyro = gyro.as_deref();
+        let scale = gyro.map(|gyro| rate_scale(recording, gyro, period_s));
         let is_guessed = scale.is_some_and(|(_, is_guessed)| is_guessed);
         let nominal = Nominal {
             per_mps2: per_mps2(recording),
-            gyro: gyro.as_ref().zip(scale.map(|(per_rad_s, _)| per_rad_s)),
+            gyro: gyro.zip(scale.map(|(per_rad_s, _)| per_rad_s)),
         };
         // Stamps may repeat.
         let time_s: Vec<f64> = (0..recording.rows())
@@ -134,19 +134,19 @@ fn rate_scale(recording: &Recording, gyro: &[Vec<f64>; 3], period_s: f64) -> (f6
 }
 
 /// The gyroscope in each row; where it was not read, its last reading. None if it never was.
-fn held(gyro: &[Vec<f64>; 3]) -> Option<[Vec<f64>; 3]> {
+fn held(gyro: &[Vec<f64>; 3]) -> Option<Cow<'_, [Vec<f64>; 3]>> {
     let is_read = |row: &usize| gyro.iter().all(|c| c[*row].is_finite());
-    let mut last = (0..gyro[0].len()).find(is_read)?;
-    let rows: Vec<usize> = (0..gyro[0].len())
-        .map(|row| {
-            last = if is_read(&row) { row } else { last };
-            last
-        })
-        .collect();
-    Some(
-        gyro.each_ref()
-            .map(|c| rows.iter().map(|row| c[*row]).collect()),
-    )
+    let rows = 0..gyro[0].len();
+    if rows.clone().all(|row| is_read(&row)) {
+        return Some(Cow::Borrowed(gyro));
+    }
+    let mut held = gyro.clone();
+    let mut last = rows.clone().find(is_read)?;
+    for row in rows {
+        last = if is_read(&row) { row } else { last };
+        held.iter_mut().for_each(|c| c[row] = c[last]);
+    }
+    Some(Cow::Owned(held))
 }
 
 fn typical_magnitude(recording: &Recording) -> f64 {

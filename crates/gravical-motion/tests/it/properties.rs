@@ -1,10 +1,10 @@
 //! What must not matter, what has to agree, and what must not break it.
 
-use gravical_motion::{Motion, MotionOptions, PathNode, bridge_odd, estimate_motion};
+use gravical_motion::{Motion, MotionOptions, PathNode, estimate_motion};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{estimate, options, resolutions, unbridged, with_bridges};
+use crate::study::{bridge, estimate, options, resolutions, unbridged, with_bridges};
 
 fn motion_of(recording: &Recording) -> Motion {
     let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);
@@ -95,7 +95,7 @@ proptest! {
             .map(|i| if i % 37 == 36 { odd } else { i as f64 * step })
             .collect();
         let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
-        let bridged = bridge_odd(&time_s, &mut force, &[19.6, 0.0], 5.0);
+        let bridged = bridge(&time_s, &mut force, &[19.6, 0.0], 5.0);
         let samples = with_bridges(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
         let rests = given.then(|| vec![0..still / 2, still / 2 + 3..still]);
         let options = MotionOptions { rests, ..options() };

@@ -45,6 +45,29 @@ pub fn with_bridges(
     Samples::new(rows, bridged, resolution)
 }
 
+/// Bridges what is clipped or spiked.
+pub fn bridge(
+    time_s: &[f64],
+    values: &mut [[f64; 3]],
+    ranges: &[f64],
+    min_spike: f64,
+) -> Vec<Bridged> {
+    let read: [Vec<f64>; 3] = std::array::from_fn(|c| values.iter().map(|v| v[c]).collect());
+    let (columns, bridged) = bridge_odd(
+        time_s,
+        read.each_ref().map(Vec::as_slice),
+        ranges,
+        min_spike,
+    );
+    for (c, column) in columns.iter().enumerate() {
+        values
+            .iter_mut()
+            .zip(column.iter())
+            .for_each(|(v, x)| v[c] = *x);
+    }
+    bridged
+}
+
 /// Steps that the values of each channel are written in: most neighbouring ones of those that occur are one apart.
 pub fn resolutions(force: &[[f64; 3]], rate: &[[f64; 3]]) -> [f64; 6] {
     std::array::from_fn(|c| {
@@ -72,8 +95,8 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
     for row in runs.filter(|run| run.len() >= 10).flatten() {
         force[*row] = [f64::NAN; 3];
     }
-    let mut bridged = bridge_odd(&recording.time_s, &mut force, &[ranges[0]], 5.0);
-    let of_rate = bridge_odd(&recording.time_s, &mut rate, &[ranges[1]], 2.0);
+    let mut bridged = bridge(&recording.time_s, &mut force, &[ranges[0]], 5.0);
+    let of_rate = bridge(&recording.time_s, &mut rate, &[ranges[1]], 2.0);
     bridged.extend(of_rate.into_iter().map(|b| Bridged {
         channel: b.channel + 3,
         ..b
