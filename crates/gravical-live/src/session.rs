@@ -14,12 +14,13 @@ use gravical_calibrate::poses::face::{Face, angle_deg, in_words};
 use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
 use gravical_calibrate::recording::{FindingKind, Follow, Recording};
+use gravical_calibrate::stats::mean_of_finite;
 use gravical_recording::{Error, Result};
 
 use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use crate::folder::{Journal, section};
 use crate::options::LiveOptions;
-use crate::rest::{Fault, LET_GO, Means, Stillness, StillnessDetector, Units};
+use crate::rest::{Fault, LET_GO, Stillness, StillnessDetector, UNSCALED, Units, block};
 use crate::words::{any_of, face_of, sentence};
 
 /// Poses closer than this are the same, degrees.
@@ -34,9 +35,8 @@ const GAP_S: f64 = 0.5;
 const IDENTIFY_S: f64 = 1.0;
 /// A hold is looked back upon for this time before its capture, s.
 const RUN_S: f64 = 40.0;
-/// Noise at rest over the magnitude at most, three axes together: twice that of a bad MPU6050
-/// without low-pass. Where the quietest blocks scatter more, the sensor has not rested yet.
-const MAX_NOISE_AT_REST: f64 = 0.035;
+/// A gyroscope of 16 bits and ±250 °/s.
+const FINE_COUNTS_PER_DEG_S: f64 = 131.0;
 /// Rows of a capture at least.
 const MIN_ROWS: usize = 50;
 /// A capture that is interrupted earlier was none, share of its length.
@@ -291,11 +291,6 @@ impl Session {
 
     // What is known.
 
-    /// A value of the accelerometer in mg; NaN before the unit is known.
-    fn mg(&self, units: f64) -> f64 {
-        self.units.map_or(f64::NAN, |u| milli_g(units / u.nominal))
-    }
-
     /// The face was recorded.
     fn is_recorded(&self, face: Face) -> bool {
         let name = Some(face.name());
@@ -325,7 +320,7 @@ impl Session {
         let recent = self.recent.iter().rev();
         let recent = recent.take_while(|s| self.now_s - s.time_s <= SMOOTH_S);
         let samples: Vec<Sample> = recent.copied().collect();
-        Means::of(&samples).accel
+        block(&samples, UNSCALED).sensor_mean(0)
     }
 
     /// The calibration, where it is complete.
@@ -459,8 +454,16 @@ impl Session {
             gyro_unit: recording.units.gyro.map(|g| g.unit),
         };
         self.emit(event, &text);
+        // What no unit is known of: gravity is gravity, and counts of a gyroscope are fine ones.
+        let by_gravity = || norm(&self.reading()) / self.options.gravity.value_mps2;
+        let per_rad_s = recording.units.gyro.and_then(|g| g.nominal());
+        let scale = [
+            recording.units.accel.nominal().unwrap_or_else(by_gravity),
+            per_rad_s.unwrap_or(FINE_COUNTS_PER_DEG_S * 1.0_f64.to_degrees()),
+        ];
         self.detector = Some(StillnessDetector::new(
             self.rate_hz,
+            scale,
             recording.units.resolution,
             RUN_S + self.options.settle_s + self.options.capture_s,
         ));
@@ -480,9 +483,9 @@ impl Session {
             return false;
         }
         let samples = self.within(run);
-        let means = Means::of(&samples);
-        let norm = norm(&means.accel);
-        if state.noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.is_over) {
+        let rest = block(&samples, UNSCALED);
+        let norm = norm(&rest.sensor_mean(0));
+        if self.hold.as_ref().is_some_and(|h| h.is_over) {
             return false;
         }
         let Some(Ok(recording)) = self.recording() else {
@@ -506,9 +509,10 @@ impl Session {
             nominal,
             scale,
             gyro_nominal: recording.units.gyro.as_ref().and_then(GyroScale::nominal),
-            gyro_bias: means.gyro,
+            gyro_bias: rest.sensor_mean(1),
         });
-        let [noise_mg, limit_mg] = [means.scatter[0], state.max_scatter[0]].map(|v| self.mg(v));
+        let noise_mg = milli_g(rest.total_variance(0).sqrt() / nominal);
+        let limit_mg = milli_g(state.limit[0].sqrt());
         let text =
             format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
         self.emit(Event::Floor, &text);
@@ -596,12 +600,12 @@ impl Session {
         if !self.is_capturing(&hold) {
             return;
         }
-        let accel = Means::of(&self.within(&hold.rows)).accel;
-        let up = self.direction(accel);
+        let mean = block(&self.within(&hold.rows), UNSCALED).sensor_mean(0);
+        let up = self.direction(mean);
         // Where the magnitude is not that of gravity the direction says nothing; the capture finds
         // what is wrong.
         let gravity_mps2 = self.options.gravity.value_mps2;
-        let is_judged = !hold.forced && units.magnitude_fault(accel, gravity_mps2).is_none();
+        let is_judged = !hold.forced && units.magnitude_fault(mean, gravity_mps2).is_none();
         if let Some(fault) = self.refusal(up).filter(|_| is_judged) {
             self.end_try();
             // That the last pose still lies there is not worth a word.
@@ -649,11 +653,13 @@ impl Session {
     /// Accepts or rejects a capture.
     fn judge(&mut self, rows: &Range<usize>, forced: bool, units: &Units) {
         let samples = self.within(rows);
-        let means = Means::of(&samples);
+        let capture = block(&samples, UNSCALED);
+        let temperature_c = mean_of_finite(samples.iter().map(|s| &s.temperature_c));
+        let temperature_c = Some(temperature_c).filter(|t| t.is_finite());
         let gravity_mps2 = self.options.gravity.value_mps2;
         let fault = units
-            .fault(&samples, &means, gravity_mps2)
-            .or_else(|| self.warming(&means).filter(|_| !forced));
+            .fault(&samples, &capture, gravity_mps2)
+            .or_else(|| self.warming(temperature_c?).filter(|_| !forced));
         // What was judged stays judged: the next try begins where this one ended.
         if let Some(hold) = &mut self.hold {
             hold.rows.start = rows.end;
@@ -667,17 +673,18 @@ impl Session {
         let [Some(first), Some(last)] = [samples.first(), samples.last()] else {
             return;
         };
-        let up = self.direction(means.accel);
+        let mean = capture.sensor_mean(0);
+        let up = self.direction(mean);
         self.numbers += 1;
         self.accept(Pose {
             pose: self.numbers,
             face: face_up(up).map(Face::name),
             up,
             tilt_deg: Face::nearest(up).1,
-            mean: means.accel,
-            norm_mps2: norm(&means.accel) / units.nominal,
-            noise_mg: self.mg(means.scatter[0]),
-            temperature_c: means.temperature_c,
+            mean,
+            norm_mps2: norm(&mean) / units.nominal,
+            noise_mg: milli_g(capture.total_variance(0).sqrt() / units.nominal),
+            temperature_c,
             seconds: last.time_s - first.time_s + 1.0 / self.rate_hz,
             lines: [first.line, last.line],
         });
@@ -688,9 +695,9 @@ impl Session {
         }
     }
 
-    fn warming(&self, means: &Means) -> Option<Fault> {
+    fn warming(&self, temperature_c: f64) -> Option<Fault> {
         let first_c = self.poses.iter().find_map(|p| p.temperature_c)?;
-        let change_c = means.temperature_c? - first_c;
+        let change_c = temperature_c - first_c;
         let how = if change_c > 0.0 { "warmer" } else { "colder" };
         (change_c.abs() > MAX_WARMING_C && !self.options.any_pose).then(|| {
             let text = format!(
@@ -906,8 +913,8 @@ impl Session {
             hint: self.hint(state, up).map(|h| sentence(&h)),
             up,
             norm_g: finite(norm(&reading) / nominal),
-            noise_mg: finite(last.map_or(0.0, |s| self.mg(s.scatter[0]))),
-            limit_mg: self.units.and(last).map(|s| self.mg(s.max_scatter[0])),
+            noise_mg: last.map_or(0.0, |s| milli_g(s.variance[0].sqrt())),
+            limit_mg: self.units.and(last).map(|s| milli_g(s.limit[0].sqrt())),
             still: last.is_some_and(|s| s.run.is_some()),
             ring,
             face: face.name(),
@@ -959,7 +966,7 @@ impl Session {
             self.hold.as_ref().filter(|hold| hold.is_over)?;
             return self.refusal(up).map(|(_, text)| text);
         }
-        let excess = |sensor: usize| last.scatter[sensor] / last.max_scatter[sensor];
+        let excess = |sensor: usize| (last.variance[sensor] / last.limit[sensor]).sqrt();
         let tests = [("moving", excess(0)), ("turning", excess(1))];
         let failing = tests.iter().find(|(_, excess)| *excess > 1.0);
         Some(

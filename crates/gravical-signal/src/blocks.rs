@@ -26,23 +26,35 @@ impl Block {
         self.variance[3 * sensor..3 * sensor + 3].iter().sum()
     }
 
-    pub(crate) fn new(samples: &Samples, span: Range<usize>) -> Block {
-        let mean = samples.mean(&span);
+    /// Mean of the three axes of a sensor: 0 accelerometer, 1 gyroscope.
+    pub fn sensor_mean(&self, sensor: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.mean[3 * sensor + axis])
+    }
+
+    /// Of rows of specific force and angular rate, in any unit. Values that are not finite are left out; a
+    /// channel without any has mean and variance 0.
+    pub fn new(span: Range<usize>, rows: impl Iterator<Item = [f64; 6]> + Clone) -> Block {
+        let (mut mean, mut count) = ([0.0; 6], [0.0; 6]);
+        for x in rows.clone() {
+            for c in (0..6).filter(|c| x[*c].is_finite()) {
+                mean[c] += x[c];
+                count[c] += 1.0;
+            }
+        }
+        (0..6).for_each(|c| mean[c] /= f64::max(count[c], 1.0));
         let mut variance = [0.0; 6];
         let (mut low, mut high) = ([f64::MAX; 6], [f64::MIN; 6]);
-        for i in span.clone() {
-            let x = samples.sample(i);
-            for c in 0..6 {
+        for x in rows {
+            for c in (0..6).filter(|c| x[*c].is_finite()) {
                 variance[c] += (x[c] - mean[c]).powi(2);
                 (low[c], high[c]) = (low[c].min(x[c]), high[c].max(x[c]));
             }
         }
-        let freedom = span.len().saturating_sub(1).max(1) as f64;
         Block {
-            mean,
-            variance: variance.map(|v| v / freedom),
-            range: std::array::from_fn(|c| high[c] - low[c]),
             span,
+            mean,
+            variance: std::array::from_fn(|c| variance[c] / f64::max(count[c] - 1.0, 1.0)),
+            range: std::array::from_fn(|c| f64::max(high[c] - low[c], 0.0)),
         }
     }
 }
@@ -67,7 +79,8 @@ pub fn blocks(samples: &Samples, span: &Range<usize>, size: usize) -> Vec<Block>
         }
         let (mut from, end) = (piece.start.max(span.start), piece.end.min(span.end));
         while from + size <= end {
-            out.push(Block::new(samples, from..from + size));
+            let span = from..from + size;
+            out.push(Block::new(span.clone(), span.map(|i| samples.sample(i))));
             from += size;
         }
     }

@@ -84,14 +84,19 @@ impl Noise {
     }
 }
 
-/// True if a block is quiet enough for a rest.
-fn is_quiet(block: &Block, level: [f64; 2]) -> bool {
-    let limit = |s: usize| (MAX_EXCESS * level[s]).clamp(TREMOR[s], MAX_VARIANCE[s]);
-    (0..2).all(|s| block.total_variance(s) < limit(s))
+/// Variance of three axes below which a block is quiet enough for a rest, (m/s²)² and (rad/s)², where that of the
+/// quietest is `level`.
+pub fn quiet_limit(level: [f64; 2]) -> [f64; 2] {
+    [0, 1].map(|s| (MAX_EXCESS * level[s]).clamp(TREMOR[s], MAX_VARIANCE[s]))
 }
 
-/// Variance of three axes in the quietest second or so.
-pub(crate) fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
+/// True if a block is below these limits.
+pub fn is_quiet(block: &Block, limit: [f64; 2]) -> bool {
+    (0..2).all(|s| block.total_variance(s) < limit[s])
+}
+
+/// Variance of three axes in the quietest second or so, (m/s²)² or (rad/s)²: 0 accelerometer, 1 gyroscope.
+pub fn quiet_level(blocks: &[Block], sensor: usize) -> f64 {
     let medians = blocks
         .windows(MIN_BLOCKS)
         .map(|w| quantile(w.iter().map(|b| b.total_variance(sensor)).collect(), 0.5));
@@ -105,7 +110,8 @@ pub(crate) fn quiet_runs<'b>(
     blocks: &'b [Block],
     level: [f64; 2],
 ) -> Vec<&'b [Block]> {
-    let quiet = |b: &Block| is_quiet(b, level);
+    let limit = quiet_limit(level);
+    let quiet = |b: &Block| is_quiet(b, limit);
     let adjacent = |a: &Block, b: &Block| {
         a.span.end == b.span.start && samples.piece(a.span.start).contains(&b.span.start)
     };
@@ -148,9 +154,9 @@ fn variance_of_means(run: &[Block], level: [f64; 2], size: usize) -> [f64; 6] {
     })
 }
 
-/// Variance by which means may flip between two steps of the resolution within a rest: noise that
-/// stays within a step dithers nothing.
-fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
+/// Variance by which means may flip between two steps of the resolution within a rest, in the unit of the
+/// blocks squared: noise that stays within a step dithers nothing.
+pub fn flips(run: &[Block], resolution: &[f64; 6]) -> [f64; 6] {
     std::array::from_fn(|c| {
         let range = quantile(run.iter().map(|b| b.range[c]).collect(), 0.5);
         if range < 1.5 * resolution[c] {

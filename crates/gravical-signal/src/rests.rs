@@ -36,7 +36,7 @@ impl Wander {
     };
 
     /// True if a run of blocks does not go further.
-    fn holds(&self, run: &[Block]) -> bool {
+    pub fn holds(&self, run: &[Block]) -> bool {
         let mean = |blocks: &[Block], first: usize| -> Vector3<f64> {
             let means = blocks
                 .iter()

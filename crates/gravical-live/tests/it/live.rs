@@ -264,10 +264,17 @@ fn readings_that_a_capture_cannot_use_are_named() {
     let fast: Write<'_> = &|second, a| turning(if second { 6.0 } else { 0.5 }, a);
     let accel = "ax,ay,az";
     let six = "ax_m/s^2,ay_m/s^2,az_m/s^2,gx_dps,gy_dps,gz_dps";
+    // As a gyroscope in °/s whose header says rad/s.
+    let restless: Write<'_> =
+        &|_, a| format!("{},{}", text(a), text(a.map(|v| (1e2 * v + 0.05).fract())));
+    let radians = "ax_m/s^2,ay_m/s^2,az_m/s^2,gx_rad_s,gy_rad_s,gz_rad_s";
     // At 2.5 mg each second the noise hides what 2.5 s change.
-    for (columns, write, drift_mg_s) in
-        [(accel, coarse, 0.0), (accel, plain, 2.5), (six, slow, 0.0)]
-    {
+    for (columns, write, drift_mg_s) in [
+        (accel, coarse, 0.0),
+        (accel, plain, 2.5),
+        (six, slow, 0.0),
+        (radians, restless, 0.0),
+    ] {
         let (_, events) = second_hold(columns, write, 9.8, drift_mg_s);
         assert_eq!(accepted(&events), ["+z", "+x"]);
     }
