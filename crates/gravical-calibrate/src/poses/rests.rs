@@ -26,7 +26,7 @@ const MIN_SHARE: f64 = 0.4;
 /// hand that wanders or a bias that drifts …
 const SAME_DEG: f64 = 1.0;
 /// … and this near where no pose is asked for, or none is found.
-const HELD_DEG: f64 = 5.0;
+const HELD_DEG: f64 = 3.0;
 /// Share of the rows at rest below which rests may be shorter than those that were looked for, and above
 /// which short ones are those of a session: in a motion pauses are fewer.
 const HARDLY_STATIC: f64 = 0.1;
