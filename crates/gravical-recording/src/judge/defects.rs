@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::resolution::resolution;
+use super::cells::median;
 use super::unit::quiet_norm;
 use crate::finding::{Finding, FindingKind};
 use crate::spans::LineSpans;
@@ -76,10 +76,18 @@ pub fn detect_stuck(channels: &[&[f64]]) -> Vec<bool> {
 /// Whether the steps in which the accelerometer is written are finer than its noise may be.
 fn resolves_noise(accel: &[&[f64]]) -> bool {
     let rows = accel[0].len().min(RESOLUTION_ROWS);
-    let axes = [0, 1, 2].map(|i| accel[i][..rows].to_vec());
-    let step = resolution(&axes).into_iter().fold(0.0, f64::max);
-    let axes = axes.each_ref().map(Vec::as_slice);
+    let axes = [0, 1, 2].map(|i| &accel[i][..rows]);
+    let step = axes.map(usual_step).into_iter().fold(0.0, f64::max);
     quiet_norm(axes).is_some_and(|gravity| step < MAX_RESOLUTION_G * gravity)
+}
+
+/// By how much neighbouring ones of the values that occur differ, in the median; 0 if there is one only. Not their
+/// resolution: a filter that was written with many digits has no noise either.
+fn usual_step(values: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let steps = sorted.windows(2).map(|w| w[1] - w[0]);
+    median(steps.filter(|step| *step > 0.0)).unwrap_or(0.0)
 }
 
 /// Axes of a sensor that keep exactly one value while the others change. `resolution`: of each
