@@ -26,7 +26,8 @@ impl Block {
         self.variance[3 * sensor..3 * sensor + 3].iter().sum()
     }
 
-    pub(crate) fn new(samples: &Samples, span: Range<usize>) -> Block {
+    /// Of the samples of a span.
+    pub fn new(samples: &Samples, span: Range<usize>) -> Block {
         let mean = samples.mean(&span);
         let mut variance = [0.0; 6];
         let (mut low, mut high) = ([f64::MAX; 6], [f64::MIN; 6]);

@@ -28,7 +28,7 @@ pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
-pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE};
+pub use quiet::{BLOCK_S, MAX_EXCESS, MAX_VARIANCE, MIN_VARIANCE, TREMOR};
 pub use resolutions::{quantile, resolution, resolutions};
 pub use rests::{Wander, detect_rests};
 pub use samples::{Bridged, Samples, pieces, sampling_period};
