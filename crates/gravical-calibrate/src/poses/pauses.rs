@@ -11,7 +11,7 @@ use gravical_signal::{
 use super::MANY_POSES;
 use super::face::angle_deg;
 use super::found::{APART_DEG, directions};
-use super::rests::{HELD_DEG, MIN_REST_S, min_samples_without_rate};
+use super::rests::{HELD_DEG, MIN_REST_S, SAME_DEG, min_samples_without_rate};
 use super::samples::NominalSamples;
 use crate::finding::finding;
 use crate::numfmt::count;
@@ -114,6 +114,15 @@ fn min_rest_len(recording: &Recording, samples: &Samples, poses: &[Range<usize>]
     let lengths = poses.iter().map(ExactSizeIterator::len);
     let usual = min_samples_without_rate(lengths.clone(), samples) as usize;
     lengths.fold(usual, usize::min)
+}
+
+/// Rests of ten readings or more where no rate is known, without the reading at each end: it may be of a motion.
+pub(super) fn brief_rests(samples: &Samples) -> Vec<Range<usize>> {
+    let window = samples.count_in(READINGS_S).max(MIN_WINDOW_LEN);
+    let spans = still_spans(samples, &[], window, TREMOR, SAME_DEG);
+    let end = window / STEPS;
+    let inner = spans.iter().map(|span| span.start + end..span.end - end);
+    inner.filter(|span| span.len() >= window).collect()
 }
 
 /// Variance up to which a window is as quiet as the poses, or as a hand at rest: one that hesitates trembles more.

@@ -6,6 +6,7 @@ use gravical_core::matrix3::{norm, sub};
 use gravical_signal::{BLOCK_S, MAX_VARIANCE, Samples, Wander, block_len, detect_rests, quantile};
 
 use super::MANY_POSES;
+use super::pauses::brief_rests;
 use super::samples::NominalSamples;
 use crate::recording::Recording;
 use crate::stats::weighted_median;
@@ -24,7 +25,7 @@ const MIN_REST_BLOCKS: f64 = 4.0;
 const MIN_SHARE: f64 = 0.4;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
 /// hand that wanders or a bias that drifts …
-const SAME_DEG: f64 = 1.0;
+pub(super) const SAME_DEG: f64 = 1.0;
 /// … and this near where no pose is asked for, or none is found.
 pub(super) const HELD_DEG: f64 = 5.0;
 /// Share of the rows at rest below which rests may be shorter than those that were looked for, and above
@@ -35,10 +36,11 @@ const MOSTLY_STATIC: f64 = 0.5;
 /// The rows of the static intervals of a recording, in order.
 ///
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests are
-/// counted in readings: 40, or 20 where that makes a recording a series of rests. What shows
+/// counted in readings: 40, or 20 or 10 where that makes a recording a series of rests. What shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is not a rest, whatever else is in the recording.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let rests = rests_of(recording, &NominalSamples::new(recording));
+    let nominal = NominalSamples::new(recording);
+    let rests = rests_of(recording, &nominal);
     let share = |rests: &[Range<usize>]| {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
@@ -48,7 +50,12 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
     let short = rests_of(recording, &NominalSamples::for_short_rests(recording));
     if share(&short) > MOSTLY_STATIC {
-        short
+        return short;
+    }
+    let brief = nominal.without_turns(brief_rests(&nominal.samples));
+    let brief: Vec<Range<usize>> = brief.iter().map(|span| nominal.in_rows(span)).collect();
+    if share(&brief) > MOSTLY_STATIC {
+        brief
     } else {
         rests
     }
