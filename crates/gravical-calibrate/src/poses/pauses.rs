@@ -26,6 +26,8 @@ const READINGS_S: f64 = 0.8 * BLOCK_S;
 const MIN_WINDOW_LEN: usize = 8;
 /// A window begins this fraction of its length after the one before.
 const STEPS: usize = 8;
+/// On a table the variance is less than that of a calm hand by this factor.
+const CALM: f64 = 4.0;
 /// Poses and pauses are at least one part in so many of a session: of a motion recording they are less.
 const MAX_MOTION: usize = 3;
 /// Scale and bias change the magnitude by less than this share; more is acceleration.
@@ -125,14 +127,14 @@ pub(super) fn brief_rests(samples: &Samples) -> Vec<Range<usize>> {
     inner.filter(|span| span.len() >= window).collect()
 }
 
-/// Variance up to which a window is as quiet as the poses, or as a hand at rest: one that hesitates trembles more.
+/// Variance up to which a window is as quiet as the poses, or nearly: a hand that hesitates trembles more.
 fn quiet_variance(samples: &Samples, poses: &[Range<usize>], window: usize) -> [f64; 2] {
     let windows = poses.iter().flat_map(|pose| blocks(samples, pose, window));
     let windows: Vec<Block> = windows.collect();
     [0, 1].map(|sensor| {
         let variances = windows.iter().map(|w| w.total_variance(sensor)).collect();
         let level = quantile(variances, 0.5);
-        (MAX_EXCESS * level).clamp(TREMOR[sensor], MAX_VARIANCE[sensor])
+        (MAX_EXCESS * level).clamp(TREMOR[sensor] / CALM, MAX_VARIANCE[sensor])
     })
 }
 
