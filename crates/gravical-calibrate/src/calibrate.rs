@@ -159,6 +159,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
     let mut estimate = accelerometer(&session, drift)
         .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
+        .map_err(|error| after(error, &segmentation.findings, FindingKind::UnusedPauses))
         .map_err(lost)?;
     if let Some(test) = estimate.drift_test {
         temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);

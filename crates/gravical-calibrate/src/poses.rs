@@ -13,6 +13,7 @@ pub mod gyro_unit;
 #[doc(hidden)]
 pub mod mean;
 mod named;
+mod pauses;
 #[doc(hidden)]
 pub mod rests;
 mod samples;

@@ -31,6 +31,9 @@ pub use noise::{
 };
 pub use odd::bridge_odd;
 pub use quantile::quantile;
-pub use quiet::{BLOCK_S, MAX_VARIANCE, MIN_VARIANCE, flips, is_quiet, quiet_level, quiet_limit};
+pub use quiet::{
+    BLOCK_S, MAX_EXCESS, MAX_VARIANCE, MIN_VARIANCE, TREMOR, flips, is_quiet, quiet_level,
+    quiet_limit,
+};
 pub use rests::{Wander, detect_rests};
 pub use samples::{Bridged, Samples, pieces, sampling_period};

@@ -10,7 +10,7 @@ pub const BLOCK_S: f64 = 0.2;
 pub(crate) const MIN_BLOCKS: usize = 4;
 /// Variance within a block, three axes, up to which a hand or a foot may be at rest whatever the
 /// sensor's noise: (0.14 m/s²)² and (2 °/s)².
-const TREMOR: [f64; 2] = [0.02, 1.2e-3];
+pub const TREMOR: [f64; 2] = [0.02, 1.2e-3];
 /// Variance of three axes above which nothing is a rest: 0.3 m/s² and 2 °/s rms of each.
 pub const MAX_VARIANCE: [f64; 2] = [0.27, 3.7e-3];
 /// Factor of the variance of a quiet block above which it trembles.
@@ -19,7 +19,7 @@ const TREMBLES: f64 = 3.0;
 const MAX_BY_CHANCE: f64 = 2.0;
 /// Variance of a block over that of the quietest ones: white noise in five samples and three axes never
 /// reaches it, other noise of a sensor rarely.
-const MAX_EXCESS: f64 = 5.0;
+pub const MAX_EXCESS: f64 = 5.0;
 /// Variance of the mean of a block, or of a sample, that no data sheet undercuts: (m/s²)² and (rad/s)².
 pub const MIN_VARIANCE: [f64; 2] = [1e-8, 1e-12];
 /// What a bias drifts within a rest, m/s² and rad/s, in [`DRIFT_S`]: an MPU-6050 that warms up.

@@ -15,6 +15,7 @@ use crate::{Error, Result};
 
 use super::Interval;
 use super::face::{Claim, angle_deg, claim};
+use super::pauses::unused_pauses;
 use super::rests::{find_quiet, find_rests, why_never_static};
 use crate::stats::moments;
 
@@ -22,7 +23,7 @@ use crate::stats::moments;
 const FEW_ROWS: usize = 40;
 /// Directions further apart than this are two poses, degrees: a pose
 /// that is taken up and put down again comes back within a few.
-const APART_DEG: f64 = 10.0;
+pub(super) const APART_DEG: f64 = 10.0;
 /// Means of a table point in directions that are further apart, degrees.
 const FAR_APART_DEG: f64 = 25.0;
 /// Beside the pose that the name of a file speaks of, a rest shorter than
@@ -67,7 +68,10 @@ pub(super) fn in_recording(
                     "at rest in {rows_at_rest} of {rows} rows, in {poses}: too little for a calibration"
                 )
             }
-            _ => return Ok(intervals_of(index, rests, None)),
+            _ => {
+                findings.extend(unused_pauses(recording, &rests));
+                return Ok(intervals_of(index, rests, None));
+            }
         };
         return Err(never_static(recording, what));
     }
@@ -82,6 +86,7 @@ pub(super) fn in_recording(
     });
     let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
+        findings.extend(unused_pauses(recording, &rests));
         return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| find_quiet(recording));
@@ -177,7 +182,7 @@ pub(crate) fn intervals_of(
 }
 
 /// The longest rest of every direction, in order.
-fn directions(
+pub(super) fn directions(
     recording: &Recording,
     rests: &[Range<usize>],
     claimed: Option<Claim>,

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_signal::{BLOCK_S, MAX_VARIANCE, Wander, block_len, detect_rests, quantile};
+use gravical_signal::{BLOCK_S, MAX_VARIANCE, Samples, Wander, block_len, detect_rests, quantile};
 
 use super::MANY_POSES;
+use super::pauses::brief_rests;
 use super::samples::NominalSamples;
 use crate::recording::Recording;
 use crate::stats::weighted_median;
@@ -24,9 +25,9 @@ const MIN_REST_BLOCKS: f64 = 4.0;
 const MIN_SHARE: f64 = 0.4;
 /// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
 /// hand that wanders or a bias that drifts …
-const SAME_DEG: f64 = 1.0;
+pub(super) const SAME_DEG: f64 = 1.0;
 /// … and this near where no pose is asked for, or none is found.
-const HELD_DEG: f64 = 3.0;
+pub(super) const HELD_DEG: f64 = 3.0;
 /// Share of the rows at rest below which rests may be shorter than those that were looked for, and above
 /// which short ones are those of a session: in a motion pauses are fewer.
 const HARDLY_STATIC: f64 = 0.1;
@@ -35,10 +36,11 @@ const MOSTLY_STATIC: f64 = 0.5;
 /// The rows of the static intervals of a recording, in order.
 ///
 /// Rows with empty cells are left out; a spike is replaced by the row before it. Without a rate, rests are
-/// counted in readings: 40, or 20 where that makes a recording a series of rests. What shows
+/// counted in readings: 40, or 20 or 10 where that makes a recording a series of rests. What shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is not a rest, whatever else is in the recording.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let rests = rests_of(recording, &NominalSamples::new(recording));
+    let nominal = NominalSamples::new(recording);
+    let rests = rests_of(recording, &nominal);
     let share = |rests: &[Range<usize>]| {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
@@ -48,7 +50,12 @@ pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
     }
     let short = rests_of(recording, &NominalSamples::for_short_rests(recording));
     if share(&short) > MOSTLY_STATIC {
-        short
+        return short;
+    }
+    let brief = nominal.without_turns(brief_rests(&nominal.samples));
+    let brief: Vec<Range<usize>> = brief.iter().map(|span| nominal.in_rows(span)).collect();
+    if share(&brief) > MOSTLY_STATIC {
+        brief
     } else {
         rests
     }
@@ -64,14 +71,20 @@ fn rests_of(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>
     let min_len = match recording.clock.rate_hz() {
         Some(rate_hz) if is_worn => MIN_WORN_REST_S * rate_hz,
         Some(rate_hz) => MIN_REST_S * rate_hz - 0.5,
-        None => {
-            let lengths = rests.iter().map(|r| r.len() as f64).collect();
-            (MIN_SHARE * quantile(lengths, 0.5)).max(MIN_REST_BLOCKS * BLOCK_S / channels.period_s)
-        }
+        None => min_samples_without_rate(rests.iter().map(ExactSizeIterator::len), channels),
     };
     let long = rests.into_iter().filter(|r| r.len() as f64 >= min_len);
     long.map(|rest| nominal.in_rows(&nominal.without_ends(rest)))
         .collect()
+}
+
+/// Samples of the shortest static interval among others where no rate is known.
+pub(super) fn min_samples_without_rate(
+    rests: impl Iterator<Item = usize>,
+    samples: &Samples,
+) -> f64 {
+    let median = quantile(rests.map(|len| len as f64).collect(), 0.5);
+    (MIN_SHARE * median).max(MIN_REST_BLOCKS * BLOCK_S / samples.period_s)
 }
 
 /// Spans of rows that are quiet and point one way, if not to the accuracy of a pose: held by a hand, or at
@@ -155,7 +168,7 @@ impl NominalSamples {
 
     /// The rests in which the sensor does not turn evenly: their mean rates (NaN: unknown) differ by little
     /// from the median over the time at rest, the bias.
-    fn without_turns(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    pub(super) fn without_turns(&self, mut rests: Vec<Range<usize>>) -> Vec<Range<usize>> {
         let bias: [f64; 3] = std::array::from_fn(|axis| {
             let weigh = |rest| (self.mean(rest).1[axis], rest.len() as f64);
             weighted_median(&mut rests.iter().map(weigh).collect::<Vec<_>>()).unwrap_or(0.0)

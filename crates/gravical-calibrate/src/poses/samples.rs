@@ -45,6 +45,12 @@ impl NominalSamples {
         rows[span.start] as usize..rows[span.end - 1] as usize + 1
     }
 
+    /// Samples of a span of rows.
+    pub fn in_samples(&self, rows: &Range<usize>) -> Range<usize> {
+        let sample = |row: usize| self.samples.rows.partition_point(|r| (*r as usize) < row);
+        sample(rows.start)..sample(rows.end)
+    }
+
     pub fn new(recording: &Recording) -> NominalSamples {
         NominalSamples::of_blocks(recording, BLOCK_READINGS)
     }

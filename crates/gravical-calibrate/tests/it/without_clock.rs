@@ -39,6 +39,8 @@ fn faces_are_found_and_seen_from_the_centre_of_the_readings() {
     let usual = [0.21, -0.33, 0.45];
     // A bias of 1 g moves every face.
     for (rows, bias) in [
+        (10, usual),
+        (15, usual),
         (22, usual),
         (30, usual),
         (47, usual),
@@ -57,9 +59,8 @@ fn faces_are_found_and_seen_from_the_centre_of_the_readings() {
 fn errors_about_rests_that_are_counted_in_rows_advise_the_rate() {
     let bias = [0.0; 3];
     for (faces, rows, code) in [
-        (&[0, 2, 1, 3, 4, 5][..], 15, "never-static"),
         // Rows on the way from face to face are no poses, though they lie on the sphere.
-        (&[0, 2, 4, 1, 3, 5, 0, 3, 4, 2], 8, "never-static"),
+        (&[0, 2, 4, 1, 3, 5, 0, 3, 4, 2][..], 8, "never-static"),
         (&[0, 2, 0, 2][..], 60, "underdetermined"),
     ] {
         let session = [recording(faces, rows, bias)];

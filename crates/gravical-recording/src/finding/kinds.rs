@@ -114,6 +114,7 @@ kinds! {
     ShortPose "short-pose" Warning "an interval too short to search for a static interval";
     NoStaticInterval "no-static-interval" Warning "an interval in which the sensor never rests";
     UnsteadyPose "unsteady-pose" Warning "the sensor moves slightly all the time, as if held by hand";
+    UnusedPauses "unused-pauses" Warning "pauses in other directions than the poses, too short for a pose or unsteady, as if held by hand";
     SpikesLeftOut "spikes-left-out" Warning "2 % or more of the samples of a pose differ from their neighbours by more than six standard deviations";
     OrientationMismatch "orientation-mismatch" Warning "a file name claims another face than the data show";
     NamesReversed "names-reversed" Note "all six names have the opposite sign of the data";

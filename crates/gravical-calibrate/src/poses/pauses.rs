@@ -1,0 +1,182 @@
+//! Pauses of a continuous recording that are not rests, but were probably meant as poses.
+
+use std::ops::Range;
+
+use gravical_core::matrix3::norm;
+use gravical_core::unit::STANDARD_GRAVITY_MPS2;
+use gravical_signal::{
+    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile,
+};
+
+use super::MANY_POSES;
+use super::face::angle_deg;
+use super::found::{APART_DEG, directions};
+use super::rests::{HELD_DEG, MIN_REST_S, SAME_DEG, min_samples_without_rate};
+use super::samples::NominalSamples;
+use crate::finding::finding;
+use crate::numfmt::count;
+use crate::recording::{Finding, Recording};
+use crate::stats::moments;
+
+/// Windows of this duration lie within a pause of 0.3 s wherever it begins …
+const SHORT_S: f64 = 0.25;
+/// … and where no rate is known, of 8 readings within one of 10: blocks have 10 there.
+const READINGS_S: f64 = 0.8 * BLOCK_S;
+/// A variance of fewer samples says little.
+const MIN_WINDOW_LEN: usize = 8;
+/// A window begins this fraction of its length after the one before.
+const STEPS: usize = 8;
+/// On a table the variance is less than that of a calm hand by this factor.
+const CALM: f64 = 4.0;
+/// Poses and pauses are at least one part in so many of a session: of a motion recording they are less.
+const MAX_MOTION: usize = 3;
+/// Scale and bias change the magnitude by less than this share; more is acceleration.
+const MAX_MAGNITUDE_ERROR: f64 = 0.1;
+
+/// Pauses that point elsewhere than the `poses` of a continuous recording: too short for a pose, or held by a hand
+/// that trembles.
+pub(super) fn unused_pauses(recording: &Recording, poses: &[Range<usize>]) -> Option<Finding> {
+    // Nobody places a sensor that is worn.
+    if poses.is_empty() || poses.len() >= MANY_POSES {
+        return None;
+    }
+    let nominal = NominalSamples::new(recording);
+    let samples = &nominal.samples;
+    let at = |rows: &Range<usize>| moments(&recording.accel, rows.clone());
+    let means: Vec<[f64; 3]> = poses.iter().map(|rows| at(rows).0).collect();
+    let usual = quantile(means.iter().map(norm).collect(), 0.5);
+    let poses: Vec<Range<usize>> = poses.iter().map(|rows| nominal.in_samples(rows)).collect();
+    let min_rest = min_rest_len(recording, samples, &poses);
+    let min_unsteady = min_rest + min_rest / 2;
+    let is_meant = |span: &Range<usize>| {
+        let (mean, variance) = at(&nominal.in_rows(&middle(span)));
+        means.iter().all(|pose| angle_deg(*pose, mean) > APART_DEG)
+            && (norm(&mean) / usual - 1.0).abs() < MAX_MAGNITUDE_ERROR
+            // A motion that passes for spikes is held in the samples.
+            && variance < MAX_VARIANCE[0] * (usual / STANDARD_GRAVITY_MPS2).powi(2)
+    };
+    let find = |window, max_variance| {
+        let mut spans = still_spans(samples, &poses, window, max_variance, HELD_DEG);
+        // A recording begins and ends in a hand.
+        spans.retain(|span| span.start >= window && span.end + window <= samples.len());
+        spans.retain(is_meant);
+        let mut slow = nominal.without_turns([&poses[..], &spans].concat());
+        slow.retain(|span| spans.contains(span));
+        slow
+    };
+    let rate_hz = recording.clock.rate_hz();
+    let window = samples.count_in(rate_hz.map_or(READINGS_S, |_| SHORT_S));
+    let window = window.max(MIN_WINDOW_LEN);
+    let mut short = find(window, quiet_variance(samples, &poses, window));
+    short.retain(|span| span.len() < min_unsteady);
+    let mut unsteady = find(samples.count_in(MIN_REST_S).max(window), MAX_VARIANCE);
+    // Where a hand trembles little, it is quiet now and then.
+    let overlap = |a: &Range<usize>, b: &Range<usize>| a.start < b.end && b.start < a.end;
+    let is_short = |u: &Range<usize>| short.iter().any(|s| overlap(s, u) && 2 * s.len() > u.len());
+    unsteady.retain(|u| u.len() >= min_unsteady && !is_short(u));
+    short.retain(|s| !unsteady.iter().any(|u| overlap(s, u)));
+    let still = poses.iter().chain(&short).chain(&unsteady);
+    if still.map(ExactSizeIterator::len).sum::<usize>() * MAX_MOTION < samples.len() {
+        return None;
+    }
+    let pauses = short.iter().chain(&unsteady);
+    let pauses: Vec<Range<usize>> = pauses.map(|span| nominal.in_rows(span)).collect();
+    let pauses = directions(recording, &pauses, None);
+    let is_short = short.len() >= unsteady.len();
+    let first = if is_short { short } else { unsteady }.into_iter().next()?;
+    let why = if is_short {
+        let length = |samples: usize| match rate_hz {
+            Some(rate_hz) => format!("{:.1} s", samples as f64 / rate_hz),
+            None => count(samples, "row"),
+        };
+        let (lasts, takes) = (length(first.len()), length(min_rest));
+        format!(
+            "lasts {lasts} with the ends of motions, a pose at least {takes} without: hold each for longer"
+        )
+    } else {
+        let (mean, variance) = at(&nominal.in_rows(&middle(&first)));
+        let rms_mg = 1000.0 * (variance / 3.0).sqrt() / norm(&mean);
+        format!("moves by {rms_mg:.0} mg rms, as in a hand: lean the sensor against something")
+    };
+    let rows = nominal.in_rows(&first);
+    let [from, to] = [rows.start, rows.end - 1].map(|row| recording.line(row));
+    let number = count(pauses.len(), "direction");
+    let finding = finding!(
+        UnusedPauses,
+        "pauses in {number} other than those of the poses are not used; that in lines {from} to {to} {why}"
+    );
+    Some(finding.in_file(&recording.name))
+}
+
+/// Samples of the shortest rest that is used.
+fn min_rest_len(recording: &Recording, samples: &Samples, poses: &[Range<usize>]) -> usize {
+    if recording.clock.rate_hz().is_some() {
+        return samples.count_in(MIN_REST_S);
+    }
+    let lengths = poses.iter().map(ExactSizeIterator::len);
+    let usual = min_samples_without_rate(lengths.clone(), samples) as usize;
+    lengths.fold(usual, usize::min)
+}
+
+/// Rests of ten readings or more where no rate is known, without the reading at each end: it may be of a motion.
+pub(super) fn brief_rests(samples: &Samples) -> Vec<Range<usize>> {
+    let window = samples.count_in(READINGS_S).max(MIN_WINDOW_LEN);
+    let spans = still_spans(samples, &[], window, TREMOR, SAME_DEG);
+    let end = window / STEPS;
+    let inner = spans.iter().map(|span| span.start + end..span.end - end);
+    inner.filter(|span| span.len() >= window).collect()
+}
+
+/// Variance up to which a window is as quiet as the poses, or nearly: a hand that hesitates trembles more.
+fn quiet_variance(samples: &Samples, poses: &[Range<usize>], window: usize) -> [f64; 2] {
+    let windows = poses.iter().flat_map(|pose| blocks(samples, pose, window));
+    let windows: Vec<Block> = windows.collect();
+    [0, 1].map(|sensor| {
+        let variances = windows.iter().map(|w| w.total_variance(sensor)).collect();
+        let level = quantile(variances, 0.5);
+        (MAX_EXCESS * level).clamp(TREMOR[sensor] / CALM, MAX_VARIANCE[sensor])
+    })
+}
+
+/// Spans between the poses in which all windows vary by less, and that stay within a few degrees.
+fn still_spans(
+    samples: &Samples,
+    poses: &[Range<usize>],
+    window: usize,
+    max_variance: [f64; 2],
+    max_tilt_deg: f64,
+) -> Vec<Range<usize>> {
+    let step = (window / STEPS).max(1);
+    let distance = |a: &[f64; 6], b: &[f64; 6]| norm(&[0, 1, 2].map(|c| a[c] - b[c]));
+    let max_distance = max_tilt_deg.to_radians() * STANDARD_GRAVITY_MPS2;
+    let max_step = HELD_DEG.to_radians() * STANDARD_GRAVITY_MPS2 / STEPS as f64;
+    let is_quiet = |w: &Block| (0..2).all(|s| w.total_variance(s) < max_variance[s]);
+    let goes_on = |a: &Block, b: &Block| {
+        b.span.start - a.span.start == step && distance(&a.mean, &b.mean) < max_step
+    };
+    let is_free = |span: &Range<usize>| {
+        let next = poses.partition_point(|pose| pose.end <= span.start);
+        poses.get(next).is_none_or(|pose| span.end <= pose.start)
+    };
+    let mut spans = Vec::new();
+    for piece in &samples.pieces {
+        let starts = (piece.start..(piece.end + 1).saturating_sub(window)).step_by(step);
+        let windows = starts.map(|from| from..from + window).filter(is_free);
+        let windows = windows.map(|span| Block::new(span.clone(), span.map(|i| samples.sample(i))));
+        let quiet: Vec<Block> = windows.filter(is_quiet).collect();
+        for run in quiet.chunk_by(goes_on) {
+            let span = run[0].span.start..run[run.len() - 1].span.end;
+            let mean = samples.mean(&middle(&span));
+            if run.iter().all(|w| distance(&w.mean, &mean) < max_distance) {
+                spans.push(span);
+            }
+        }
+    }
+    spans
+}
+
+/// The half of a span that is furthest from the motions around it.
+fn middle(span: &Range<usize>) -> Range<usize> {
+    let quarter = span.len() / 4;
+    span.start + quarter..span.end - quarter
+}
