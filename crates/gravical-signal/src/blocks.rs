@@ -59,6 +59,28 @@ impl Block {
     }
 }
 
+impl Block {
+    /// Of neighbouring blocks of the same number of samples.
+    pub fn joined(blocks: &[Block]) -> Block {
+        let span = blocks[0].span.start..blocks[blocks.len() - 1].span.end;
+        let (count, each) = (blocks.len() as f64, blocks[0].span.len() as f64);
+        let mean: [f64; 6] =
+            std::array::from_fn(|c| blocks.iter().map(|b| b.mean[c]).sum::<f64>() / count);
+        let variance = std::array::from_fn(|c| {
+            let squares = blocks
+                .iter()
+                .map(|b| (each - 1.0) * b.variance[c] + each * (b.mean[c] - mean[c]).powi(2));
+            squares.sum::<f64>() / (count * each - 1.0)
+        });
+        Block {
+            span,
+            mean,
+            variance,
+            range: [f64::NAN; 6],
+        }
+    }
+}
+
 /// Samples in a block of `seconds`, at least five: a variance of fewer says little.
 pub fn block_len(period_s: f64, seconds: f64) -> usize {
     rounded(seconds / period_s.max(f64::MIN_POSITIVE)).clamp(5, MAX_BLOCK_LEN)

@@ -16,7 +16,8 @@ use crate::{Error, Result};
 use super::Interval;
 use super::face::{Claim, angle_deg, claim};
 use super::pauses::unused_pauses;
-use super::rests::{find_quiet, find_rests, why_never_static};
+use super::rests::{quiet_in, rests_in, why_never_static};
+use super::samples::NominalSamples;
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
@@ -47,7 +48,8 @@ pub(super) fn in_recording(
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
     let is_alone = recordings.len() == 1;
-    let rests = longest_per_pose(recording, find_rests(recording));
+    let nominal = NominalSamples::new(recording);
+    let rests = longest_per_pose(recording, rests_in(recording, &nominal));
     let rows_at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
     let is_hardly_static = rows_at_rest * 10 < recording.rows();
     let few = rests.is_empty() && recording.rows() < FEW_ROWS;
@@ -69,7 +71,7 @@ pub(super) fn in_recording(
                 )
             }
             _ => {
-                findings.extend(unused_pauses(recording, &rests));
+                findings.extend(unused_pauses(recording, &nominal, &rests));
                 return Ok(intervals_of(index, rests, None));
             }
         };
@@ -86,10 +88,10 @@ pub(super) fn in_recording(
     });
     let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        findings.extend(unused_pauses(recording, &rests));
+        findings.extend(unused_pauses(recording, &nominal, &rests));
         return Ok(intervals_of(index, rests, Some(&stem)));
     }
-    let quiet = LazyCell::new(|| find_quiet(recording));
+    let quiet = LazyCell::new(|| quiet_in(&nominal));
     let mut intervals = Vec::new();
     for (at, segment) in segments.iter().enumerate() {
         let label = if segments.len() > 1 {

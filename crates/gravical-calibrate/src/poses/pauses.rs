@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{
-    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile,
+    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, is_quiet, quantile,
 };
 
 use super::MANY_POSES;
@@ -35,12 +35,15 @@ const MAX_MAGNITUDE_ERROR: f64 = 0.1;
 
 /// Pauses that point elsewhere than the `poses` of a continuous recording: too short for a pose, or held by a hand
 /// that trembles.
-pub(super) fn unused_pauses(recording: &Recording, poses: &[Range<usize>]) -> Option<Finding> {
+pub(super) fn unused_pauses(
+    recording: &Recording,
+    nominal: &NominalSamples,
+    poses: &[Range<usize>],
+) -> Option<Finding> {
     // Nobody places a sensor that is worn.
     if poses.is_empty() || poses.len() >= MANY_POSES {
         return None;
     }
-    let nominal = NominalSamples::new(recording);
     let samples = &nominal.samples;
     let at = |rows: &Range<usize>| moments(&recording.accel, rows.clone());
     let means: Vec<[f64; 3]> = poses.iter().map(|rows| at(rows).0).collect();
@@ -150,20 +153,20 @@ fn still_spans(
     let distance = |a: &[f64; 6], b: &[f64; 6]| norm(&[0, 1, 2].map(|c| a[c] - b[c]));
     let max_distance = max_tilt_deg.to_radians() * STANDARD_GRAVITY_MPS2;
     let max_step = HELD_DEG.to_radians() * STANDARD_GRAVITY_MPS2 / STEPS as f64;
-    let is_quiet = |w: &Block| (0..2).all(|s| w.total_variance(s) < max_variance[s]);
     let goes_on = |a: &Block, b: &Block| {
         b.span.start - a.span.start == step && distance(&a.mean, &b.mean) < max_step
     };
-    let is_free = |span: &Range<usize>| {
-        let next = poses.partition_point(|pose| pose.end <= span.start);
-        poses.get(next).is_none_or(|pose| span.end <= pose.start)
-    };
+    let is_one_piece = |a: &Block, b: &Block| samples.piece(a.span.start).contains(&b.span.start);
     let mut spans = Vec::new();
-    for piece in &samples.pieces {
-        let starts = (piece.start..(piece.end + 1).saturating_sub(window)).step_by(step);
-        let windows = starts.map(|from| from..from + window).filter(is_free);
-        let windows = windows.map(|span| Block::new(span.clone(), span.map(|i| samples.sample(i))));
-        let quiet: Vec<Block> = windows.filter(is_quiet).collect();
+    let mut from = 0;
+    let ends = poses.iter().map(|pose| pose.start).chain([samples.len()]);
+    for (k, end) in ends.enumerate() {
+        let parts = blocks(samples, &(from..end.max(from)), step);
+        let adjacent = parts.chunk_by(|a, b| a.span.end == b.span.start && is_one_piece(a, b));
+        let windows = adjacent
+            .flat_map(|parts| parts.windows(STEPS))
+            .map(Block::joined);
+        let quiet: Vec<Block> = windows.filter(|w| is_quiet(w, max_variance)).collect();
         for run in quiet.chunk_by(goes_on) {
             let span = run[0].span.start..run[run.len() - 1].span.end;
             let mean = samples.mean(&middle(&span));
@@ -171,6 +174,7 @@ fn still_spans(
                 spans.push(span);
             }
         }
+        from = poses.get(k).map_or(from, |pose| pose.end);
     }
     spans
 }

@@ -39,8 +39,12 @@ const MOSTLY_STATIC: f64 = 0.5;
 /// counted in readings: 40, or 20 or 10 where that makes a recording a series of rests. What shows
 /// more than 0.3 m/s² or 2 °/s rms on an axis is not a rest, whatever else is in the recording.
 pub fn find_rests(recording: &Recording) -> Vec<Range<usize>> {
-    let nominal = NominalSamples::new(recording);
-    let rests = rests_of(recording, &nominal);
+    rests_in(recording, &NominalSamples::new(recording))
+}
+
+/// The same of samples that are made.
+pub(super) fn rests_in(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>> {
+    let rests = rests_of(recording, nominal);
     let share = |rests: &[Range<usize>]| {
         let at_rest: usize = rests.iter().map(ExactSizeIterator::len).sum();
         at_rest as f64 / recording.rows().max(1) as f64
@@ -91,11 +95,13 @@ pub(super) fn min_samples_without_rate(
 /// rest while a bias drifts with the temperature.
 #[doc(hidden)]
 pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
-    let nominal = NominalSamples::new(recording);
-    detect_rests(&nominal.samples, nominal.wander(HELD_DEG))
-        .iter()
-        .map(|span| nominal.in_rows(span))
-        .collect()
+    quiet_in(&NominalSamples::new(recording))
+}
+
+/// The same of samples that are made.
+pub(super) fn quiet_in(nominal: &NominalSamples) -> Vec<Range<usize>> {
+    let quiet = detect_rests(&nominal.samples, nominal.wander(HELD_DEG));
+    quiet.iter().map(|span| nominal.in_rows(span)).collect()
 }
 
 /// How far a motion may reach into the rests around it, s: it begins and ends so slowly
