@@ -15,6 +15,8 @@
 //! [`numfmt`] (numbers as text).
 #![deny(missing_docs)]
 
+#[doc(hidden)]
+pub mod axes;
 pub mod calibrate;
 pub mod calibration_file;
 pub mod check;

@@ -20,6 +20,7 @@ mod samples;
 #[doc(hidden)]
 pub mod sections;
 mod spikes;
+mod stills;
 
 #[doc(hidden)]
 pub use found::is_too_short;

@@ -7,8 +7,8 @@ use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{Bridged, Samples, bridge_odd};
 
+use crate::axes::AxisMap;
 use crate::calibration_file::TemperatureModel;
-use crate::poses::face::AxisMap;
 use crate::recording::Recording;
 use crate::recording::full_scale::FULL_SCALES_DEG_S;
 

@@ -3,17 +3,10 @@
 
 mod names;
 
-use serde::{Deserialize, Serialize};
-
-use crate::{Error, Result};
-
+pub use crate::axes::{AXES, AxisMap};
 pub use gravical_fit::{Face, angle_deg};
 #[doc(hidden)]
 pub use names::{Claim, claim};
-
-/// Names of the axes.
-#[doc(hidden)]
-pub const AXES: [char; 3] = ['x', 'y', 'z'];
 
 /// Names of the axes that are meant.
 pub(crate) fn axes_where(is_meant: impl Fn(usize) -> bool) -> Vec<String> {
@@ -44,127 +37,4 @@ pub fn in_words(n: [f64; 3]) -> String {
         format!(", {}", moved(Face::nearest(rest).0))
     };
     format!("{up}, tilted {angle_deg:.0}°, {}{third}", moved(second))
-}
-
-/// How the board sits in its case: row i says which board axis, with sign, is
-/// the case's axis i.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::Args))]
-pub struct AxisMap {
-    /// Sensor axes along the case's x,y,z, e.g. y,-x,z
-    #[cfg_attr(feature = "clap", arg(id = "axes", long = "axes", value_name = "X,Y,Z", value_parser = parse_rows, default_value = "x,y,z", allow_hyphen_values = true, hide_default_value = true, hide_short_help = true))]
-    rows: [(usize, bool); 3],
-}
-
-/// The option `--axes` of every verb that turns readings into the axes of the case.
-#[cfg(feature = "clap")]
-fn parse_rows(text: &str) -> Result<[(usize, bool); 3]> {
-    text.parse::<AxisMap>().map(|map| map.rows)
-}
-
-impl Default for AxisMap {
-    fn default() -> Self {
-        AxisMap {
-            rows: [(0, true), (1, true), (2, true)],
-        }
-    }
-}
-
-impl AxisMap {
-    /// A board reading seen in the case's axes.
-    pub fn to_case(&self, board: [f64; 3]) -> [f64; 3] {
-        self.rows
-            .map(|(axis, same)| if same { board[axis] } else { -board[axis] })
-    }
-
-    /// The case's axis along which the board's axis `board` lies.
-    pub fn case_axis(&self, board: usize) -> usize {
-        self.rows
-            .iter()
-            .position(|(axis, _)| *axis == board)
-            .unwrap_or(board)
-    }
-
-    /// The map whose case calls the faces of this one's case by other names:
-    /// `sent` is what the names call each face that the data show, in the order of
-    /// [`Face::all`]. None where no way of mounting and no sign of the sensor
-    /// explains them.
-    pub fn renamed(&self, sent: &[Face; 6]) -> Option<AxisMap> {
-        let mut rows = self.rows;
-        for (row, face) in rows.iter_mut().zip(Face::all().into_iter().step_by(2)) {
-            let shown = Face::all()[sent.iter().position(|s| *s == face)?];
-            if sent[shown.opposite().index()] != face.opposite() {
-                return None;
-            }
-            let (axis, same) = self.rows[shown.axis];
-            *row = (axis, shown.up == same);
-        }
-        let map = AxisMap { rows };
-        (!map.mirrors() || map.inverts()).then_some(map)
-    }
-
-    /// Each sign turns the hand over, and so does a swap of two axes.
-    fn mirrors(&self) -> bool {
-        let [(a, _), (b, _), _] = self.rows;
-        let even = (b + 3 - a) % 3 == 1;
-        let flips = self.rows.iter().filter(|(_, same)| !same).count();
-        even != (flips % 2 == 0)
-    }
-
-    /// `-x,-y,-z`: no mounting, but an accelerometer that reads −g on the axis
-    /// that points up, as phones do.
-    fn inverts(&self) -> bool {
-        self.rows == [(0, false), (1, false), (2, false)]
-    }
-
-    /// The map of angular rates, which are axial: the sign of an accelerometer's
-    /// axes is none of the gyroscope's.
-    pub fn of_rates(self) -> AxisMap {
-        let flip = self.mirrors();
-        AxisMap {
-            rows: self.rows.map(|(axis, same)| (axis, same != flip)),
-        }
-    }
-}
-
-impl std::fmt::Display for AxisMap {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [x, y, z] = self
-            .rows
-            .map(|(axis, same)| format!("{}{}", if same { "" } else { "-" }, AXES[axis]));
-        write!(f, "{x},{y},{z}")
-    }
-}
-
-impl std::str::FromStr for AxisMap {
-    type Err = Error;
-
-    /// `x,-z,y`: the case's x is the board's x, its y the board's −z, its z the
-    /// board's y. `-x,-y,-z` is the one map that mirrors: an accelerometer whose
-    /// signs are the other way round.
-    fn from_str(text: &str) -> Result<Self> {
-        let wrong = |why: &str| {
-            Error::usage("axes-syntax", format!("{text}: {why}")).with_hint(
-                "give three axes with signs, such as x,-z,y: the new x, y and z, each as an axis of the sensor",
-            )
-        };
-        let row = |part: &str| {
-            let part = part.trim().to_lowercase();
-            let is_named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
-            let face = Face::all().into_iter().find(is_named);
-            face.map(|face| (face.axis, face.up))
-        };
-        let rows: Option<Vec<(usize, bool)>> = text.split(',').map(row).collect();
-        let rows = rows.ok_or_else(|| wrong("not an axis"))?;
-        let is_complete = (0..3).all(|axis: usize| rows.iter().any(|row| row.0 == axis));
-        let rows = <[(usize, bool); 3]>::try_from(rows).ok();
-        let rows = rows.filter(|_| is_complete);
-        let rows = rows.ok_or_else(|| wrong("each axis has to occur once"))?;
-        let map = AxisMap { rows };
-        if map.mirrors() && !map.inverts() {
-            return Err(wrong("this mirrors the sensor, which no mounting does"));
-        }
-        Ok(map)
-    }
 }

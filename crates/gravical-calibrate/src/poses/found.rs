@@ -16,20 +16,14 @@ use crate::{Error, Result};
 use super::Interval;
 use super::face::{Claim, angle_deg, claim};
 use super::pauses::unused_pauses;
-use super::rests::{quiet_in, rests_in, why_never_static};
+use super::rests::{directions, quiet_in, rests_in, why_never_static};
 use super::samples::NominalSamples;
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.
 const FEW_ROWS: usize = 40;
-/// Directions further apart than this are two poses, degrees: a pose
-/// that is taken up and put down again comes back within a few.
-pub(super) const APART_DEG: f64 = 10.0;
 /// Means of a table point in directions that are further apart, degrees.
 const FAR_APART_DEG: f64 = 25.0;
-/// Beside the pose that the name of a file speaks of, a rest shorter than
-/// this share of it is handling.
-const HANDLING: f64 = 0.25;
 
 /// Poses of one recording of a session. What is in the file decides how
 /// many: a recording that stands alone, or whose rests point in more directions
@@ -181,32 +175,6 @@ pub(crate) fn intervals_of(
         claim: None,
     };
     spans.into_iter().enumerate().map(interval).collect()
-}
-
-/// The longest rest of every direction, in order.
-pub(super) fn directions(
-    recording: &Recording,
-    rests: &[Range<usize>],
-    claimed: Option<Claim>,
-) -> Vec<Range<usize>> {
-    let mut found: Vec<([f64; 3], Range<usize>)> = Vec::new();
-    for span in rests {
-        let (mean, _) = moments(&recording.accel, span.clone());
-        match found
-            .iter_mut()
-            .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
-        {
-            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
-            Some(_) => {}
-            None => found.push((mean, span.clone())),
-        }
-    }
-    if matches!(claimed, Some(Claim::Face(_))) {
-        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
-        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
-    }
-    found.sort_by_key(|(_, s)| s.start);
-    found.into_iter().map(|(_, s)| s).collect()
 }
 
 /// Every row a pose of its own.

@@ -4,28 +4,20 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{
-    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, is_quiet, quantile,
-};
+use gravical_signal::{Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile};
 
 use super::MANY_POSES;
 use super::face::angle_deg;
-use super::found::{APART_DEG, directions};
-use super::rests::{HELD_DEG, MIN_REST_S, SAME_DEG, min_samples_without_rate};
+use super::rests::{APART_DEG, MIN_REST_S, directions, min_samples_without_rate};
 use super::samples::NominalSamples;
+use super::stills::{HELD_DEG, MIN_WINDOW_LEN, READINGS_S, middle, still_spans};
 use crate::finding::finding;
 use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::stats::moments;
 
-/// Windows of this duration lie within a pause of 0.3 s wherever it begins …
+/// Windows of this duration lie within a pause of 0.3 s wherever it begins.
 const SHORT_S: f64 = 0.25;
-/// … and where no rate is known, of 8 readings within one of 10: blocks have 10 there.
-const READINGS_S: f64 = 0.8 * BLOCK_S;
-/// A variance of fewer samples says little.
-const MIN_WINDOW_LEN: usize = 8;
-/// A window begins this fraction of its length after the one before.
-const STEPS: usize = 8;
 /// On a table the variance is less than that of a calm hand by this factor.
 const CALM: f64 = 4.0;
 /// Poses and pauses are at least one part in so many of a session: of a motion recording they are less.
@@ -121,15 +113,6 @@ fn min_rest_len(recording: &Recording, samples: &Samples, poses: &[Range<usize>]
     lengths.fold(usual, usize::min)
 }
 
-/// Rests of ten readings or more where no rate is known, without the reading at each end: it may be of a motion.
-pub(super) fn brief_rests(samples: &Samples) -> Vec<Range<usize>> {
-    let window = samples.count_in(READINGS_S).max(MIN_WINDOW_LEN);
-    let spans = still_spans(samples, &[], window, TREMOR, SAME_DEG);
-    let end = window / STEPS;
-    let inner = spans.iter().map(|span| span.start + end..span.end - end);
-    inner.filter(|span| span.len() >= window).collect()
-}
-
 /// Variance up to which a window is as quiet as the poses, or nearly: a hand that hesitates trembles more.
 fn quiet_variance(samples: &Samples, poses: &[Range<usize>], window: usize) -> [f64; 2] {
     let windows = poses.iter().flat_map(|pose| blocks(samples, pose, window));
@@ -139,48 +122,4 @@ fn quiet_variance(samples: &Samples, poses: &[Range<usize>], window: usize) -> [
         let level = quantile(variances, 0.5);
         (MAX_EXCESS * level).clamp(TREMOR[sensor] / CALM, MAX_VARIANCE[sensor])
     })
-}
-
-/// Spans between the poses in which all windows vary by less, and that stay within a few degrees.
-fn still_spans(
-    samples: &Samples,
-    poses: &[Range<usize>],
-    window: usize,
-    max_variance: [f64; 2],
-    max_tilt_deg: f64,
-) -> Vec<Range<usize>> {
-    let step = (window / STEPS).max(1);
-    let distance = |a: &[f64; 6], b: &[f64; 6]| norm(&[0, 1, 2].map(|c| a[c] - b[c]));
-    let max_distance = max_tilt_deg.to_radians() * STANDARD_GRAVITY_MPS2;
-    let max_step = HELD_DEG.to_radians() * STANDARD_GRAVITY_MPS2 / STEPS as f64;
-    let goes_on = |a: &Block, b: &Block| {
-        b.span.start - a.span.start == step && distance(&a.mean, &b.mean) < max_step
-    };
-    let is_one_piece = |a: &Block, b: &Block| samples.piece(a.span.start).contains(&b.span.start);
-    let mut spans = Vec::new();
-    let mut from = 0;
-    let ends = poses.iter().map(|pose| pose.start).chain([samples.len()]);
-    for (k, end) in ends.enumerate() {
-        let parts = blocks(samples, &(from..end.max(from)), step);
-        let adjacent = parts.chunk_by(|a, b| a.span.end == b.span.start && is_one_piece(a, b));
-        let windows = adjacent
-            .flat_map(|parts| parts.windows(STEPS))
-            .map(Block::joined);
-        let quiet: Vec<Block> = windows.filter(|w| is_quiet(w, max_variance)).collect();
-        for run in quiet.chunk_by(goes_on) {
-            let span = run[0].span.start..run[run.len() - 1].span.end;
-            let mean = samples.mean(&middle(&span));
-            if run.iter().all(|w| distance(&w.mean, &mean) < max_distance) {
-                spans.push(span);
-            }
-        }
-        from = poses.get(k).map_or(from, |pose| pose.end);
-    }
-    spans
-}
-
-/// The half of a span that is furthest from the motions around it.
-fn middle(span: &Range<usize>) -> Range<usize> {
-    let quarter = span.len() / 4;
-    span.start + quarter..span.end - quarter
 }

@@ -6,10 +6,11 @@ use gravical_core::matrix3::{norm, sub};
 use gravical_signal::{BLOCK_S, MAX_VARIANCE, Samples, Wander, block_len, detect_rests, quantile};
 
 use super::MANY_POSES;
-use super::pauses::brief_rests;
+use super::face::{Claim, angle_deg};
 use super::samples::NominalSamples;
+use super::stills::{HELD_DEG, SAME_DEG, brief_rests};
 use crate::recording::Recording;
-use crate::stats::weighted_median;
+use crate::stats::{moments, weighted_median};
 
 /// Shortest static interval, s: a shorter pause of a hand is no pose.
 pub const MIN_REST_S: f64 = 1.0;
@@ -23,11 +24,12 @@ const MIN_WORN_REST_S: f64 = 10.0;
 const MIN_REST_BLOCKS: f64 = 4.0;
 /// … and as a fraction of the median number of rows of a rest.
 const MIN_SHARE: f64 = 0.4;
-/// Readings stay this near their mean in a pose, as an angle in degrees, by noise, a table that gives way, a
-/// hand that wanders or a bias that drifts …
-pub(super) const SAME_DEG: f64 = 1.0;
-/// … and this near where no pose is asked for, or none is found.
-pub(super) const HELD_DEG: f64 = 3.0;
+/// Directions further apart than this are two poses, degrees: a pose
+/// that is taken up and put down again comes back within a few.
+pub(super) const APART_DEG: f64 = 10.0;
+/// Beside the pose that the name of a file speaks of, a rest shorter than
+/// this share of it is handling.
+const HANDLING: f64 = 0.25;
 /// Share of the rows at rest below which rests may be shorter than those that were looked for, and above
 /// which short ones are those of a session: in a motion pauses are fewer.
 const HARDLY_STATIC: f64 = 0.1;
@@ -185,6 +187,32 @@ impl NominalSamples {
         });
         rests
     }
+}
+
+/// The longest rest of every direction, in order.
+pub(super) fn directions(
+    recording: &Recording,
+    rests: &[Range<usize>],
+    claimed: Option<Claim>,
+) -> Vec<Range<usize>> {
+    let mut found: Vec<([f64; 3], Range<usize>)> = Vec::new();
+    for span in rests {
+        let (mean, _) = moments(&recording.accel, span.clone());
+        match found
+            .iter_mut()
+            .find(|(other, _)| angle_deg(*other, mean) < APART_DEG)
+        {
+            Some((_, kept)) if kept.len() < span.len() => *kept = span.clone(),
+            Some(_) => {}
+            None => found.push((mean, span.clone())),
+        }
+    }
+    if matches!(claimed, Some(Claim::Face(_))) {
+        let longest = found.iter().map(|(_, s)| s.len()).max().unwrap_or(0);
+        found.retain(|(_, s)| s.len() as f64 >= HANDLING * longest as f64);
+    }
+    found.sort_by_key(|(_, s)| s.start);
+    found.into_iter().map(|(_, s)| s).collect()
 }
 
 #[cfg(test)]
