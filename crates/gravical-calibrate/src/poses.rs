@@ -45,10 +45,6 @@ use sections::Section;
 #[doc(hidden)]
 pub const MAX_FACE_ANGLE_DEG: f64 = 25.0;
 
-/// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a model on
-/// eighths of them.
-pub(crate) const MANY_POSES: usize = 64;
-
 /// How a session is cut into poses.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]

@@ -50,7 +50,8 @@ use crate::calibration_file::{
 };
 use crate::finding::finding;
 use crate::numfmt::{milli_g, small};
-use crate::poses::{MANY_POSES, Pose, Segmentation, check_units};
+use crate::poses::rests::MANY_POSES;
+use crate::poses::{Pose, Segmentation, check_units};
 use crate::recording::{Finding, GyroUnit, Recording};
 use crate::{Error, Result};
 

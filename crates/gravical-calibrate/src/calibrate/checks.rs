@@ -6,8 +6,9 @@ use gravical_fit::{Fit, FittedPose};
 use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
 use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
+use crate::poses::Pose;
 use crate::poses::face::{AXES, AxisMap, Claim, Face};
-use crate::poses::{MANY_POSES, Pose};
+use crate::poses::rests::MANY_POSES;
 use crate::recording::{Recording, already_calibrated};
 
 use super::estimate::{Estimate, UNUSUAL_TILT};

@@ -6,9 +6,8 @@ use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile};
 
-use super::MANY_POSES;
 use super::face::angle_deg;
-use super::rests::{APART_DEG, MIN_REST_S, directions, min_samples_without_rate};
+use super::rests::{APART_DEG, MANY_POSES, MIN_REST_S, directions, min_samples_without_rate};
 use super::samples::NominalSamples;
 use super::stills::{HELD_DEG, MIN_WINDOW_LEN, READINGS_S, middle, still_spans};
 use crate::finding::finding;

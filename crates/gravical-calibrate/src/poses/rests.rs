@@ -5,7 +5,6 @@ use std::ops::Range;
 use gravical_core::matrix3::{norm, sub};
 use gravical_signal::{BLOCK_S, MAX_VARIANCE, Samples, Wander, block_len, detect_rests, quantile};
 
-use super::MANY_POSES;
 use super::face::{Claim, angle_deg};
 use super::samples::NominalSamples;
 use super::stills::{HELD_DEG, SAME_DEG, brief_rests};
@@ -14,6 +13,9 @@ use crate::stats::{moments, weighted_median};
 
 /// Shortest static interval, s: a shorter pause of a hand is no pose.
 pub const MIN_REST_S: f64 = 1.0;
+/// Nobody places a sensor in so many poses: they are found in days of wear, and enough to test a model on
+/// eighths of them.
+pub(crate) const MANY_POSES: usize = 64;
 /// A rest of fewer blocks is used to its ends.
 const MIN_BLOCKS_TO_TRIM: usize = 6;
 /// So many hours hold more static intervals than poses that somebody placed a sensor in: it is worn …
