@@ -1,8 +1,8 @@
 //! The sensor at rest: since when, block by block, and what is wrong with it as a pose.
 //!
 //! A guided session decides while the sensor still lies there, by the blocks of the last seconds: a hold is a run
-//! of quiet blocks whose means agree. What is quiet is what it is in a recording, which
-//! [`gravical_calibrate::poses::rests::find_rests`] judges when it knows what follows.
+//! of quiet blocks whose means agree. The limits are those of the rest detector of a
+//! recording ([`gravical_calibrate::poses::rests::find_rests`]), with the noise of the quietest blocks so far.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -11,13 +11,16 @@ use gravical_core::matrix3::{norm, sub};
 use gravical_recording::Sample;
 use gravical_recording::full_scale::clipped_count;
 use gravical_signal::{
-    BLOCK_S, Block, MAX_VARIANCE, Wander, block_len, flips, is_quiet, quiet_level, quiet_limit,
+    BLOCK_S, Block, MAX_VARIANCE, RestTolerance, block_len, flips, is_quiet, quiet_level,
+    quiet_limit,
 };
 
 use crate::event::Rejection;
 use gravical_calibrate::poses::face::AXES;
 use gravical_calibrate::recording::units::AccelScale;
 
+/// Blocks that tell how much noise there is.
+const MIN_LEVEL_BLOCKS: usize = 5;
 /// Means of the blocks of a hold are no further from their mean than this multiple of noise/√rows …
 const MAX_MEAN: f64 = 10.0;
 /// … or this fraction of gravity, the vibration of a table.
@@ -57,6 +60,8 @@ pub(crate) struct StillnessDetector {
     /// The last blocks, m/s² and rad/s, and how many of them there are since the last interruption.
     blocks: VecDeque<Block>,
     since_split: usize,
+    /// Variance of the quietest blocks so far, three axes.
+    level: [f64; 2],
 }
 
 impl StillnessDetector {
@@ -72,6 +77,7 @@ impl StillnessDetector {
             samples: Vec::new(),
             blocks: VecDeque::new(),
             since_split: 0,
+            level: MAX_VARIANCE,
         }
     }
 
@@ -95,9 +101,14 @@ impl StillnessDetector {
         self.blocks.push_back(last.clone());
         self.since_split = (self.since_split + 1).min(self.blocks.len());
         let blocks = &*self.blocks.make_contiguous();
-        let level = [0, 1].map(|sensor| quiet_level(blocks, sensor));
+        if blocks.len() >= MIN_LEVEL_BLOCKS {
+            for (sensor, level) in self.level.iter_mut().enumerate() {
+                *level = level.min(quiet_level(blocks, sensor));
+            }
+        }
+        let level = self.level;
         let mut limit = quiet_limit(level);
-        // A gyroscope that never rests has another unit than it claims: the accelerometer decides.
+        // A gyroscope that has never rested may have another unit than it claims: the accelerometer decides.
         if level[1] == MAX_VARIANCE[1] {
             limit[1] = f64::INFINITY;
         }
@@ -109,11 +120,12 @@ impl StillnessDetector {
         let flip_mps2 = flips[..3].iter().sum::<f64>().sqrt();
         let force_mps2 = norm(&last.sensor_mean(0));
         let agree_mps2 = white_mps2.max(VIBRATION * force_mps2) + flip_mps2;
-        let wander = Wander {
+        let tolerance = RestTolerance {
             tilt_rad: agree_mps2 / force_mps2,
             rate_rad_s: f64::INFINITY,
+            steps_are_turns: false,
         };
-        let first = (0..quiet.len()).find(|first| wander.holds(&quiet[*first..]));
+        let first = (0..quiet.len()).find(|first| tolerance.contains(&quiet[*first..]));
         Some(Stillness {
             run: first.map(|first| quiet[first].span.start..last.span.end),
             variance: [0, 1].map(|sensor| last.total_variance(sensor)),

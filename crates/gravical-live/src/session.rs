@@ -35,6 +35,9 @@ const GAP_S: f64 = 0.5;
 const IDENTIFY_S: f64 = 1.0;
 /// A hold is looked back upon for this time before its capture, s.
 const RUN_S: f64 = 40.0;
+/// Noise at rest over the magnitude at most, three axes together: twice that of a bad MPU6050
+/// without low-pass. Where the quietest hold scatters more, the sensor has not rested yet.
+const MAX_NOISE_AT_REST: f64 = 0.035;
 /// A gyroscope of 16 bits and ±250 °/s.
 const FINE_COUNTS_PER_DEG_S: f64 = 131.0;
 /// Rows of a capture at least.
@@ -455,7 +458,14 @@ impl Session {
         };
         self.emit(event, &text);
         // What no unit is known of: gravity is gravity, and counts of a gyroscope are fine ones.
-        let by_gravity = || norm(&self.reading()) / self.options.gravity.value_mps2;
+        let magnitude = norm(&self.reading());
+        let by_gravity = || {
+            if magnitude > 0.0 {
+                magnitude / self.options.gravity.value_mps2
+            } else {
+                1.0
+            }
+        };
         let per_rad_s = recording.units.gyro.and_then(|g| g.nominal());
         let scale = [
             recording.units.accel.nominal().unwrap_or_else(by_gravity),
@@ -485,7 +495,8 @@ impl Session {
         let samples = self.within(run);
         let rest = block(&samples, UNSCALED);
         let norm = norm(&rest.sensor_mean(0));
-        if self.hold.as_ref().is_some_and(|h| h.is_over) {
+        let noise = rest.total_variance(0).sqrt();
+        if noise > MAX_NOISE_AT_REST * norm || self.hold.as_ref().is_some_and(|h| h.is_over) {
             return false;
         }
         let Some(Ok(recording)) = self.recording() else {
@@ -511,7 +522,7 @@ impl Session {
             gyro_nominal: recording.units.gyro.as_ref().and_then(GyroScale::nominal),
             gyro_bias: rest.sensor_mean(1),
         });
-        let noise_mg = milli_g(rest.total_variance(0).sqrt() / nominal);
+        let noise_mg = milli_g(noise / nominal);
         let limit_mg = milli_g(state.limit[0].sqrt());
         let text =
             format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");

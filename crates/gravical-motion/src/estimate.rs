@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Wander, detect_rests};
+use gravical_signal::{RestTolerance, detect_rests};
 
 use crate::chain::chain;
 use crate::filter::{Filter, Recorder};
@@ -34,10 +34,10 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let found = match &options.rests {
         Some(given) => given.clone(),
         None => {
-            let found = detect_rests(samples, Wander::NONE);
+            let found = detect_rests(samples, RestTolerance::CONSTANT);
             // How a hand wanders that holds the sensor is noise of the rest.
             if found.is_empty() {
-                detect_rests(samples, Wander::ANY)
+                detect_rests(samples, RestTolerance::UNLIMITED)
             } else {
                 found
             }

@@ -7,9 +7,10 @@
 //! SI units only: no files, no names of columns, no words.
 //!
 //! 1. [`Samples`]: specific force and angular rate over time, in pieces without a gap.
-//! 2. [`blocks`]: means and variances of short blocks.
-//! 3. [`detect_rests`]: where the sensor lay still, or wandered by no more than a [`Wander`].
-//! 4. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
+//! 2. [`bridge_odd`]: what is clipped or spiked, interpolated before.
+//! 3. [`blocks`]: means and variances of short blocks.
+//! 4. [`detect_rests`]: where the sensor lay still, or moved by no more than a [`RestTolerance`].
+//! 5. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
 #![deny(missing_docs)]
 
 mod allan;
@@ -35,5 +36,5 @@ pub use quiet::{
     BLOCK_S, MAX_EXCESS, MAX_VARIANCE, MIN_VARIANCE, TREMOR, flips, is_quiet, quiet_level,
     quiet_limit,
 };
-pub use rests::{Wander, detect_rests};
-pub use samples::{Bridged, Samples, pieces, sampling_period};
+pub use rests::{RestTolerance, detect_rests};
+pub use samples::{Bridged, Samples};

@@ -31,7 +31,7 @@ const ONSET_SD: f64 = 0.1;
 /// value reaches), or at an extreme of their channel where it stands for longer than its noise allows, follow the
 /// slopes on both sides and stay at or beyond it. Spikes of up to four
 /// rows higher than `min_spike` follow a line. Times are s, in order, one for each row; at the first and last two rows
-/// nothing is replaced. Channels are those of an accelerometer: add 3 for a gyroscope.
+/// nothing is replaced. `read` has three columns of one length. Returns them, and what was replaced; its channels are those of an accelerometer: add 3 for a gyroscope.
 pub fn bridge_odd<'a>(
     time_s: &[f64],
     read: [&'a [f64]; 3],

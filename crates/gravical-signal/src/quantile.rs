@@ -1,6 +1,7 @@
 //! Quantiles.
 
-/// The value that a fraction `q` of all is at most; 0 without values.
+/// The value that a fraction `q`, 0 to 1, of all is at most, the lower one of two; 0 without values. What is no number
+/// is last.
 pub fn quantile(mut values: Vec<f64>, q: f64) -> f64 {
     if values.is_empty() {
         return 0.0;

@@ -11,32 +11,41 @@ use crate::quiet::{BLOCK_S, MIN_BLOCKS, Noise, quiet_level, quiet_runs, usual_st
 use crate::samples::Samples;
 use crate::steady::steady_parts;
 
-/// Blocks of a second.
+/// Blocks of a second, from 25 Hz on.
 const BLOCKS_PER_S: usize = 5;
 
 /// How far means of blocks may be from the mean of a rest, beyond noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wander {
-    /// As a share of the specific force, so that a scale that drifts counts like a tilt, rad.
+pub struct RestTolerance {
+    /// Of the specific force of a block, as a share of its magnitude, so that a scale that drifts counts like a tilt,
+    /// rad.
     pub tilt_rad: f64,
-    /// The rate of each second, rad/s: a hand trembles faster.
+    /// Of the rate of each whole second, rad/s: a hand trembles faster.
     pub rate_rad_s: f64,
+    /// Where force steps there is a rest on either side: the rows between were few. Else, without a gyroscope, it may be
+    /// a slow move.
+    pub steps_are_turns: bool,
 }
 
-impl Wander {
+impl RestTolerance {
     /// Force and rate are constant.
-    pub const NONE: Wander = Wander {
+    pub const CONSTANT: RestTolerance = RestTolerance {
         tilt_rad: 0.0,
         rate_rad_s: 0.0,
+        steps_are_turns: false,
     };
     /// All that is quiet is one rest: it may turn evenly.
-    pub const ANY: Wander = Wander {
+    pub const UNLIMITED: RestTolerance = RestTolerance {
         tilt_rad: f64::INFINITY,
         rate_rad_s: f64::INFINITY,
+        steps_are_turns: false,
     };
 
-    /// True if a run of blocks does not go further.
-    pub fn holds(&self, run: &[Block]) -> bool {
+    /// True if a run of one block or more does not go further.
+    pub fn contains(&self, run: &[Block]) -> bool {
+        if *self == Self::UNLIMITED {
+            return true;
+        }
         let mean = |blocks: &[Block], first: usize| -> Vector3<f64> {
             let means = blocks
                 .iter()
@@ -60,12 +69,11 @@ impl Wander {
 /// exceeds 0.3 m/s² or 2 °/s rms is no rest. Edges are those of a ramp fitted to what follows (likelihood ratio
 /// over its onset). Within them force and rate are constant on every scale from 31 ms to 4 s.
 ///
-/// Where nothing of what is quiet wanders by more than `wander` it is one rest, whole blocks of it: a hand that holds
+/// A run of quiet blocks that stays within `tolerance` is one rest as it is, whatever divides it: a hand that holds
 /// the sensor, a bias that drifts with the temperature.
 ///
-/// It finds rests of 0.8 s and more, in order and apart, in recordings of more than a second; of what is quiet for
-/// longer than 0.6 s some. Without a gyroscope a slow move may contain one.
-pub fn detect_rests(samples: &Samples, wander: Wander) -> Vec<Range<usize>> {
+/// It finds rests of 0.8 s and more, in order and apart; of what is quiet for longer than 0.6 s some. Without a gyroscope a slow move may contain one.
+pub fn detect_rests(samples: &Samples, tolerance: RestTolerance) -> Vec<Range<usize>> {
     let size = block_len(samples.period_s, BLOCK_S);
     let min_len = (MIN_BLOCKS - 1) * size;
     let blocks = blocks(samples, &(0..samples.time_s.len()), size);
@@ -73,17 +81,18 @@ pub fn detect_rests(samples: &Samples, wander: Wander) -> Vec<Range<usize>> {
         return Vec::new();
     }
     let level = [0, 1].map(|sensor| quiet_level(&blocks, sensor));
+    let may_be_slow = !samples.has_gyro() && !tolerance.steps_are_turns;
     let mut rests: Vec<Range<usize>> = Vec::new();
     let runs = quiet_runs(samples, &blocks, level);
     let usual = usual_steps(&runs);
     for run in runs {
-        if wander.holds(run) {
+        if tolerance.contains(run) {
             rests.push(run[0].span.start..run[run.len() - 1].span.end);
             continue;
         }
         let noise = Noise::new(samples, run, level, &usual);
         let mut segments = constant_segments(run, samples.count(), &noise);
-        if !samples.has_gyro() {
+        if may_be_slow {
             segments = longest_of_touching(segments, MIN_BLOCKS);
         }
         let spans = segments
@@ -92,7 +101,7 @@ pub fn detect_rests(samples: &Samples, wander: Wander) -> Vec<Range<usize>> {
             .map(|span| with_edges(samples, &span, size, &noise.variance));
         let parts = spans.flat_map(|s| steady_parts(samples, &s, &noise, min_len));
         let mut parts: Vec<Range<usize>> = parts.collect();
-        if !samples.has_gyro() {
+        if may_be_slow {
             parts = longest_of_touching(parts, MIN_BLOCKS * size);
         }
         at_ends_of_piece(samples, run, &mut parts, MIN_BLOCKS * size);

@@ -39,9 +39,9 @@ pub struct Samples {
     pub force_mps2: Vec<[f64; 3]>,
     /// Angular rate, rad/s, one for each time; empty without a gyroscope.
     pub rate_rad_s: Vec<[f64; 3]>,
-    /// Usual step, s: [`sampling_period`].
+    /// Usual step, s: the median.
     pub period_s: f64,
-    /// Spans without a gap: [`pieces`].
+    /// Spans without a gap: of more than five periods, and 0.1 s.
     pub pieces: Vec<Range<usize>>,
     /// Steps that the channels are written in, SI; 0 where they are fine.
     pub resolution: [f64; 6],
@@ -111,6 +111,13 @@ impl Samples {
         self
     }
 
+    /// With another period than the median step: of rows that were left out it knows nothing.
+    pub fn with_period(mut self, period_s: f64) -> Samples {
+        self.period_s = period_s;
+        self.pieces = pieces(&self.time_s, period_s, &self.breaks);
+        self
+    }
+
     /// The same rows with other values, each given by its row.
     pub fn with_values(&self, values: impl Fn(usize) -> ([f64; 3], Option<[f64; 3]>)) -> Samples {
         let mut force = Vec::with_capacity(self.len());
@@ -133,7 +140,7 @@ impl Samples {
     }
 
     /// The first sample of row `row` or later.
-    fn first_sample(&self, row: usize) -> usize {
+    pub fn first_sample(&self, row: usize) -> usize {
         self.rows.partition_point(|r| (*r as usize) < row)
     }
 
@@ -226,7 +233,7 @@ impl Samples {
 }
 
 /// Median step of the times, s; 0 with fewer than two.
-pub fn sampling_period(time_s: &[f64]) -> f64 {
+fn sampling_period(time_s: &[f64]) -> f64 {
     quantile(time_s.windows(2).map(|w| w[1] - w[0]).collect(), 0.5)
 }
 
@@ -237,7 +244,7 @@ fn is_gap(step_s: f64, period_s: f64) -> bool {
 
 /// Spans between gaps, and `breaks`: samples, in order, before which something is missing whatever the times
 /// say.
-pub fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usize>> {
+fn pieces(time_s: &[f64], period_s: f64, breaks: &[usize]) -> Vec<Range<usize>> {
     let mut out = Vec::new();
     let mut from = 0;
     for i in 1..=time_s.len() {

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile};
+use gravical_signal::{
+    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile,
+};
 
 use super::face::angle_deg;
 use super::rests::{APART_DEG, MANY_POSES, MIN_REST_S, directions, min_samples_without_rate};
@@ -15,7 +17,9 @@ use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::stats::moments;
 
-/// Windows of this duration lie within a pause of 0.3 s wherever it begins.
+/// A shorter pause is one of a hand on its way, s; without a rate ten readings …
+const MIN_PAUSE_S: f64 = 0.3;
+/// … in which windows of this duration lie wherever it begins, s.
 const SHORT_S: f64 = 0.25;
 /// On a table the variance is less than that of a calm hand by this factor.
 const CALM: f64 = 4.0;
@@ -62,7 +66,8 @@ pub(super) fn unused_pauses(
     let window = samples.count_in(rate_hz.map_or(READINGS_S, |_| SHORT_S));
     let window = window.max(MIN_WINDOW_LEN);
     let mut short = find(window, quiet_variance(samples, &poses, window));
-    short.retain(|span| span.len() < min_unsteady);
+    let min_short = samples.count_in(rate_hz.map_or(BLOCK_S, |_| MIN_PAUSE_S));
+    short.retain(|span| (min_short..min_unsteady).contains(&span.len()));
     let mut unsteady = find(samples.count_in(MIN_REST_S).max(window), MAX_VARIANCE);
     // Where a hand trembles little, it is quiet now and then.
     let overlap = |a: &Range<usize>, b: &Range<usize>| a.start < b.end && b.start < a.end;

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
-use gravical_signal::{BLOCK_S, MAX_VARIANCE, Samples, Wander, block_len, detect_rests, quantile};
+use gravical_signal::{
+    BLOCK_S, MAX_VARIANCE, RestTolerance, Samples, block_len, detect_rests, quantile,
+};
 
 use super::face::{Claim, angle_deg};
 use super::samples::NominalSamples;
@@ -72,7 +74,7 @@ pub(super) fn rests_in(recording: &Recording, nominal: &NominalSamples) -> Vec<R
 fn rests_of(recording: &Recording, nominal: &NominalSamples) -> Vec<Range<usize>> {
     let channels = &nominal.samples;
     // More than a rest of a motion may wander, and too little to matter for a pose.
-    let rests = nominal.without_turns(detect_rests(channels, nominal.wander(SAME_DEG)));
+    let rests = nominal.without_turns(detect_rests(channels, nominal.tolerance(SAME_DEG)));
     // The sensor is worn: what rests for less does not count.
     let hours = channels.time_s.len() as f64 * channels.period_s / 3600.0;
     let is_worn = hours >= WORN_HOURS && rests.len() >= MANY_POSES;
@@ -104,7 +106,7 @@ pub fn find_quiet(recording: &Recording) -> Vec<Range<usize>> {
 
 /// The same of samples that are made.
 pub(super) fn quiet_in(nominal: &NominalSamples) -> Vec<Range<usize>> {
-    let quiet = detect_rests(&nominal.samples, nominal.wander(HELD_DEG));
+    let quiet = detect_rests(&nominal.samples, nominal.tolerance(HELD_DEG));
     quiet.iter().map(|span| nominal.in_rows(span)).collect()
 }
 
@@ -150,11 +152,12 @@ pub fn why_never_static(recording: &Recording) -> String {
 }
 
 impl NominalSamples {
-    /// What a rest may wander.
-    fn wander(&self, tilt_deg: f64) -> Wander {
-        Wander {
+    /// How far a pose may move.
+    fn tolerance(&self, tilt_deg: f64) -> RestTolerance {
+        RestTolerance {
             tilt_rad: tilt_deg.to_radians(),
             rate_rad_s: self.turning_rad_s,
+            steps_are_turns: !self.has_clock,
         }
     }
 
@@ -262,6 +265,36 @@ mod tests {
             let slow = 60;
             assert!(rests[0].end <= rest + slow, "{rests:?}");
             assert!(rests[1].start + slow >= rest + turn, "{rests:?}");
+        }
+    }
+
+    /// An axis that stands at the end of its values is no clipped one, and a jump of all axes no knock.
+    #[test]
+    fn coarse_steps_and_transmission_errors_hide_no_face() {
+        let (hold, motion) = (400, 10);
+        let faces = [
+            [9.8, 0.3],
+            [-9.4, 0.2],
+            [0.1, 9.9],
+            [0.2, -9.6],
+            [-0.3, 0.4],
+        ];
+        let row = |i: usize, step: f64, spike: f64| {
+            let (k, at) = (i / (hold + motion), i % (hold + motion));
+            let next = faces[(k + 1) % faces.len()];
+            let share = at.saturating_sub(hold) as f64 / motion as f64;
+            let [x, y] = [0, 1].map(|c| faces[k][c] + share * (next[c] - faces[k][c]));
+            let up = [x, y, if k == 4 { 9.7 } else { 0.5 }];
+            let is_hit = i * 7919 % 29 == 3;
+            std::array::from_fn(|c| match c {
+                3.. => 0.002 * noise(i, c),
+                _ if is_hit => up[c] + spike * noise(i, c).signum(),
+                _ => ((up[c] + 0.02 * noise(i, c)) / step).round() * step,
+            })
+        };
+        for (step, spike) in [(0.15, 0.0), (0.01, 4.0), (0.01, 8.0), (0.01, 20.0)] {
+            let rests = found((0..5 * (hold + motion)).map(|i| row(i, step, spike)));
+            assert_eq!(rests.len(), 5, "{step} {spike} {rests:?}");
         }
     }
 }

@@ -11,9 +11,10 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{BLOCK_S, Samples, block_len, blocks, quantile};
 
 use super::face::AxisMap;
+use super::spikes;
 use crate::recording::Recording;
 use crate::recording::units::{MDPS_PER_DEG_S, Origin};
-use crate::samples::{Nominal, samples};
+use crate::samples::{Columns, samples};
 use crate::stats::moments;
 
 /// Between the noise of a usual gyroscope in rad/s and in °/s: 0.09 °/s is
@@ -36,6 +37,8 @@ pub(super) struct NominalSamples {
     pub samples: Samples,
     /// A rest whose mean rate is off the bias by more is a turn.
     pub turning_rad_s: f64,
+    /// Their period is known.
+    pub has_clock: bool,
 }
 
 impl NominalSamples {
@@ -47,8 +50,7 @@ impl NominalSamples {
 
     /// Samples of a span of rows.
     pub fn in_samples(&self, rows: &Range<usize>) -> Range<usize> {
-        let sample = |row: usize| self.samples.rows.partition_point(|r| (*r as usize) < row);
-        sample(rows.start)..sample(rows.end)
+        self.samples.first_sample(rows.start)..self.samples.first_sample(rows.end)
     }
 
     pub fn new(recording: &Recording) -> NominalSamples {
@@ -66,25 +68,34 @@ impl NominalSamples {
             Some(rate_hz) => rate_hz.recip(),
             None => BLOCK_S / (readings * recording.clock.rows_per_reading),
         };
-        let gyro = recording.gyro.as_ref().and_then(held);
-        let gyro = gyro.as_deref();
-        let scale = gyro.map(|gyro| rate_scale(recording, gyro, period_s));
-        let is_guessed = scale.is_some_and(|(_, is_guessed)| is_guessed);
-        let nominal = Nominal {
-            per_mps2: per_mps2(recording),
-            gyro: gyro.zip(scale.map(|(per_rad_s, _)| per_rad_s)),
-        };
-        // Stamps may repeat.
+        // Rows, not stamps, give the time: samples whose stamps repeat are left out.
         let time_s: Vec<f64> = (0..recording.rows())
             .map(|row| row as f64 * period_s)
             .collect();
-        let (samples, _) = samples(recording, &time_s, &nominal, &AxisMap::default(), None);
+        let accel = Columns {
+            values: without_spikes(recording, period_s),
+            per_si: per_mps2(recording),
+            bridged: Vec::new(),
+        };
+        let read = recording.gyro.as_ref();
+        let scale = read.map(|read| rate_scale(recording, read, period_s));
+        let is_guessed = scale.is_some_and(|(_, is_guessed)| is_guessed);
+        let filled = read.and_then(forward_fill).zip(scale);
+        let gyro = filled.map(|(values, (per_si, _))| Columns {
+            values,
+            per_si,
+            bridged: Vec::new(),
+        });
+        let axes = AxisMap::default();
+        let in_si = |gyro| samples(recording, &time_s, &accel, gyro, &axes, None).0;
+        let mut samples = in_si(gyro.as_ref());
+        if 2 * samples.len() < recording.rows() {
+            // In a wrong unit no rate is possible.
+            samples = in_si(None);
+        }
         NominalSamples {
-            // Empty cells leave fewer rows, not a longer period.
-            samples: Samples {
-                period_s,
-                ..samples
-            },
+            samples: samples.with_period(period_s),
+            has_clock: recording.clock.rate_hz().is_some(),
             turning_rad_s: TURNING_RAD_S / if is_guessed { MAX_RANGE_RATIO } else { 1.0 },
         }
     }
@@ -126,7 +137,10 @@ fn rate_scale(recording: &Recording, gyro: &[Vec<f64>; 3], period_s: f64) -> (f6
     // Of counts the finest first: a gyroscope that seems too quiet hides no pose. Those of another
     // file are interpolated, and no whole numbers.
     let counts = [131.0 * degrees, MDPS_PER_DEG_S * degrees];
-    let is_whole = gyro.iter().flatten().all(|v| v.fract() == 0.0);
+    let is_whole = gyro
+        .iter()
+        .flatten()
+        .all(|v| v.is_nan() || v.fract() == 0.0);
     let units = [1.0, degrees].into_iter().filter(|_| !is_whole);
     let scales: Vec<f64> = known.into_iter().chain(units).chain(counts).collect();
     let size = block_len(period_s, BLOCK_S);
@@ -140,19 +154,52 @@ fn rate_scale(recording: &Recording, gyro: &[Vec<f64>; 3], period_s: f64) -> (f6
 }
 
 /// The gyroscope in each row; where it was not read, its last reading. None if it never was.
-fn held(gyro: &[Vec<f64>; 3]) -> Option<Cow<'_, [Vec<f64>; 3]>> {
+fn forward_fill(gyro: &[Vec<f64>; 3]) -> Option<[Cow<'_, [f64]>; 3]> {
     let is_read = |row: &usize| gyro.iter().all(|c| c[*row].is_finite());
-    let rows = 0..gyro[0].len();
-    if rows.clone().all(|row| is_read(&row)) {
-        return Some(Cow::Borrowed(gyro));
+    let mut filled = gyro.each_ref().map(|c| Cow::Borrowed(&c[..]));
+    let mut last = (0..gyro[0].len()).find(is_read)?;
+    for row in 0..gyro[0].len() {
+        if is_read(&row) {
+            last = row;
+        } else {
+            for c in &mut filled {
+                c.to_mut()[row] = c[last];
+            }
+        }
     }
-    let mut held = gyro.clone();
-    let mut last = rows.clone().find(is_read)?;
-    for row in rows {
-        last = if is_read(&row) { row } else { last };
-        held.iter_mut().for_each(|c| c[row] = c[last]);
+    Some(filled)
+}
+
+/// The accelerometer with the row before in place of one with a spike, in blocks of a second: those that transmission
+/// errors make hide rests.
+fn without_spikes(recording: &Recording, period_s: f64) -> [Cow<'_, [f64]>; 3] {
+    let (accel, step) = (&recording.accel, recording.units.resolution[0]);
+    // Without a rate a block has few rows: the start of a motion at its end would pass for spikes.
+    let reach = match recording.clock.rate_hz() {
+        Some(_) => 0,
+        None => spikes::REACH,
+    };
+    let mut clean = accel.each_ref().map(|c| Cow::Borrowed(&c[..]));
+    let rows = recording.rows();
+    let block = ((period_s.recip() + 1e-6).round() as usize).max(1);
+    for from in (0..rows).step_by(block) {
+        let inner = from..(from + block).min(rows);
+        let first = from.saturating_sub(reach);
+        let around = first..(inner.end + reach).min(rows);
+        let mut values = clean.each_ref().map(|c| c[around.clone()].to_vec());
+        if spikes::take_out(&mut values, step, inner.start - first..inner.end - first) == 0 {
+            continue;
+        }
+        for row in inner {
+            let is_spike = |i: usize| values[i][row - first].is_nan() && !clean[i][row].is_nan();
+            if row > 0 && (0..3).any(is_spike) {
+                for c in &mut clean {
+                    c.to_mut()[row] = c[row - 1];
+                }
+            }
+        }
     }
-    Some(Cow::Owned(held))
+    clean
 }
 
 fn typical_magnitude(recording: &Recording) -> f64 {

@@ -15,14 +15,14 @@ pub(super) const HELD_DEG: f64 = 3.0;
 pub(super) const READINGS_S: f64 = 0.8 * BLOCK_S;
 /// A variance of fewer samples says little.
 pub(super) const MIN_WINDOW_LEN: usize = 8;
-/// A window begins this fraction of its length after the one before.
-const STEPS: usize = 8;
+/// Parts of a window: each begins one after the one before.
+const PARTS: usize = 8;
 
 /// Rests of ten readings or more where no rate is known, without the reading at each end: it may be of a motion.
 pub(super) fn brief_rests(samples: &Samples) -> Vec<Range<usize>> {
     let window = samples.count_in(READINGS_S).max(MIN_WINDOW_LEN);
     let spans = still_spans(samples, &[], window, TREMOR, SAME_DEG);
-    let end = window / STEPS;
+    let end = window.div_ceil(PARTS);
     let inner = spans.iter().map(|span| span.start + end..span.end - end);
     inner.filter(|span| span.len() >= window).collect()
 }
@@ -35,10 +35,11 @@ pub(super) fn still_spans(
     max_variance: [f64; 2],
     max_tilt_deg: f64,
 ) -> Vec<Range<usize>> {
-    let step = (window / STEPS).max(1);
+    let step = window.div_ceil(PARTS);
     let distance = |a: &[f64; 6], b: &[f64; 6]| norm(&[0, 1, 2].map(|c| a[c] - b[c]));
     let max_distance = max_tilt_deg.to_radians() * STANDARD_GRAVITY_MPS2;
-    let max_step = HELD_DEG.to_radians() * STANDARD_GRAVITY_MPS2 / STEPS as f64;
+    // From window to window: a hand that goes on in one direction is no pause.
+    let max_step = HELD_DEG.to_radians() * STANDARD_GRAVITY_MPS2 / PARTS as f64;
     let goes_on = |a: &Block, b: &Block| {
         b.span.start - a.span.start == step && distance(&a.mean, &b.mean) < max_step
     };
@@ -50,7 +51,7 @@ pub(super) fn still_spans(
         let parts = blocks(samples, &(from..end.max(from)), step);
         let adjacent = parts.chunk_by(|a, b| a.span.end == b.span.start && is_one_piece(a, b));
         let windows = adjacent
-            .flat_map(|parts| parts.windows(STEPS))
+            .flat_map(|parts| parts.windows(PARTS))
             .map(Block::joined);
         let quiet: Vec<Block> = windows.filter(|w| is_quiet(w, max_variance)).collect();
         for run in quiet.chunk_by(goes_on) {

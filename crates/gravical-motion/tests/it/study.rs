@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use gravical_motion::{
     Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples,
-    bridge_odd, estimate_motion,
+    estimate_motion,
 };
-use gravical_signal::quantile;
+use gravical_signal::{bridge_odd, quantile};
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravical_signal::{Samples, Wander, detect_rests};
+use gravical_signal::{RestTolerance, Samples, detect_rests};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,7 +56,10 @@ impl Recording {
         let row = |i: usize| (self.time_s[i], self.force[i], self.rate.get(i).copied());
         let rows = (0..self.time_s.len()).map(row);
         let resolution = [self.step, self.step, self.step, 0.0, 0.0, 0.0];
-        detect_rests(&Samples::new(rows, Vec::new(), resolution), Wander::NONE)
+        detect_rests(
+            &Samples::new(rows, Vec::new(), resolution),
+            RestTolerance::CONSTANT,
+        )
     }
 }
 

@@ -104,7 +104,7 @@ pub fn motion(
     let mut findings = recording.findings.clone();
     let Prepared {
         samples,
-        plain,
+        uncalibrated: plain,
         gyro_calibrated,
         per_mps2,
     } = prepare(recording, file, options, &mut findings)?;

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use gravical_calibrate::samples::{Calibrated, Nominal, samples};
+use gravical_calibrate::samples::{Calibrated, Columns, samples};
 use gravical_core::calibration::GyroscopeCalibration;
 use gravical_core::matrix3;
 use gravical_motion::Samples;
@@ -23,7 +23,7 @@ pub(super) struct Prepared {
     /// By the calibration.
     pub samples: Samples,
     /// The same rows by the nominal scales alone; none without a calibration.
-    pub plain: Option<Samples>,
+    pub uncalibrated: Option<Samples>,
     /// The gyroscope's own calibration is applied.
     pub gyro_calibrated: bool,
     /// Units of the file in 1 m/s², by its nominal scale.
@@ -61,7 +61,7 @@ pub(super) fn prepare(
         .advise("calibration", "")
     })?;
     // Where nothing is turned the gyroscope has no part in the result.
-    let (per_rad_s, own_gyro) = if options.procedure == Procedure::Strapdown {
+    let (per_rad_s, gyro_calibration) = if options.procedure == Procedure::Strapdown {
         gyroscope(recording, file, &rests, findings)
     } else {
         (None, None)
@@ -73,19 +73,19 @@ pub(super) fn prepare(
     }
 
     let time_s = times(recording)?;
-    let nominal = Nominal {
-        per_mps2,
-        gyro: recording.gyro.as_ref().zip(per_rad_s),
-    };
+    let accel = Columns::of_accelerometer(&time_s, &recording.accel, per_mps2);
+    let gyro = recording.gyro.as_ref().zip(per_rad_s);
+    let gyro = gyro.map(|(read, per_rad_s)| Columns::of_gyroscope(&time_s, read, per_rad_s));
     let calibrated = file.map(|file| Calibrated {
         accel: file.accelerometer_calibration(),
-        gyro: own_gyro,
+        gyro: gyro_calibration,
         drift,
     });
-    let (samples, plain) = samples(
+    let (samples, uncalibrated) = samples(
         recording,
         &time_s,
-        &nominal,
+        &accel,
+        gyro.as_ref(),
         &options.axes,
         calibrated.as_ref(),
     );
@@ -98,9 +98,9 @@ pub(super) fn prepare(
             .with_hint("`gravical inspect` shows what is in it"));
     }
     Ok(Prepared {
-        plain,
+        uncalibrated,
         samples,
-        gyro_calibrated: own_gyro.is_some(),
+        gyro_calibrated: gyro_calibration.is_some(),
         per_mps2,
     })
 }
