@@ -1,7 +1,7 @@
 //! A calibration made by hand.
 
 use gravical::calibration_file::{CalibrationFile, from_imucal};
-use gravical::core::matrix3::diagonal;
+use gravical::core::matrix3::{diagonal, unit};
 use gravical::recording::{AccelUnit, GyroUnit};
 use serde_json::json;
 
@@ -25,12 +25,22 @@ pub fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
         [0.0, -0.02, 0.004],
         [0.001, 0.0, 0.015],
     ];
+    let r_a = [
+        [0.9998, 0.02, -0.01],
+        [0.013, 0.9999, 0.007],
+        [-0.016, 0.004, 0.9998],
+    ];
+    let r_g = [
+        [0.9999, -0.008, 0.011],
+        [0.006, 0.9999, -0.012],
+        [0.009, 0.003, 0.9999],
+    ];
     let value = json!({
         "K_a": diagonal(times([1.012, 0.993, 1.021], per_mps2)),
-        "R_a": [[0.9998, 0.02, -0.01], [0.013, 0.9999, 0.007], [-0.016, 0.004, 0.9998]],
+        "R_a": (r_a.map(|row: [f64; 3]| unit(&row))),
         "b_a": times([0.31, -0.42, 0.55], per_mps2),
         "K_g": diagonal(times([0.991, 1.004, 1.013], per_deg_s)),
-        "R_g": [[0.9999, -0.008, 0.011], [0.006, 0.9999, -0.012], [0.009, 0.003, 0.9999]],
+        "R_g": (r_g.map(|row: [f64; 3]| unit(&row))),
         "K_ga": k_ga.map(|row| times(row, per_deg_s)),
         "b_g": times([1.3, -2.4, 0.7], per_deg_s),
         "cal_type": "Ferraris",

@@ -19,7 +19,7 @@
 //! options.estimate.method = Method::Ferraris;
 //! let file = calibrate(&session, &options)?.file;
 //! assert!((file.accelerometer.bias[0] - 0.385).abs() < 1e-12);
-//! assert!((file.accelerometer.scale[2] - 1.018669).abs() < 1e-6);
+//! assert!((file.accelerometer.scale()[2] - 1.018669).abs() < 1e-6);
 //! # Ok::<(), gravical::Error>(())
 //! ```
 
@@ -29,13 +29,12 @@ mod ferraris;
 mod gyro;
 mod section;
 mod session;
-mod verdict;
 
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, SensorInfo, TemperatureRange,
-    creation_time,
+    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, Reliability, SensorInfo,
+    TemperatureRange, creation_time,
 };
 use crate::finding::after;
 use crate::gravity::Gravity;
@@ -157,7 +156,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let mut estimate = accelerometer(&session, drift)
+    let estimate = accelerometer(&session, drift)
         .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
         .map_err(|error| after(error, &segmentation.findings, FindingKind::UnusedPauses))
         .map_err(lost)?;
@@ -171,27 +170,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     };
     let gyroscope = gyro::of_session(&session, &estimate.calibration);
 
-    // What do the placements say of the result, and what can they not say?
-    section::complete(&session, &mut estimate);
     let placements = &segmentation.poses;
-
-    // Everything odd, gathered; the verdict follows from it.
-    let read = recordings.iter().flat_map(|r| &r.findings);
-    let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
-    findings.extend(checks::inputs(recordings));
-    findings.extend(checks::names(&options.segment.axes, placements));
-    let offset = session.zero_offset();
-    findings.extend(checks::accelerometer(&estimate, placements, offset));
-    findings.extend(options.gravity.finding());
-    findings.extend(gyroscope.findings);
-    let nominal = segmentation.gyro_scale.and_then(|scale| scale.nominal());
-    if gyroscope.section.is_some() && nominal.is_none() {
-        // Motions or turns have answered what the reader could not.
-        findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
-    }
-    let verdict = verdict::verdict(&estimate, &findings);
-    findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
-
     let mut inputs = InputFile::of(recordings);
     inputs.extend(options.other_inputs.iter().cloned());
     let soak = InputFile::of(&options.thermal).into_iter();
@@ -199,7 +178,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     inputs.extend(soak.map(|file| InputFile { role, ..file }));
     let first = || recordings.iter().filter_map(Recording::recorded_at).min();
     let recorded = options.record.recorded.or_else(first);
-    let file = CalibrationFile {
+    let mut file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: gravical_recording::output::TOOL.to_owned(),
@@ -210,15 +189,38 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         },
         gravity_mps2: options.gravity.value_mps2,
         gravity_source: options.gravity.source,
+        gravity_sd_mps2: options.gravity.uncertainty_mps2(),
         temperature_c: TemperatureRange::of(placements.iter().filter_map(|p| p.temperature_c)),
-        accelerometer: estimate.section,
+        accelerometer: estimate.accelerometer.clone(),
         gyroscope: gyroscope.section,
+        // What do the placements say of the result, and what can they not say?
+        reliability: Reliability {
+            budget: section::budget(&session, &estimate),
+            ..estimate.reliability.clone()
+        },
+        poses: section::poses(&session, &estimate),
+        drift: temperature_model,
         inputs,
-        findings,
-        verdict,
+        findings: Vec::new(),
         command: options.command.clone(),
-        temperature_model,
     };
+
+    // Everything odd, gathered; the verdict follows from it.
+    let read = recordings.iter().flat_map(|r| &r.findings);
+    let mut findings: Vec<Finding> = read.chain(&segmentation.findings).cloned().collect();
+    findings.extend(checks::inputs(recordings));
+    findings.extend(checks::names(&options.segment.axes, placements));
+    let offset = session.zero_offset();
+    findings.extend(checks::accelerometer(&file, &estimate, placements, offset));
+    findings.extend(options.gravity.finding());
+    findings.extend(gyroscope.findings);
+    let nominal = segmentation.gyro_scale.and_then(|scale| scale.nominal());
+    if file.gyroscope.is_some() && nominal.is_none() {
+        // Motions or turns have answered what the reader could not.
+        findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
+    }
+    findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
+    file.findings = findings;
     // Numbers that no sensor has make no calibration.
     let check = file.check();
     check.map_err(|error| {

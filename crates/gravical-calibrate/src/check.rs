@@ -476,7 +476,7 @@ fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, int
     }
     let drift = UNKNOWN_TEMPERATURE_C * DRIFT_MPS2_PER_C;
     for axis in 0..3 {
-        let scale = calibration.accelerometer.scale[axis];
+        let scale = calibration.accelerometer.scale()[axis];
         sensor.covariance[(BIAS + axis, BIAS + axis)] += (drift * scale).powi(2);
     }
 }
@@ -498,7 +498,7 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
 fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Pose) -> bool {
     let [first, last] = interval.lines;
     inputs_of(calibration, recording).any(|input| {
-        let poses = calibration.accelerometer.poses.iter();
+        let poses = calibration.poses.iter();
         let mut poses = poses.filter(|p| p.fitted && p.source == input.path);
         // Without lines the pose may be anywhere in the file.
         poses.any(|p| p.lines.is_none_or(|[from, to]| from <= last && first <= to))

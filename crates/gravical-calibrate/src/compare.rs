@@ -213,7 +213,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     let orientation = found.turn.map(|turn| {
         let is_oriented = pair
             .iter()
-            .all(|f| f.accelerometer.fit.is_none_or(|fit| fit.oriented));
+            .all(|f| f.reliability.fit.is_none_or(|fit| fit.oriented));
         let test = tested(turn.test).filter(|_| is_oriented);
         let (judgement, reason) = judge("directions of the axes in the case", test, no_proof);
         reasons.push(reason);

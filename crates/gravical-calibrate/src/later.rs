@@ -86,11 +86,7 @@ pub struct Verdict {
 ///
 /// `calibration-values` for a singular matrix; `name` is the file.
 pub(crate) fn sensor(file: &CalibrationFile, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
-    let gravity = file.gravity_mps2;
-    let assumed = || {
-        let section = &file.accelerometer;
-        section.sensor(gravity, Covariance::zeros(), ASSUMED_ERROR_MPS2)
-    };
+    let assumed = || file.sensor_with(Covariance::zeros(), ASSUMED_ERROR_MPS2);
     let mut sensor = file
         .sensor()
         .or_else(assumed)

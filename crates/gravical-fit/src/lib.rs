@@ -44,5 +44,5 @@ pub use sensor::{
 pub use sphere::{Sphere, centre};
 pub use trust::{
     Budget, CONTRADICTION, FAIR_MPS2, GOOD_MPS2, Grade, LeftOut, NextPose, Trust, UNVERIFIED_MPS2,
-    Undetected,
+    Undetected, grade,
 };

@@ -108,7 +108,7 @@ pub struct NextPose {
     /// Unit vector of specific force: the calibrated reading in this pose, over gravity.
     pub direction: [f64; 3],
     /// Predicted error of ‖a‖ over all directions with this pose, m/s².
-    pub predicted_norm_error_mps2: f64,
+    pub predicted_mps2: f64,
     /// Undetected error of ‖a‖ in the worst direction with this pose, m/s²; none without redundancy.
     pub undetected_effect_mps2: Option<f64>,
 }
@@ -317,7 +317,7 @@ impl Fit {
             let predicted = self.sensor_with(state.covariance).predicted_mps2();
             proposed.push(NextPose {
                 direction: direction.into(),
-                predicted_norm_error_mps2: predicted,
+                predicted_mps2: predicted,
                 undetected_effect_mps2: Some(hidden(&state)).filter(|u| u.is_finite()),
             });
         }
@@ -392,18 +392,33 @@ impl Trust {
 
     /// The grade by these numbers; what is wrong with the session itself comes on top.
     pub fn grade(&self) -> Grade {
-        let claimed = self.worst.error_mps2;
-        let hidden = self.undetected.map_or(f64::INFINITY, |u| u.effect_mps2);
         let contradicts = |l: &LeftOut| l.error_mps2.abs() > CONTRADICTION * l.sd_mps2;
-        if self.left_out.iter().flatten().any(contradicts) {
-            return Grade::Poor;
-        }
-        let is_tested = self.left_out_rms().is_some() && hidden <= FAIR_MPS2;
-        match claimed.max(hidden) {
-            most if is_tested && most <= GOOD_MPS2 => Grade::Good,
-            most if is_tested && most <= FAIR_MPS2 => Grade::Fair,
-            _ if !is_tested && 2.0 * self.predicted_mps2 <= UNVERIFIED_MPS2 => Grade::NotVerifiable,
-            _ => Grade::Poor,
-        }
+        // Without a pose that can be left out the data sheet alone would show an error.
+        let undetected = self.undetected.filter(|_| self.left_out_rms().is_some());
+        grade(
+            self.predicted_mps2,
+            Some(self.worst.error_mps2),
+            undetected.map(|u| u.effect_mps2),
+            self.left_out.iter().flatten().any(contradicts),
+        )
+    }
+}
+
+/// The grade of a result whose error of ‖a‖ is predicted over all directions (σ) and in the worst one (95 %), in m/s²,
+/// of which one pose may hide an error by so much (none: nothing tests it), and which a pose contradicts or not.
+pub fn grade(
+    predicted_mps2: f64,
+    worst_mps2: Option<f64>,
+    undetected_mps2: Option<f64>,
+    is_contradicted: bool,
+) -> Grade {
+    let most = [worst_mps2, undetected_mps2].map(|error| error.unwrap_or(f64::INFINITY));
+    let is_tested = most[1] <= FAIR_MPS2;
+    match most[0].max(most[1]) {
+        _ if is_contradicted => Grade::Poor,
+        most if is_tested && most <= GOOD_MPS2 => Grade::Good,
+        most if is_tested && most <= FAIR_MPS2 => Grade::Fair,
+        _ if !is_tested && 2.0 * predicted_mps2 <= UNVERIFIED_MPS2 => Grade::NotVerifiable,
+        _ => Grade::Poor,
     }
 }

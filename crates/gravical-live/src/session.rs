@@ -329,17 +329,17 @@ impl Session {
     /// The calibration, where it is complete.
     fn full_fit(&self) -> Option<&CalibrationFile> {
         let file = self.file.as_ref();
-        file.filter(|f| f.accelerometer.poses.len() >= FULL_FIT)
+        file.filter(|f| f.poses.len() >= FULL_FIT)
     }
 
     fn grade(&self) -> Option<Grade> {
-        self.full_fit().map(|file| file.verdict.grade)
+        self.full_fit().map(|file| file.verdict().grade)
     }
 
     /// The direction of the free pose that is wanted next.
     pub fn next_up(&self) -> Option<[f64; 3]> {
         let is_free = self.missing_faces().is_empty() && self.grade() != Some(Grade::Good);
-        let next = self.file.as_ref()?.accelerometer.next_poses.first()?;
+        let next = self.file.as_ref()?.reliability.next_poses.first()?;
         is_free.then_some(next.direction)
     }
 
@@ -905,9 +905,12 @@ impl Session {
         let (face, tilt_deg) = Face::nearest(up);
         let ring = self.ring(state);
         let here = face_up(up);
-        let section = self.file.as_ref().map(|file| &file.accelerometer);
-        let suspect = section.and_then(|section| section.contradiction());
-        let suspect = suspect.and_then(|(pose, _)| self.poses.get(pose)?.face.clone());
+        let file = self.file.as_ref();
+        let suspect = file.and_then(|file| {
+            let (suspect, _) = file.contradiction()?;
+            let place = file.poses.iter().position(|pose| pose == suspect)?;
+            self.poses.get(place)?.face.clone()
+        });
         let tile = |f: Face| match state {
             State::Capture if here == Some(f) => Tile::Capturing,
             _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,
@@ -1001,27 +1004,29 @@ fn called(pose: &Pose) -> &str {
 /// The figures of a calibration of the poses so far.
 fn shown_fit(file: &CalibrationFile) -> (Event, String) {
     let section = &file.accelerometer;
-    let worst = section.worst_direction.as_ref().map(|w| w.error_mps2);
-    let bias_mg = [0, 1, 2].map(|i| milli_g(section.bias[i] / section.scale[i]));
+    let r = &file.reliability;
+    let worst = r.worst_direction.as_ref().map(|w| w.error_mps2);
+    let scale = section.scale();
+    let bias_mg = [0, 1, 2].map(|i| milli_g(section.bias[i] / scale[i]));
     let [x, y, z] = bias_mg;
     let most = worst.map(|w| format!("at most {} mg (95 %)", numfmt::mg(w)));
     let most = most.as_deref().unwrap_or("unknown");
-    let grade = file.verdict.grade;
+    let grade = file.verdict().grade;
     let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {most}; {grade}.");
     let event = Event::Fit {
         bias_mg,
         worst_mg: worst.map(milli_g),
-        leave_one_out_mg: section.leave_one_out_rms_mps2.map(milli_g),
-        undetected_mg: section.undetected.as_ref().map(|u| milli_g(u.effect_mps2)),
-        poses: section.poses.len() as u32,
+        leave_one_out_mg: r.left_out_rms_mps2.map(milli_g),
+        undetected_mg: r.undetected.as_ref().map(|u| milli_g(u.effect_mps2)),
+        poses: file.poses.len() as u32,
     };
     (event, text)
 }
 
 /// The verdict with what decides it: the error, and what one pose could hide.
 fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
-    let grade = file.verdict.grade;
-    let reasons = file.verdict.reasons.clone();
+    let verdict = file.verdict();
+    let (grade, reasons) = (verdict.grade, verdict.reasons);
     let why = reasons[..reasons.len().min(2)].join("; ");
     let more = match grade {
         Grade::Good | Grade::Poor => "",

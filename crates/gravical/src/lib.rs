@@ -38,7 +38,7 @@
 //!     session.push(read(path, &ReadOptions::default())?);
 //! }
 //! let result = calibrate(&session, &CalibrateOptions::default())?;
-//! assert_eq!(result.file.accelerometer.poses.len(), 6);
+//! assert_eq!(result.file.poses.len(), 6);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![deny(missing_docs)]

@@ -70,7 +70,7 @@ fn from_the_sketch_to_the_way() {
 /// Bias and scale are within what the file says of them.
 fn calibrated(poses: &[Recording], file: &CalibrationFile, truth: &AccelerometerTruth) {
     let found = &file.accelerometer;
-    let deviations = found.deviations.as_ref().unwrap();
+    let deviations = found.deviations().unwrap();
     for (axis, pair) in poses.chunks(2).enumerate() {
         // It warms up meanwhile. The recordings of an axis are those that show its bias.
         let mean_c = 0.5 * pair.iter().map(temperature_c).sum::<f64>();
@@ -79,7 +79,7 @@ fn calibrated(poses: &[Recording], file: &CalibrationFile, truth: &Accelerometer
         let scale = truth.matrix[axis].iter().map(|m| m * m).sum::<f64>().sqrt();
         for (error, sd) in [
             (found.bias[axis] - bias, deviations.bias[axis]),
-            (found.scale[axis] - scale, deviations.scale[axis]),
+            (found.scale()[axis] - scale, deviations.scale[axis]),
         ] {
             assert!(error.abs() < 3.5 * sd, "{axis}: {error} {sd}");
         }

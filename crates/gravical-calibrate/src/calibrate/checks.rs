@@ -3,7 +3,7 @@
 use gravical_core::matrix3::unit;
 use gravical_fit::{Fit, FittedPose};
 
-use crate::calibration_file::{AccelerometerSection, Method, PoseKind, TiltSource};
+use crate::calibration_file::{CalibrationFile, Method, PoseKind, PoseResult, TiltSource};
 use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
 use crate::poses::Pose;
@@ -30,11 +30,16 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
-pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f64) -> Vec<Finding> {
-    let section = &estimate.section;
+pub(super) fn accelerometer(
+    file: &CalibrationFile,
+    estimate: &Estimate,
+    placements: &[Pose],
+    offset: f64,
+) -> Vec<Finding> {
+    let (section, reliability) = (&file.accelerometer, &file.reliability);
     // What is wrong with the session comes before what is wrong with the result.
-    let mut findings = of_poses(estimate, placements);
-    findings.extend(orientations(section));
+    let mut findings = of_poses(&file.poses, &estimate.poses, placements);
+    findings.extend(orientations(&file.poses));
     if let Some((fit, _)) = &estimate.fit {
         findings.extend(of_fit(estimate, fit, placements));
     }
@@ -45,7 +50,8 @@ pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f6
             "the scale is off by more than {SCALE_GATE_PERCENT} % ({off}): a data sheet allows 3; is the unit or the range right?"
         ));
     }
-    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / section.scale[i]);
+    let scale = section.scale();
+    let bias_mps2 = [0, 1, 2].map(|i| section.bias[i] / scale[i]);
     // The zero of unsigned counts is a way of reading, which no data sheet limits.
     if let Some(large) = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))
         && offset == 0.0
@@ -56,8 +62,8 @@ pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f6
         ));
     }
     // Placements that took no part in the fit and contradict it.
-    if let Some(predicted) = section.predicted_norm_error_mps2
-        && let Some((error, count)) = section.free_norm_error()
+    if let Some(predicted) = reliability.predicted_mps2
+        && let Some((error, count)) = file.free_norm_error()
         && section.method == Method::Ferraris
         && error > OBLIQUE_GATE * predicted
     {
@@ -68,7 +74,7 @@ pub(super) fn accelerometer(estimate: &Estimate, placements: &[Pose], offset: f6
         ));
     }
     // A tilt that is larger than a box on a table leaves.
-    if let Some(tilt) = section.pose_tilt_deg
+    if let Some(tilt) = reliability.pose_tilt_deg
         && tilt.source == TiltSource::Estimated
         && tilt.value > UNUSUAL_TILT
     {
@@ -91,9 +97,9 @@ fn beyond(values: [f64; 3], limit: f64, shown: impl Fn(f64) -> String) -> Option
 }
 
 /// Poses that are clipped, that the fit left out, or did not take for the face that they are named.
-fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
+fn of_poses(poses: &[PoseResult], fitted: &[FittedPose], placements: &[Pose]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let poses = estimate.section.poses.iter().zip(&estimate.poses);
+    let poses = poses.iter().zip(fitted);
     for (placement, (pose, fitted)) in placements.iter().zip(poses) {
         let mut tell = |finding: Finding| findings.push(finding.in_file(&placement.source));
         if pose.fitted && placement.clipped > 0 {
@@ -128,8 +134,8 @@ fn of_poses(estimate: &Estimate, placements: &[Pose]) -> Vec<Finding> {
 /// Many free poses that leave a side of an axis out. What people do with a sensor that they wear is
 /// no plan: where it never points, nothing tests the result, and what bends the readings of a
 /// restless wrist is not the noise that the covariance knows.
-fn orientations(section: &AccelerometerSection) -> Option<Finding> {
-    let fitted = section.poses.iter().filter(|p| p.fitted);
+fn orientations(poses: &[PoseResult]) -> Option<Finding> {
+    let fitted = poses.iter().filter(|p| p.fitted);
     if fitted.clone().filter(|p| p.kind == PoseKind::Free).count() < MANY_POSES {
         return None;
     }

@@ -5,10 +5,14 @@ use std::array::from_fn;
 use gravical_core::calibration::Calibration;
 use gravical_core::matrix3;
 use gravical_fit::model::DRIFT;
-use gravical_fit::{BiasDrift, DriftTest, Fit, FittedPose, Hint, Options, Trust, fit};
+use gravical_fit::{
+    BiasDrift, DriftTest, Fit, FittedPose, Gravity, Hint, Options, Sensor, Trust, fit,
+};
 use serde::Deserialize;
 
-use crate::calibration_file::{AccelerometerSection, Covariance, Method, PoseTilt, TiltSource};
+use crate::calibration_file::{
+    AccelerometerSection, Covariance, Method, PoseTilt, Reliability, TiltSource,
+};
 use crate::poses::Pose;
 use crate::poses::face::Claim;
 use crate::recording::AccelUnit;
@@ -94,7 +98,9 @@ pub enum Prior {
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
     /// What is written to the file.
-    pub section: AccelerometerSection,
+    pub accelerometer: AccelerometerSection,
+    /// … without the budget.
+    pub reliability: Reliability,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
     /// What became of each placement, axes of the case; by the closed form only faces are fitted.
@@ -154,33 +160,24 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
     }
 }
 
-/// The section of M of u = M a + b and its inverse, without what tells how well they are known.
-fn section(
-    session: &Session<'_>,
-    model: &[[f64; 3]; 3],
-    calibration: &Calibration<f64>,
-    pose_tilt_deg: Option<PoseTilt>,
-) -> AccelerometerSection {
-    let scale = matrix3::row_norms(model);
+/// The section of a calibration, without what tells how well it is known.
+fn section(session: &Session<'_>, calibration: &Calibration<f64>) -> AccelerometerSection {
     // A zero offset is only a way of reading; what is applied to the file's own numbers carries it in
     // the bias.
     let offset = session.zero_offset();
     let first = session.recordings.first();
-    AccelerometerSection {
+    let mut section = AccelerometerSection {
         method: session.options.estimate.method,
         input_unit: first.map_or(AccelUnit::Unknown, |r| r.units.accel.unit),
         output_unit: AccelUnit::MetrePerSecondSquared,
         bias: calibration.bias.map(|b| b + offset),
         matrix: calibration.matrix,
-        scale,
-        orientation: matrix3::scale_rows(model, &scale.map(|k| 1.0 / k)),
-        scale_deviation_percent: session
-            .nominal()
-            .map(|n| scale.map(|k| 100.0 * (k / n - 1.0))),
-        gravity_sd_mps2: session.options.gravity.uncertainty_mps2(),
-        pose_tilt_deg,
         ..AccelerometerSection::default()
-    }
+    };
+    let nominal = session.nominal();
+    section.scale_deviation_percent =
+        nominal.map(|n| section.scale().map(|k| 100.0 * (k / n - 1.0)));
+    section
 }
 
 /// Standard error of a mean whose scatter is unknown, m/s²: a second of an MPU6050 at 100 Hz with its
@@ -282,19 +279,24 @@ fn by_fit(
     let left_out_rms = trust.left_out_rms();
     // Without a pose that can be left out the data sheet alone would show an error.
     let undetected = trust.undetected.filter(|_| left_out_rms.is_some());
-    let section = AccelerometerSection {
+    let accelerometer = AccelerometerSection {
         covariance: Some(Covariance::new(fit.covariance())),
         bends: Some(fit.bends()),
-        predicted_norm_error_mps2: Some(trust.predicted_mps2),
+        ..section(session, &calibration)
+    };
+    let reliability = Reliability {
+        predicted_mps2: Some(trust.predicted_mps2),
         worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
-        leave_one_out_rms_mps2: left_out_rms,
+        left_out_rms_mps2: left_out_rms,
         undetected: undetected.filter(|u| u.effect_mps2.is_finite()),
+        pose_tilt_deg: tilt,
         fit: Some(fit.quality),
         next_poses: trust.next.clone(),
-        ..section(session, &model, &calibration, tilt)
+        budget: None,
     };
     Ok(Estimate {
-        section,
+        accelerometer,
+        reliability,
         calibration,
         poses: fitted,
         fit: Some((fit, trust)),
@@ -322,29 +324,39 @@ fn by_ferraris(session: &Session<'_>) -> Result<Estimate> {
         None => (USUAL_TILT_DEG, TiltSource::Assumed),
     };
     let model = parameters.model();
-    let mut section = section(
-        session,
-        &model,
-        &calibration,
-        Some(PoseTilt { value, source }),
-    );
+    let mut accelerometer = section(session, &calibration);
+    let mut reliability = Reliability {
+        pose_tilt_deg: Some(PoseTilt { value, source }),
+        ..Reliability::default()
+    };
     // The closed form leaves no pose out and tests none.
     let covariance = faces.covariance(&model, gravity, value.to_radians());
-    if let Some(sensor) = covariance.and_then(|c| section.sensor(gravity, c, 0.0)) {
+    if let Some((covariance, parameters)) = covariance.zip(accelerometer.parameters()) {
+        let sensor = Sensor {
+            parameters,
+            covariance,
+            gravity: Gravity {
+                value_mps2: gravity,
+                sd_mps2: session.options.gravity.uncertainty_mps2(),
+            },
+            model_error_mps2: 0.0,
+            tilt_freedom: f64::INFINITY,
+        };
         let predicted = Some(sensor.predicted_mps2());
-        section.predicted_norm_error_mps2 = predicted.filter(|p| p.is_finite());
+        reliability.predicted_mps2 = predicted.filter(|p| p.is_finite());
         let worst = Some(sensor.weakest(COVERAGE));
-        section.worst_direction = worst.filter(|w| w.error_mps2.is_finite());
+        reliability.worst_direction = worst.filter(|w| w.error_mps2.is_finite());
         let all = sensor.covariance_with_gravity();
         let row = |i: usize| from_fn(|k| all[(i, k)]);
-        section.covariance = Some(Covariance::new::<DRIFT>(from_fn(row)));
+        accelerometer.covariance = Some(Covariance::new::<DRIFT>(from_fn(row)));
     }
     let pose = |face| FittedPose {
         face,
         ..FittedPose::default()
     };
     Ok(Estimate {
-        section,
+        accelerometer,
+        reliability,
         calibration,
         poses: faces.of_placements.into_iter().map(pose).collect(),
         fit: None,

@@ -108,29 +108,25 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     Gyroscope { section, findings }
 }
 
-/// The section of u = M ω + b, and of the inverse of M.
+/// The section of ω = matrix · (u − bias).
 fn section(
     readings: &Readings<'_>,
     method: GyroMethod,
-    model: &[[f64; 3]; 3],
     matrix: [[f64; 3]; 3],
     bias: [f64; 3],
 ) -> GyroscopeSection {
-    let scale = matrix3::row_norms(model);
     GyroscopeSection {
         method,
         input_unit: readings.scale.map_or(GyroUnit::Unknown, |s| s.unit),
         output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix,
-        scale,
-        orientation: matrix3::scale_rows(model, &scale.map(f64::recip)),
         ..GyroscopeSection::default()
     }
 }
 
 fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
-    let model = matrix3::inverse(&fit.matrix)?;
+    matrix3::inverse(&fit.matrix)?;
     let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
     Some(GyroscopeSection {
@@ -141,18 +137,17 @@ fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSecti
             left_out: readings.left_out.len() as u32,
         }),
         leave_one_out_deg: without.map(|chords| rms(chords.into_iter().map(chord_deg))),
-        ..section(readings, GyroMethod::Motion, &model, fit.matrix, fit.bias)
+        ..section(readings, GyroMethod::Motion, fit.matrix, fit.bias)
     })
 }
 
 /// The bias of the static intervals with the nominal matrix.
 fn bias_alone(readings: &Readings<'_>, rest: &GyroRest, nominal: f64) -> GyroscopeSection {
-    let [model, matrix] = [nominal, nominal.recip()].map(|n| matrix3::diagonal([n; 3]));
+    let matrix = matrix3::diagonal([nominal.recip(); 3]);
     let variances = matrix3::diagonal(rest.bias_sd.map(|sd| sd * sd));
     GyroscopeSection {
-        orientation: matrix3::identity(),
         covariance: Some(Covariance::new(variances)),
-        ..section(readings, GyroMethod::Bias, &model, matrix, rest.bias)
+        ..section(readings, GyroMethod::Bias, matrix, rest.bias)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_fit::{BiasDrift, deviations};
+use gravical_fit::BiasDrift;
 
 use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source};
 use crate::poses::Pose;
@@ -15,22 +15,13 @@ use super::session::Session;
 /// its data sheet, 0.4 mg/°C in the middle.
 pub(crate) const DRIFT_MPS2_PER_C: f64 = 0.4e-3 * STANDARD_GRAVITY_MPS2;
 
-/// Adds to the section of an estimate what placements and budget say; the means may have been brought to
-/// one temperature meanwhile.
-pub(super) fn complete(session: &Session<'_>, estimate: &mut Estimate) {
-    estimate.section.poses = poses(session, estimate);
-    estimate.section.budget = budget(session, estimate);
-    let section = &mut estimate.section;
-    let parameters = section.parameters().zip(section.covariance_of_parameters());
-    section.deviations = parameters.map(|(x, covariance)| deviations(&x, &covariance));
-}
-
-fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budget> {
-    let gravity = estimate.section.gravity_sd_mps2;
+/// What the uncertainty of ‖a‖ at rest consists of; the means may have been brought to one temperature meanwhile.
+pub(super) fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budget> {
+    let gravity = session.options.gravity.uncertainty_mps2();
     let placements = session.segmentation.poses.iter();
     let temperatures: Vec<f64> = placements.filter_map(|p| p.temperature_c).collect();
     // What the bias may drift by, m/s² per °C; over all directions it is that of one axis.
-    let scale = estimate.section.scale;
+    let scale = estimate.accelerometer.scale();
     let per_c = |drift: BiasDrift| rms((0..3).map(|i| drift.sd[i] / scale[i]));
     let per_c = estimate.drift().map_or(DRIFT_MPS2_PER_C, per_c);
     let drift = match &temperatures[..] {
@@ -50,7 +41,7 @@ fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budget> {
             (Source::DataSheet, Some(budget.data_sheet)),
         ]
     } else {
-        let all = estimate.section.predicted_norm_error_mps2?;
+        let all = estimate.reliability.predicted_mps2?;
         let by_readings = (all * all - gravity.powi(2)).max(0.0).sqrt();
         vec![(Source::NoiseAndTilt, Some(by_readings))]
     };
@@ -79,7 +70,7 @@ fn rounding_share(session: &Session<'_>) -> f64 {
 
 /// One entry a placement: faces against ±g on their axis, free poses against gravity's length along
 /// their own direction. The zero offset is added back to the raw means, so that they are the file's numbers.
-fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
+pub(super) fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResult> {
     let (gravity, offset) = (session.gravity_mps2(), session.zero_offset());
     let fit = estimate.fit.as_ref();
     let one = |(index, placement): (usize, &Pose)| {

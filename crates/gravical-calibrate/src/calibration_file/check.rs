@@ -25,33 +25,33 @@ impl CalibrationFile {
         let why = format!("{} m/s² is not a possible gravity", self.gravity_mps2);
         require(is_possible, "gravity_mps2", &why)?;
         let a = &self.accelerometer;
-        let vectors = [&a.bias, &a.scale];
-        sensor("accelerometer", vectors, [&a.matrix, &a.orientation])?;
+        sensor("accelerometer", &a.bias, &a.matrix)?;
         if let Some(c) = &a.covariance {
             c.check("accelerometer.covariance", [12, 18])?;
         }
+        let r = &self.reliability;
         for (field, value) in [
-            ("gravity_sd_mps2", Some(a.gravity_sd_mps2)),
-            ("leave_one_out_rms_mps2", a.leave_one_out_rms_mps2),
-            ("predicted_norm_error_mps2", a.predicted_norm_error_mps2),
-            ("pose_tilt_deg", a.pose_tilt_deg.map(|t| t.value)),
+            ("gravity_sd_mps2", Some(self.gravity_sd_mps2)),
+            ("reliability.left_out_rms_mps2", r.left_out_rms_mps2),
+            ("reliability.predicted_mps2", r.predicted_mps2),
+            (
+                "reliability.pose_tilt_deg",
+                r.pose_tilt_deg.map(|t| t.value),
+            ),
         ] {
             let is_size = value.is_none_or(|v| (0.0..MAX_PARAMETER).contains(&v));
-            let field = format!("accelerometer.{field}");
-            require(is_size, &field, "it has to be 0 or more and below 1e9")?;
+            require(is_size, field, "it has to be 0 or more and below 1e9")?;
         }
         if let Some(g) = &self.gyroscope {
-            let vectors = [&g.bias, &g.scale];
-            sensor("gyroscope", vectors, [&g.matrix, &g.orientation])?;
+            sensor("gyroscope", &g.bias, &g.matrix)?;
             sizes("gyroscope.g_sensitivity", g.g_sensitivity.as_flattened())?;
             if let Some(c) = &g.covariance {
                 c.check("gyroscope.covariance", [12, 3])?;
             }
         }
-        let model = self.temperature_model.as_ref();
-        let fault = model.and_then(TemperatureModel::fault);
+        let fault = self.drift.as_ref().and_then(TemperatureModel::fault);
         let why = fault.as_deref().unwrap_or_default();
-        require(fault.is_none(), "temperature_model", why)
+        require(fault.is_none(), "drift", why)
     }
 }
 
@@ -66,25 +66,15 @@ fn require(holds: bool, field: &str, why: &str) -> Result<()> {
     )
 }
 
-fn sensor(
-    name: &str,
-    [bias, scale]: [&[f64; 3]; 2],
-    [matrix, orientation]: [&[[f64; 3]; 3]; 2],
-) -> Result<()> {
-    let field = |part: &str| format!("{name}.{part}");
-    sizes(&field("bias"), bias)?;
-    sizes(&field("scale"), scale)?;
-    let is_scale = scale.iter().all(|v| v.abs() >= MIN_FACTOR);
-    require(is_scale, &field("scale"), "a scale is zero")?;
-    for (part, m) in [("matrix", matrix), ("orientation", orientation)] {
-        sizes(&field(part), m.as_flattened())?;
-        let lengths = matrix3::row_norms(m);
-        let unit = matrix3::scale_rows(m, &lengths.map(f64::recip));
-        let is_regular =
-            lengths.iter().all(|l| *l >= MIN_FACTOR) && matrix3::det(&unit).abs() >= MIN_VOLUME;
-        require(is_regular, &field(part), "the matrix is singular")?;
-    }
-    Ok(())
+fn sensor(name: &str, bias: &[f64; 3], matrix: &[[f64; 3]; 3]) -> Result<()> {
+    sizes(&format!("{name}.bias"), bias)?;
+    let field = format!("{name}.matrix");
+    sizes(&field, matrix.as_flattened())?;
+    let lengths = matrix3::row_norms(matrix);
+    let unit = matrix3::scale_rows(matrix, &lengths.map(f64::recip));
+    let is_regular =
+        lengths.iter().all(|l| *l >= MIN_FACTOR) && matrix3::det(&unit).abs() >= MIN_VOLUME;
+    require(is_regular, &field, "the matrix is singular")
 }
 
 fn sizes(field: &str, values: &[f64]) -> Result<()> {

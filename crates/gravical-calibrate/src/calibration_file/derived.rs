@@ -3,11 +3,11 @@
 
 use gravical_core::matrix3;
 use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT, Parameters};
-use gravical_fit::{Gravity, Sensor, covariance_by_gravity, deviations};
+use gravical_fit::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
     AccelerometerSection, CHANNELS, CalibrationFile, ChannelDrift, Covariance, DriftVerdict,
-    GyroscopeSection, NextPose, PoseKind, PoseResult, TemperatureModel, TiltSource,
+    GyroscopeSection, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
@@ -56,25 +56,86 @@ impl CalibrationFile {
     /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
     /// matrix is singular or the file has no covariance.
     pub fn sensor(&self) -> Option<Sensor> {
-        let section = &self.accelerometer;
-        let all = section.covariance_of_parameters()?;
+        let all = self.accelerometer.covariance_of_parameters()?;
         // What the fit says of itself, or what is usual where none can tell.
-        let model_error_mps2 = match section.fit {
+        let model_error_mps2 = match self.reliability.fit {
             Some(fit) if fit.freedom >= 1.0 => fit.model_error_mps2,
             Some(fit) => fit.model_error_mps2.max(USUAL_MODEL_ERROR_MPS2),
             None => USUAL_MODEL_ERROR_MPS2,
         };
-        let mut sensor = section.sensor(self.gravity_mps2, all, model_error_mps2)?;
+        let mut sensor = self.sensor_with(all, model_error_mps2)?;
         let relative_sd = sensor.gravity.relative_sd();
         sensor.covariance -= covariance_by_gravity(&sensor.parameters, relative_sd);
         Some(sensor)
     }
 
-    /// The temperature model, if it corrects a channel.
+    /// The accelerometer with this covariance by its readings; none where the matrix is singular.
+    pub(crate) fn sensor_with(
+        &self,
+        covariance: ParameterCovariance,
+        model_error_mps2: f64,
+    ) -> Option<Sensor> {
+        // Tilts that σ_tilt was estimated from.
+        let tilt_freedom = match (self.reliability.fit, self.reliability.pose_tilt_deg) {
+            (Some(fit), Some(tilt)) if tilt.source == TiltSource::Estimated => {
+                fit.tilt_degrees_of_freedom
+            }
+            _ => f64::INFINITY,
+        };
+        Some(Sensor {
+            parameters: self.accelerometer.parameters()?,
+            covariance,
+            gravity: Gravity {
+                value_mps2: self.gravity_mps2,
+                sd_mps2: self.gravity_sd_mps2,
+            },
+            model_error_mps2,
+            tilt_freedom,
+        })
+    }
+
+    /// The drift with temperature, if a channel is corrected.
     #[doc(hidden)]
     pub fn drift_model(&self) -> Option<&TemperatureModel> {
-        let model = self.temperature_model.as_ref();
-        model.filter(|m| m.any_corrected())
+        self.drift.as_ref().filter(|m| m.any_corrected())
+    }
+
+    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
+    /// its standard deviations it is off.
+    pub fn contradiction(&self) -> Option<(&PoseResult, f64)> {
+        let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
+        let each = self.poses.iter().filter_map(|p| Some((p, ratio(p)?)));
+        each.max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
+    }
+
+    /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
+    pub(crate) fn free_norm_error(&self) -> Option<(f64, usize)> {
+        let free = self.poses.iter();
+        let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
+        let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
+        (!errors.is_empty()).then(|| (rms(errors.iter().copied()), errors.len()))
+    }
+}
+
+impl Reliability {
+    /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
+    /// where that is above 5 mg, the error that one pose can cause undetected.
+    pub fn proposed_poses(&self) -> &[NextPose] {
+        let (now, next) = (self.predicted_mps2, &self.next_poses);
+        let then = next.last().map(|p| p.predicted_mps2);
+        let both = now.zip(then);
+        let lowers_error = both.is_some_and(|(now, then)| then < MATTERS * now);
+        let now = self.undetected.map(|u| u.effect_mps2);
+        let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
+        let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
+            now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
+        });
+        if lowers_error || tests_more {
+            next
+        } else {
+            &[]
+        }
     }
 }
 
@@ -90,36 +151,28 @@ impl AccelerometerSection {
         self.covariance.as_ref()?.of_parameters()
     }
 
-    /// The accelerometer with this covariance by its readings; none where the matrix is singular.
-    pub(crate) fn sensor(
-        &self,
-        gravity_mps2: f64,
-        covariance: ParameterCovariance,
-        model_error_mps2: f64,
-    ) -> Option<Sensor> {
-        // Tilts that σ_tilt was estimated from.
-        let tilt_freedom = match (self.fit, self.pose_tilt_deg) {
-            (Some(fit), Some(tilt)) if tilt.source == TiltSource::Estimated => {
-                fit.tilt_degrees_of_freedom
-            }
-            _ => f64::INFINITY,
-        };
-        Some(Sensor {
-            parameters: self.parameters()?,
-            covariance,
-            gravity: Gravity {
-                value_mps2: gravity_mps2,
-                sd_mps2: self.gravity_sd_mps2,
-            },
-            model_error_mps2,
-            tilt_freedom,
-        })
+    /// K of raw = K R a + b, input unit per m/s²; not a number where the matrix is singular.
+    pub fn scale(&self) -> [f64; 3] {
+        scale_and_orientation(&self.matrix).0
+    }
+
+    /// R: rows of length one, in general not orthogonal.
+    pub fn orientation(&self) -> [[f64; 3]; 3] {
+        scale_and_orientation(&self.matrix).1
+    }
+
+    /// Standard deviations of bias, scale and the angles between the axes; none without a covariance.
+    pub fn deviations(&self) -> Option<Deviations> {
+        Some(deviations(
+            &self.parameters()?,
+            &self.covariance_of_parameters()?,
+        ))
     }
 
     /// Input units per m/s², mean of the axes.
     #[doc(hidden)]
     pub fn mean_scale(&self) -> f64 {
-        self.scale.iter().sum::<f64>() / 3.0
+        self.scale().iter().sum::<f64>() / 3.0
     }
 
     /// Input units per m/s² by definition, or by the deviation that the file gives.
@@ -132,7 +185,7 @@ impl AccelerometerSection {
         };
         by_definition.nominal().or_else(|| {
             let deviation = self.scale_deviation_percent?[0];
-            let nominal = self.scale[0] / (1.0 + deviation / 100.0);
+            let nominal = self.scale()[0] / (1.0 + deviation / 100.0);
             (nominal.is_finite() && nominal > 0.0).then_some(nominal)
         })
     }
@@ -152,43 +205,13 @@ impl AccelerometerSection {
         let zero_known = values(self.bias).iter().all(|b| b.abs() < 40.0);
         zero_known.then(|| values(raw))
     }
+}
 
-    /// The next poses, if they improve the result by more than a fifth: its predicted error, or,
-    /// where that is above 5 mg, the error that one pose can cause undetected.
-    pub fn proposed_poses(&self) -> &[NextPose] {
-        let (now, next) = (self.predicted_norm_error_mps2, &self.next_poses);
-        let then = next.last().map(|p| p.predicted_norm_error_mps2);
-        let both = now.zip(then);
-        let lowers_error = both.is_some_and(|(now, then)| then < MATTERS * now);
-        let now = self.undetected.map(|u| u.effect_mps2);
-        let then = next.iter().filter_map(|p| p.undetected_effect_mps2);
-        let tests_more = then.min_by(f64::total_cmp).is_some_and(|least| {
-            now.is_none_or(|now| now > gravical_fit::GOOD_MPS2 && least < MATTERS * now)
-        });
-        if lowers_error || tests_more {
-            next
-        } else {
-            &[]
-        }
-    }
-
-    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
-    /// its standard deviations it is off.
-    pub fn contradiction(&self) -> Option<(usize, f64)> {
-        let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
-        let each = self.poses.iter().enumerate();
-        let each = each.filter_map(|(i, p)| Some((i, ratio(p)?)));
-        each.max_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
-    }
-
-    /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
-    pub(crate) fn free_norm_error(&self) -> Option<(f64, usize)> {
-        let free = self.poses.iter();
-        let free = free.filter(|p| p.kind == PoseKind::Free && !p.fitted);
-        let errors: Vec<f64> = free.filter_map(|p| p.magnitude_error_mps2).collect();
-        (!errors.is_empty()).then(|| (rms(errors.iter().copied()), errors.len()))
-    }
+/// K and R of the matrix (K R)⁻¹.
+fn scale_and_orientation(matrix: &[[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    let model = matrix3::inverse(matrix).unwrap_or([[f64::NAN; 3]; 3]);
+    let scale = matrix3::row_norms(&model);
+    (scale, matrix3::scale_rows(&model, &scale.map(f64::recip)))
 }
 
 fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
@@ -201,6 +224,16 @@ fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
 }
 
 impl GyroscopeSection {
+    /// K of raw = K R ω + b, input unit per rad/s; not a number where the matrix is singular.
+    pub fn scale(&self) -> [f64; 3] {
+        scale_and_orientation(&self.matrix).0
+    }
+
+    /// R: rows of length one, in general not orthogonal.
+    pub fn orientation(&self) -> [[f64; 3]; 3] {
+        scale_and_orientation(&self.matrix).1
+    }
+
     /// Standard deviations of bias and scale; the scale has none where only the bias was estimated.
     pub fn deviations(&self) -> Option<([f64; 3], Option<[f64; 3]>)> {
         let covariance = self.covariance.as_ref()?;
@@ -215,7 +248,7 @@ impl GyroscopeSection {
     /// Input units per °/s, mean of the axes.
     #[doc(hidden)]
     pub fn mean_per_deg_s(&self) -> f64 {
-        self.scale.iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
+        self.scale().iter().sum::<f64>() / 3.0 * 1_f64.to_radians()
     }
 
     /// The offset of unsigned counts, where the bias shows that it contains one.

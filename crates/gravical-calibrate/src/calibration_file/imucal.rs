@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
+use super::verdict::IMUCAL;
 use super::{
-    AccelerometerSection, CalibrationFile, FORMAT, Grade, GravitySource, GyroscopeSection, Method,
-    SensorInfo, Verdict, creation_time, syntax,
+    AccelerometerSection, CalibrationFile, FORMAT, GravitySource, GyroscopeSection, Method,
+    Reliability, SensorInfo, creation_time, syntax,
 };
 
 type Matrix = [[f64; 3]; 3];
@@ -64,7 +65,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     }
     let accel_unit = file.from_acc_unit.as_deref().and_then(AccelUnit::parse);
     let gyro_unit = file.from_gyr_unit.as_deref().and_then(GyroUnit::parse);
-    let (scale, matrix) = parts(&file.K_a, &file.R_a, 1.0)?;
+    let matrix = inverse_of(&file.K_a, &file.R_a, 1.0)?;
     let accelerometer = AccelerometerSection {
         method: match file.cal_type.to_lowercase().as_str() {
             "ferraris" => Method::Ferraris,
@@ -74,8 +75,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
-        scale,
-        orientation: file.R_a,
         ..AccelerometerSection::default()
     };
     let no_gyro = file.K_g == identity::<f64>()
@@ -83,14 +82,12 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         && file.b_g == [0.0; 3]
         && file.K_ga == [[0.0; 3]; 3];
     let gyroscope = || -> Result<GyroscopeSection> {
-        let (scale, matrix) = parts(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
+        let matrix = inverse_of(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
         Ok(GyroscopeSection {
             input_unit: gyro_unit.unwrap_or_default(),
             output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
-            scale,
-            orientation: file.R_g,
             g_sensitivity: file.K_ga,
             ..GyroscopeSection::default()
         })
@@ -99,39 +96,36 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     let file = CalibrationFile {
         format: FORMAT.to_owned(),
         created: creation_time(),
-        tool: "imucal".to_owned(),
+        tool: IMUCAL.to_owned(),
         recorded: None,
         sensor: SensorInfo::default(),
         gravity_mps2: STANDARD_GRAVITY_MPS2,
         gravity_source: GravitySource::Standard,
+        gravity_sd_mps2: 0.0,
         temperature_c: None,
         accelerometer,
         gyroscope,
+        reliability: Reliability::default(),
+        poses: Vec::new(),
+        drift: None,
         inputs: Vec::new(),
         findings: Vec::new(),
-        verdict: Verdict {
-            grade: Grade::NotVerifiable,
-            reasons: vec!["read from a file of imucal, which contains neither its quality nor the gravity it was computed with".to_owned()],
-        },
         command: None,
-        temperature_model: None,
     };
     file.check()?;
     Ok(file)
 }
 
-/// Scale and matrix of K·R; `per_unit`: imucal's output units per output unit of this program.
-fn parts(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<([f64; 3], Matrix)> {
+/// (K·R)⁻¹; `per_unit`: imucal's output units per output unit of this program.
+fn inverse_of(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<Matrix> {
     let wrong = |what| Error::input("calibration-values", what);
-    let scale = std::array::from_fn(|i| k[i][i]);
-    if *k != diagonal(scale) {
+    if *k != diagonal(std::array::from_fn(|i| k[i][i])) {
         return Err(wrong("K of the imucal file is not diagonal"));
     }
     let singular = || wrong("K or R of the imucal file is singular");
     let k_inverse = inverse(k).ok_or_else(singular)?;
     let r_inverse = inverse(r).ok_or_else(singular)?;
-    let matrix = mul(&r_inverse, &k_inverse).map(|row| row.map(|v| v / per_unit));
-    Ok((scale.map(|s| s * per_unit), matrix))
+    Ok(mul(&r_inverse, &k_inverse).map(|row| row.map(|v| v / per_unit)))
 }
 
 /// Writes a calibration in imucal's format.
@@ -144,8 +138,7 @@ pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
     // imucal requires the keys.
     let none = || GyroscopeSection {
         input_unit: GyroUnit::DegreePerSecond,
-        scale: [DEGREES_PER_RADIAN; 3],
-        orientation: identity(),
+        matrix: diagonal([RADIANS_PER_DEGREE; 3]),
         ..GyroscopeSection::default()
     };
     let gyro = file.gyroscope.clone().unwrap_or_else(none);
@@ -161,13 +154,15 @@ pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
         from_gyr_unit: name(gyro.input_unit.name()),
         comment: Some(format!(
             "{}, {}, verdict {}",
-            file.tool, file.created, file.verdict.grade
+            file.tool,
+            file.created,
+            file.verdict().grade
         )),
-        K_a: diagonal(a.scale),
-        R_a: a.orientation,
+        K_a: diagonal(a.scale()),
+        R_a: a.orientation(),
         b_a: a.bias,
-        K_g: diagonal(gyro.scale.map(|s| s * RADIANS_PER_DEGREE)),
-        R_g: gyro.orientation,
+        K_g: diagonal(gyro.scale().map(|s| s * RADIANS_PER_DEGREE)),
+        R_g: gyro.orientation(),
         K_ga: gyro.g_sensitivity,
         b_g: gyro.bias,
         cal_type: "Ferraris".to_owned(),
@@ -194,7 +189,7 @@ mod tests {
         });
         let file = from_imucal(&old).unwrap();
         assert_eq!(file.accelerometer.input_unit, AccelUnit::Unknown);
-        assert!((file.gyroscope.unwrap().scale[0].to_radians() - 1.0).abs() < 1e-12);
+        assert!((file.gyroscope.unwrap().scale()[0].to_radians() - 1.0).abs() < 1e-12);
         old["acc_unit"] = "g".into();
         assert_eq!(from_imucal(&old).unwrap_err().code(), "calibration-format");
     }

@@ -1,17 +1,19 @@
-//! The calibration file `gravical-calibration/2`: JSON with the parameters of a sensor, their
+//! The calibration file `gravical-calibration/3`: JSON with the parameters of a sensor, their
 //! origin and their quality.
 //!
 //! All quantities of raw values are in the unit of the recording (`input_unit`): `calibrated =
 //! matrix · (raw − bias)` in m/s², and for the gyroscope `matrix · (raw − bias − g_sensitivity ·
-//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/2` fields are only added.
+//! a)` in rad/s with a in m/s². Readers ignore unknown fields; within `/3` fields are only added.
 
 mod check;
 mod derived;
 mod folder;
 mod imucal;
 mod input;
+mod readable;
 mod types;
 mod unit;
+mod verdict;
 
 use std::path::Path;
 
@@ -34,7 +36,7 @@ pub use types::*;
 pub use unit::judge_unit;
 
 /// Value of `format`.
-pub const FORMAT: &str = "gravical-calibration/2";
+pub const FORMAT: &str = "gravical-calibration/3";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
@@ -102,12 +104,12 @@ impl CalibrationFile {
     /// That its verdict is poor, for what it is used for.
     #[doc(hidden)]
     pub fn poor_finding(&self) -> Option<Finding> {
-        let why = self.verdict.reasons.join("; ");
-        let is_poor = self.verdict.grade == Grade::Poor;
-        is_poor.then(|| {
+        let verdict = self.verdict();
+        (verdict.grade == Grade::Poor).then(|| {
             finding!(
                 PoorCalibration,
-                "the calibration's own verdict is poor: {why}"
+                "the calibration's own verdict is poor: {}",
+                verdict.reasons.join("; ")
             )
         })
     }

@@ -1,9 +1,9 @@
 //! Fields of a calibration file.
 
-use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
+use gravical_fit::{FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::InputFile;
+use super::{InputFile, readable};
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
@@ -11,9 +11,10 @@ use crate::utc::UtcTime;
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/2"))]
+#[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/3"))]
+#[serde(remote = "Self")]
 pub struct CalibrationFile {
-    /// `gravical-calibration/2`.
+    /// `gravical-calibration/3`.
     pub format: String,
     /// Time of the computation, RFC 3339, UTC.
     pub created: String,
@@ -28,22 +29,32 @@ pub struct CalibrationFile {
     pub gravity_mps2: f64,
     /// Source of the gravity.
     pub gravity_source: GravitySource,
+    /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
+    /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
+    #[serde(default)]
+    pub gravity_sd_mps2: f64,
     /// Temperature during the poses, °C.
     pub temperature_c: Option<TemperatureRange>,
     /// Parameters of the accelerometer.
+    #[serde(serialize_with = "readable::accelerometer")]
     pub accelerometer: AccelerometerSection,
     /// Parameters of the gyroscope; null without a gyroscope, or where its scale is not known.
+    #[serde(serialize_with = "readable::gyroscope")]
     pub gyroscope: Option<GyroscopeSection>,
+    /// How far the accelerometer can be trusted.
+    #[serde(default)]
+    pub reliability: Reliability,
+    /// The poses.
+    #[serde(default)]
+    pub poses: Vec<PoseResult>,
+    /// Drift of the readings with temperature; null if it was not measured.
+    pub drift: Option<TemperatureModel>,
     /// The input files.
     pub inputs: Vec<InputFile>,
     /// Faults found in them.
     pub findings: Vec<Finding>,
-    /// Verdict on the accuracy.
-    pub verdict: Verdict,
     /// The command that computed it, if it was a command.
     pub command: Option<String>,
-    /// Temperature drift of the readings; null if it was not measured.
-    pub temperature_model: Option<TemperatureModel>,
 }
 
 /// When a session was recorded: given, else the first time stamp, else the start stated above the header; a date
@@ -125,42 +136,36 @@ pub struct AccelerometerSection {
     pub bias: [f64; 3],
     /// calibrated = matrix · (raw − bias), m/s² per input unit, row-major.
     pub matrix: [[f64; 3]; 3],
-    /// K of raw = K R a + b: input unit per m/s².
-    pub scale: [f64; 3],
-    /// R: rows of length one, in general not orthogonal.
-    pub orientation: [[f64; 3]; 3],
     /// Covariance of the twelve parameters of raw = M a + b, M = K R, and of the six bends if they
     /// were fitted; null if no standard errors are known.
     pub covariance: Option<Covariance>,
     /// Nonlinear response of the axes, not applied: what it adds to ‖a‖ as a share of g at 1 g,
     /// quadratic x, y, z, then cubic; null if it was not fitted.
     pub bends: Option<[f64; 6]>,
-    /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
-    /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
-    #[serde(default)]
-    pub gravity_sd_mps2: f64,
-    /// The poses.
-    pub poses: Vec<PoseResult>,
     /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
     pub scale_deviation_percent: Option<[f64; 3]>,
-    /// Error of ‖a‖ at poses left out of the fit, m/s²; null if the remaining poses do not
-    /// determine the parameters.
-    pub leave_one_out_rms_mps2: Option<f64>,
+}
+
+/// How far an accelerometer can be trusted, in numbers; the verdict follows from them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Reliability {
     /// Standard uncertainty of ‖a‖ over all directions, m/s², from the covariance.
-    pub predicted_norm_error_mps2: Option<f64>,
+    pub predicted_mps2: Option<f64>,
     /// The direction in which ‖a‖ is least certain.
     pub worst_direction: Option<WorstDirection>,
+    /// Error of ‖a‖ at poses left out of the fit, m/s² rms; null if the remaining poses do not
+    /// determine the parameters.
+    pub left_out_rms_mps2: Option<f64>,
     /// Effect of an undetected error of one pose; null without redundancy.
     pub undetected: Option<Undetected>,
     /// Tilt of the poses assumed in the uncertainty, degrees (standard deviation of each of two
     /// components).
     pub pose_tilt_deg: Option<PoseTilt>,
-    /// Standard deviations of bias, scale and the angles between the axes.
-    pub deviations: Option<Deviations>,
     /// Quality of the fit; null for the closed form.
     pub fit: Option<FitQuality>,
     /// Poses that lower the predicted error most, each after the ones before it.
-    #[serde(default)]
     pub next_poses: Vec<NextPose>,
     /// What the uncertainty of ‖a‖ at rest consists of.
     pub budget: Option<Budget>,
@@ -375,10 +380,6 @@ pub struct GyroscopeSection {
     /// calibrated = matrix · (raw − bias − g_sensitivity · a), rad/s per input
     /// unit.
     pub matrix: [[f64; 3]; 3],
-    /// K_g, input unit per rad/s.
-    pub scale: [f64; 3],
-    /// R_g.
-    pub orientation: [[f64; 3]; 3],
     /// Input unit per m/s².
     pub g_sensitivity: [[f64; 3]; 3],
     /// Covariance of raw = M ω + b, M = K R, or of b alone; null if unknown.

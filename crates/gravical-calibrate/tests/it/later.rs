@@ -146,7 +146,7 @@ fn a_temperature_model_is_taken_off() {
         }]
     });
     file.temperature_c = at(25.0);
-    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    file.drift = Some(serde_json::from_value(model).unwrap());
     let report = checked(&file, &later);
     assert_judged(&report, Judgement::Fits);
     assert!(!has(&report.findings, "temperature-outside"));
@@ -164,7 +164,7 @@ fn file(sigma: f64) -> CalibrationFile {
     options.estimate.method = Method::Ferraris;
     let mut file = calibrate(&session, &options).unwrap().file;
     file.accelerometer.covariance = Some(diagonal(sigma, 1.0));
-    file.accelerometer.gravity_sd_mps2 = 0.0;
+    file.gravity_sd_mps2 = 0.0;
     file
 }
 
@@ -217,7 +217,6 @@ fn calibrations_are_compared_in_one_unit() {
     s.input_unit = AccelUnit::Counts;
     s.matrix = s.matrix.map(|row| row.map(|v| v / per));
     s.bias = s.bias.map(|v| v * per);
-    s.scale = s.scale.map(|v| v * per);
     s.covariance = Some(diagonal(1e-4, per));
     let error = compare(&a, &b, ["a.json", "b.json"]).unwrap_err();
     assert_eq!(error.code(), "units-differ");
@@ -253,7 +252,7 @@ fn another_gravity_is_told_and_taken_off() {
     assert!(has(&result.findings, "gravity-differs"));
     assert_eq!(result.magnitude.judgement, Judgement::Differ);
     // Assumed, it may be the same: the covariance of a file contains it.
-    b.accelerometer.gravity_sd_mps2 = 0.015;
+    b.gravity_sd_mps2 = 0.015;
     let m = b.accelerometer.parameters().unwrap() * (0.015 / b.gravity_mps2);
     let values = &mut b.accelerometer.covariance.as_mut().unwrap().values;
     for (i, k) in (0..81).map(|n| (n / 9, n % 9)) {
@@ -289,7 +288,7 @@ fn shared_recordings_and_equal_files_prove_nothing() {
 fn without_faces_the_frame_is_a_convention() {
     let a = file(1e-4);
     let mut b = turned(&a, [0.0, 0.1, 0.0]);
-    b.accelerometer.fit = Some(FitQuality {
+    b.reliability.fit = Some(FitQuality {
         chi2_per_freedom: None,
         freedom: 5.0,
         model_error_mps2: 0.0,

@@ -34,15 +34,15 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
             }
         };
         let [a, b] = [&case, &board].map(|f| &f.accelerometer);
-        is_turned(&a.orientation, &b.orientation);
+        is_turned(&a.orientation(), &b.orientation());
         for i in 0..3 {
             close(a.bias[i], b.bias[i], tolerance);
-            close(a.scale[i], b.scale[i], tolerance);
+            close(a.scale()[i], b.scale()[i], tolerance);
         }
-        let [a, b] = [a, b].map(|a| a.predicted_norm_error_mps2.unwrap());
+        let [a, b] = [&case, &board].map(|f| f.reliability.predicted_mps2.unwrap());
         close(a, b, 1e-6);
         if simulation.files.len() == session.len() {
-            let [a, b] = [&case, &board].map(|f| f.gyroscope.as_ref().unwrap().orientation);
+            let [a, b] = [&case, &board].map(|f| f.gyroscope.as_ref().unwrap().orientation());
             is_turned(&a, &b);
         }
     }

@@ -100,12 +100,12 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         for i in 0..3 {
             let off = a.bias[i] - truth.bias_mps2[i];
             out.bias.push(off / c[9 + i][9 + i].sqrt());
-            let (scale, r) = (matrix3::norm(&truth.matrix[i]), &a.orientation[i]);
+            let (scale, r) = (matrix3::norm(&truth.matrix[i]), &a.orientation()[i]);
             let part = |(j, k): (usize, usize)| r[j] * r[k] * c[3 * i + j][3 * i + k];
             let variance: f64 = (0..9).map(|n| part((n / 3, n % 3))).sum();
-            out.scale.push((a.scale[i] - scale) / variance.sqrt());
+            out.scale.push((a.scale()[i] - scale) / variance.sqrt());
         }
-        let predicted = a.predicted_norm_error_mps2.unwrap();
+        let predicted = file.reliability.predicted_mps2.unwrap();
         let square = |n: nalgebra::Vector3<f64>| {
             let force = matrix3::mul_vec(&truth.matrix, &(n * 9.80665).into());
             let raw = std::array::from_fn(|i| force[i] + truth.bias_mps2[i]);

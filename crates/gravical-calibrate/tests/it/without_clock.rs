@@ -50,7 +50,7 @@ fn faces_are_found_and_seen_from_the_centre_of_the_readings() {
         let calibration = calibrated(&session, &CalibrateOptions::default()).file;
         for c in 0..3 {
             close(calibration.accelerometer.bias[c], bias[c], 0.02);
-            close(calibration.accelerometer.scale[c], SCALE[c], 0.003);
+            close(calibration.accelerometer.scale()[c], SCALE[c], 0.003);
         }
     }
 }

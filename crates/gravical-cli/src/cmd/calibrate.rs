@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let figures = asked.report.figures(draw);
     let document = report::calibration(&done.file, output, &figures);
     asked.present(&done.file, &document)?;
-    let verdict = &done.file.verdict;
+    let verdict = done.file.verdict();
     let is_poor = verdict.grade == Grade::Poor;
     if asked.quiet && !asked.json && is_poor {
         text::say(&format!("verdict: poor: {}", verdict.reasons.join("; ")));
@@ -145,26 +145,27 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
 /// Columns of the summary of `--each`, in the units of each calibration.
 const COLUMNS: &str = "sensor_id input_unit bias_x bias_y bias_z bias_x_sd bias_y_sd bias_z_sd \
     scale_x scale_y scale_z scale_x_sd scale_y_sd scale_z_sd worst_direction_error_mps2 \
-    predicted_norm_error_mps2 leave_one_out_rms_mps2 poses temperature_c sha256";
+    predicted_mps2 left_out_rms_mps2 poses temperature_c sha256";
 
 /// A row of the summary; a cell is empty where there is no value.
 fn outcome(file: &CalibrationFile) -> Outcome {
-    let a = &file.accelerometer;
-    let sd = a.deviations.as_ref();
+    let (a, r) = (&file.accelerometer, &file.reliability);
+    let verdict = file.verdict();
+    let sd = a.deviations();
     let vectors = [
         Some(a.bias),
         sd.map(|sd| sd.bias),
-        Some(a.scale),
+        Some(a.scale()),
         sd.map(|sd| sd.scale),
     ];
     let numbers = vectors
         .iter()
         .flat_map(|v| [0, 1, 2].map(|axis| v.map(|v| v[axis])));
     let numbers = numbers.chain([
-        a.worst_direction.as_ref().map(|w| w.error_mps2),
-        a.predicted_norm_error_mps2,
-        a.leave_one_out_rms_mps2,
-        Some(a.poses.len() as f64),
+        r.worst_direction.as_ref().map(|w| w.error_mps2),
+        r.predicted_mps2,
+        r.left_out_rms_mps2,
+        Some(file.poses.len() as f64),
         file.temperature_c.map(|t| t.mean),
     ]);
     let numbers = numbers.map(|v| v.map_or(String::new(), |v| v.to_string()));
@@ -175,9 +176,9 @@ fn outcome(file: &CalibrationFile) -> Outcome {
     let sums = file.inputs.iter().filter_map(|i| i.sha256.as_deref());
     let sums = sums.collect::<Vec<_>>().join(" ");
     Outcome {
-        grade: file.verdict.grade.to_string(),
-        is_poor: file.verdict.grade == Grade::Poor,
-        reasons: file.verdict.reasons.clone(),
+        grade: verdict.grade.to_string(),
+        is_poor: verdict.grade == Grade::Poor,
+        reasons: verdict.reasons,
         numbers: names.into_iter().chain(numbers).chain([sums]).collect(),
         ..Outcome::default()
     }

@@ -113,9 +113,8 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
     let truth: [f64; 3] = serde_json::from_value(truth.clone())?;
     let only = moved.moves.first().context("the line has no move")?;
 
-    let a = &file.accelerometer;
-    let errors = a.poses.iter().map(|p| norm(&p.raw) - file.gravity_mps2);
-    let uncalibrated = (errors.map(|e| e * e).sum::<f64>() / a.poses.len() as f64).sqrt();
+    let errors = file.poses.iter().map(|p| norm(&p.raw) - file.gravity_mps2);
+    let uncalibrated = (errors.map(|e| e * e).sum::<f64>() / file.poses.len() as f64).sqrt();
     let mg = |v: f64| format!("{:.1} mg", milli_g(v));
     let along = |v: Option<[f64; 3]>| v.map_or(f64::NAN, |v| v[1]);
     let end_error = |end: Option<[f64; 3]>| {
@@ -123,7 +122,10 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
             format!("{:.0} mm", 1000.0 * norm(&sub(&end, &truth)))
         })
     };
-    let left_out = a.leave_one_out_rms_mps2.map_or("–".to_owned(), mg);
+    let left_out = file
+        .reliability
+        .left_out_rms_mps2
+        .map_or("–".to_owned(), mg);
     let uncalibrated = mg(uncalibrated);
     let [y, sigma] = [only.displacement_m, only.sigma_m].map(along);
     let [end, report] = [&moved, &classical].map(|m| end_error(m.r#final.position_m));
@@ -140,7 +142,7 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
     let numbers: String = numbers.iter().map(|text| paragraph("  - ", text)).collect();
     Ok(format!(
         "\nThe three main numbers\n{numbers}\nVerdict: {}\n\nReports, open them in a browser\n  {}\n  {}\n{NEXT}",
-        file.verdict.grade,
+        file.verdict().grade,
         folder.join("calibration.html").display(),
         folder.join("motion.html").display()
     ))

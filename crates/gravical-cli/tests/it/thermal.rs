@@ -101,7 +101,7 @@ fn a_model_of_a_soak_is_added_and_taken_off_again() {
     let at = folder.path();
     let line = "six --method ferraris --thermal soak.csv --gravity 9.80665 -o cal.json";
     let made = calibrate(at, line, 0);
-    let model = &made["temperature_model"];
+    let model = &made["drift"];
     assert_eq!(accepted(model), ["ax", "ay", "az", "gx", "gy", "gz"]);
     close(number(&model["reference_c"]), 25.0, 0.1);
 

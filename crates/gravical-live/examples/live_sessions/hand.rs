@@ -263,14 +263,14 @@ impl Ended {
     /// For each axis whether the true bias is within the 95 % interval.
     pub fn covered(&self) -> Option<[bool; 3]> {
         let section = &self.file.as_ref()?.accelerometer;
-        let deviations = section.deviations?;
+        let deviations = section.deviations()?;
         let (bias, _) = self.truth();
         let off = |i: usize| (section.bias[i] - bias[i]).abs() / deviations.bias[i];
         Some([0, 1, 2].map(|i| off(i) <= 1.96))
     }
 
     pub fn is_good(&self) -> bool {
-        let grade = self.file.as_ref().map(|f| f.verdict.grade);
+        let grade = self.file.as_ref().map(|f| f.verdict().grade);
         grade == Some(Grade::Good)
     }
 

@@ -39,7 +39,7 @@ fn main() {
         let all = each(count, |index| {
             let ended = Hand::new((first + index) as u64, clumsiness).run();
             let file = ended.file.as_ref();
-            let poses = file.map_or(0, |f| f.accelerometer.poses.len());
+            let poses = file.map_or(0, |f| f.poses.len());
             let good = ended
                 .is_good()
                 .then(|| ended.good_s.zip(ended.norm_error_mg()));

@@ -57,7 +57,7 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         let clumsiness = Clumsiness::ALL[seed as usize % Clumsiness::ALL.len()];
         let ended = Hand::new(seed, clumsiness).run();
         let file = ended.file.as_ref().expect("a calibration");
-        let verdict = &file.verdict;
+        let verdict = &file.verdict();
         assert_eq!(verdict.grade, Grade::Good, "{clumsiness:?}: {verdict:?}");
         let rejected = rejections(&ended.messages);
         let is_wrong = |r: &Rejection| matches!(r, Rejection::Scale | Rejection::Units);
@@ -93,7 +93,7 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
         let whole = calibrate(&[recording], &options).unwrap().file;
         assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
         assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
-        assert_eq!(whole.verdict, file.verdict, "{clumsiness:?}");
+        assert_eq!(whole.verdict(), file.verdict(), "{clumsiness:?}");
     }
 }
 
@@ -367,7 +367,7 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         assert_eq!(both, live, "{file}: a pose that calibrate does not find");
         assert!(live * 10 >= found * 8, "{file}: {live} of {found}");
         let [a, b] = [session.calibration().unwrap(), &done.file].map(|f| &f.accelerometer);
-        let [sd_a, sd_b] = [a, b].map(|section| section.deviations.unwrap().bias);
+        let [sd_a, sd_b] = [a, b].map(|section| section.deviations().unwrap().bias);
         for i in 0..3 {
             let off = (a.bias[i] - b.bias[i]).abs() / sd_a[i].hypot(sd_b[i]);
             assert!(off <= 3.0, "{file}: bias {i}, {off} σ");

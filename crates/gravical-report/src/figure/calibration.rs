@@ -18,7 +18,7 @@ pub fn figures(
     session: Option<(&[Recording], &Segmentation)>,
 ) -> Vec<Figure> {
     let mut all = Vec::new();
-    if !file.accelerometer.poses.is_empty() {
+    if !file.poses.is_empty() {
         all.extend([norm(file), sphere(file)]);
     }
     all.extend(session.and_then(|(recordings, cut)| captures(file, recordings, cut)));
@@ -28,7 +28,7 @@ pub fn figures(
 /// ‖a‖ of each pose before and after, and what is left of its error, with the pose in the fit and
 /// left out.
 fn norm(file: &CalibrationFile) -> Figure {
-    let (poses, g) = (&file.accelerometer.poses, file.gravity_mps2);
+    let (poses, g) = (&file.poses, file.gravity_mps2);
     let off = |p: &PoseResult| length(&p.calibrated) - g;
     let errors = poses.iter().map(|p| milli_g(off(p)));
     let mut calibrated = Series::categorical("calibrated", Role::Result, errors);
@@ -82,7 +82,6 @@ fn project(d: [f64; 3], side: f64) -> (f64, f64) {
 }
 
 fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
-    let a = &file.accelerometer;
     // Circles at 30°, 60° and 90° from the pole.
     let circles = [30.0_f64, 60.0, 90.0].map(|off_deg| {
         let (sine, cosine) = off_deg.to_radians().sin_cos();
@@ -107,10 +106,10 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
         Series::points(name, role, places).labelled(labels)
     };
     let poses = |fitted: bool| {
-        let poses = a.poses.iter().filter(move |p| p.fitted == fitted);
+        let poses = file.poses.iter().filter(move |p| p.fitted == fitted);
         poses.map(|p| (unit(&p.calibrated), p.label.clone()))
     };
-    let next = a.proposed_poses().iter().enumerate();
+    let next = file.reliability.proposed_poses().iter().enumerate();
     let mut next = next.map(|(i, pose)| (pose.direction, format!("next {}", i + 1)));
     let poses = [
         points("pose", Role::Result, &mut poses(true)),
@@ -215,7 +214,7 @@ mod tests {
     fn figures_show_the_numbers_of_the_file() {
         let (file, figures) = simulated(Scenario::Poses(PosesOptions::default()));
         let shown = |name: &str, panel: usize, of: &str| &series(&figures, name, panel, of).y;
-        let poses = &file.accelerometer.poses;
+        let poses = &file.poses;
         for (i, p) in poses.iter().enumerate() {
             let Some(error) = p.magnitude_error_mps2 else {
                 continue;
@@ -235,7 +234,7 @@ mod tests {
             all.filter(|s| s.name == name).map(|s| s.x.len()).sum()
         };
         assert_eq!(count("pose"), poses.iter().filter(|p| p.fitted).count());
-        let proposed = file.accelerometer.proposed_poses().len();
+        let proposed = file.reliability.proposed_poses().len();
         assert_eq!(count("would help"), proposed);
         // A cap of angle θ has 1 − cos θ of the half's area: r² in a disc of radius 1.
         let (x, y) = project([0.6, 0.0, -0.8], -1.0);

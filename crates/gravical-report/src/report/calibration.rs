@@ -28,15 +28,17 @@ pub fn calibration<'a>(
     saved: Option<&Path>,
     figures: &'a [Figure],
 ) -> Document<'a> {
-    let placed = !file.accelerometer.poses.is_empty();
+    let placed = !file.poses.is_empty();
+    let verdict = file.verdict();
+    let grade = verdict.grade;
     Document {
         subject: subject(file),
         verdict: Some(Verdict {
-            grade: file.verdict.grade,
-            word: file.verdict.grade.to_string(),
-            conclusion: conclusion(file),
-            reasons: file.verdict.reasons.clone(),
-            next: next(file, saved),
+            grade,
+            word: grade.to_string(),
+            conclusion: conclusion(file, grade),
+            reasons: verdict.reasons,
+            next: next(file, grade, saved),
         }),
         ..Document::new(format!("Calibration{}", named_sensor(file)))
     }
@@ -80,13 +82,13 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
         Method::Ferraris => "Ferraris calibration",
         Method::Joint | Method::Unknown => "Calibration",
     };
-    let faces = a.poses.iter().filter(|p| p.kind == PoseKind::Face);
+    let faces = file.poses.iter().filter(|p| p.kind == PoseKind::Face);
     let labels: BTreeSet<&str> = faces.clone().map(|p| p.label.as_str()).collect();
-    let (faces, free) = (faces.clone().count(), a.poses.len() - faces.count());
+    let (faces, free) = (faces.clone().count(), file.poses.len() - faces.count());
     let on_faces = count(faces, "pose") + " on " + &count(labels.len(), "face");
     let poses = [(faces, on_faces), (free, count(free, "free pose"))];
     let poses: Vec<String> = poses.into_iter().filter(|p| p.0 > 0).map(|p| p.1).collect();
-    let tilt = a.pose_tilt_deg.map_or(String::new(), |t| {
+    let tilt = file.reliability.pose_tilt_deg.map_or(String::new(), |t| {
         let how = words(&t.source);
         format!(", tilt of the face poses {:.1}° ({how})", t.value)
     });
@@ -102,13 +104,13 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
 }
 
 /// The verdict in one sentence; none where the first reason says it.
-fn conclusion(file: &CalibrationFile) -> Option<String> {
-    let a = &file.accelerometer;
-    let error = a.worst_direction.as_ref()?.error_mps2;
+fn conclusion(file: &CalibrationFile, grade: Grade) -> Option<String> {
+    let r = &file.reliability;
+    let error = r.worst_direction.as_ref()?.error_mps2;
     let within = format!("within {} mg (95 %)", mg(error));
     let everywhere = format!("the magnitude at rest is {within} in every direction");
-    let hidden = a.undetected.as_ref().map(|u| u.effect_mps2);
-    match (file.verdict.grade, hidden.filter(|hidden| *hidden > error)) {
+    let hidden = r.undetected.as_ref().map(|u| u.effect_mps2);
+    match (grade, hidden.filter(|hidden| *hidden > error)) {
         (Grade::Fair, Some(hidden)) => Some(format!(
             "{everywhere}, unless one pose has an error that would not be detected: then up to {} mg",
             mg(hidden)
@@ -122,13 +124,12 @@ fn conclusion(file: &CalibrationFile) -> Option<String> {
 }
 
 /// Next steps.
-fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
-    let grade = file.verdict.grade;
+fn next(file: &CalibrationFile, grade: Grade, saved: Option<&Path>) -> Vec<String> {
     if grade == Grade::Poor {
         return vec!["Fix what is named above, then calibrate again.".to_owned()];
     }
     let name = path_word(saved.unwrap_or(Path::new("cal.json")));
-    let pose = file.accelerometer.proposed_poses().first();
+    let pose = file.reliability.proposed_poses().first();
     let pose = pose.filter(|_| grade != Grade::Good).map(|p| {
         let direction = in_words(p.direction);
         format!("Record one more pose ({direction}) and calibrate with all recordings again.")
@@ -151,16 +152,16 @@ fn next(file: &CalibrationFile, saved: Option<&Path>) -> Vec<String> {
 fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     let raw = &a.input_unit.to_string();
-    let sd = a.deviations;
+    let sd = a.deviations();
     let bias = (a.bias, sd.map(|d| d.bias));
-    let scale = (a.scale, sd.map(|d| d.scale));
+    let scale = (a.scale(), sd.map(|d| d.scale));
     let section = Section::new("Accelerometer")
         .with(Block::Equation("raw = K R a + b\ncalibrated = matrix · (raw − b)"))
         .full(Block::Paragraph(format!(
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
         .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
-        .with(matrices(&a.orientation, &a.matrix, &format!("matrix, m/s² per {raw}")));
+        .with(matrices(&a.orientation(), &a.matrix, &format!("matrix, m/s² per {raw}")));
     let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
     code.into_iter().fold(section, Section::full)
 }
@@ -176,10 +177,10 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
         GyroMethod::Bias => "Bias only, from the poses; the scale is nominal.",
     };
     let (bias_sd, scale_sd) = g.deviations().unzip();
-    let (bias, scale) = ((g.bias, bias_sd), (g.scale, scale_sd.flatten()));
+    let (bias, scale) = ((g.bias, bias_sd), (g.scale(), scale_sd.flatten()));
     let matrices = (g.method != GyroMethod::Bias).then(|| {
         let name = format!("matrix, rad/s per {raw}");
-        Block::Table(matrices(&g.orientation, &g.matrix, &name))
+        Block::Table(matrices(&g.orientation(), &g.matrix, &name))
     });
     Section::new("Gyroscope")
         .with(Block::Equation(
@@ -261,7 +262,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
     let exact = a.method == Method::Ferraris;
-    let largest = largest(a.poses.iter().flat_map(|p| &p.raw));
+    let largest = largest(file.poses.iter().flat_map(|p| &p.raw));
     let decimals = decimals_of(largest, 5).min(4);
     let mg = |v: f64| signed(milli_g(v), 2);
     let mut table = Table::new("", ["pose"])
@@ -269,7 +270,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
         .axes("calibrated, m/s²")
         .columns(exact.then_some("error, m/s²"))
         .columns(["‖a‖ − g, mg", "left out, mg", "tilt, °"]);
-    for p in &a.poses {
+    for p in &file.poses {
         let unused = if p.fitted { "" } else { " (not used)" };
         let mut cells = Cell::axes(Some(p.raw), |v| fixed(v, decimals)).to_vec();
         cells.extend(Cell::axes(Some(p.calibrated), |v| fixed(v, 3)));
@@ -300,7 +301,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
 /// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
 fn before_and_after(file: &CalibrationFile) -> Table {
     let a = &file.accelerometer;
-    let fitted: Vec<&PoseResult> = a.poses.iter().filter(|p| p.fitted).collect();
+    let fitted: Vec<&PoseResult> = file.poses.iter().filter(|p| p.fitted).collect();
     let cells = |values: Vec<[f64; 3]>| {
         let squares = values.iter().map(|v| (norm(v) - file.gravity_mps2).powi(2));
         let rms = (squares.sum::<f64>() / values.len() as f64).sqrt();
@@ -343,7 +344,7 @@ fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
         ))
     });
     let section = Section::new("Temperature").full(poses);
-    let Some(model) = &file.temperature_model else {
+    let Some(model) = &file.drift else {
         return section;
     };
     let note = model.any_corrected().then(|| {
@@ -358,7 +359,7 @@ fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
 /// Method and uncertainty budget.
 fn method<'a>(file: &CalibrationFile) -> Section<'a> {
     let a = &file.accelerometer;
-    let fit = a.fit.as_ref();
+    let fit = file.reliability.fit.as_ref();
     let agrees = fit.and_then(|fit| {
         let (freedom, chi2) = (digits(fit.freedom, 3), digits(fit.chi2_per_freedom?, 2));
         let name = "χ² per degree of freedom";
@@ -380,7 +381,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
 }
 
 fn budget(file: &CalibrationFile) -> Option<Table> {
-    let budget = file.accelerometer.budget.as_ref()?;
+    let budget = file.reliability.budget.as_ref()?;
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);
     let mg = |v: f64| fixed(milli_g(v), n);

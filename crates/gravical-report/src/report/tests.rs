@@ -37,9 +37,9 @@ fn what_may_be_missing() {
     let recording = read(std::path::Path::new(csv), &ReadOptions::default()).unwrap();
     let options = CalibrateOptions::default();
     let mut file = calibrate(&[recording], &options).unwrap().file;
-    file.accelerometer.poses.clear();
-    file.accelerometer.budget = None;
-    file.accelerometer.deviations = None;
+    file.poses.clear();
+    file.reliability.budget = None;
+    file.accelerometer.covariance = None;
     file.gyroscope = None;
     file.findings.clear();
     file.inputs.clear();

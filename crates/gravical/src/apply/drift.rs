@@ -41,7 +41,7 @@ impl Drift {
         recording: &Recording,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {
-        let model = calibration.temperature_model.as_ref()?;
+        let model = calibration.drift.as_ref()?;
         // Without a calibration of the gyroscope its columns stay unchanged.
         let has_gyro = calibration.gyroscope.is_some() && recording.gyro.is_some();
         let is_corrected = |name: &&str| model.channel(name).is_some_and(|c| c.is_corrected());

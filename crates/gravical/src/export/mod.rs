@@ -181,7 +181,7 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
     let mut gyroscope = Sensor::gyroscope(file);
     let mut notes = Vec::new();
     // Only this program's own file holds the drift.
-    if file.temperature_model.is_some() && target.name != "gravical" {
+    if file.drift.is_some() && target.name != "gravical" {
         notes.push(
             "Without the drift with temperature, which `gravical apply` corrects.".to_owned(),
         );
@@ -244,7 +244,9 @@ fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<St
         format!("Calibration{of}{sensor}, {}", file.created),
         format!(
             "by {}, verdict {}, for {}",
-            file.tool, file.verdict.grade, target.name
+            file.tool,
+            file.verdict().grade,
+            target.name
         ),
         match a.nominal_per_mps2() {
             Some(nominal) if a.input_unit == AccelUnit::Counts => format!(
@@ -285,7 +287,7 @@ pub fn snippets(file: &CalibrationFile) -> [(&'static str, &'static str, String)
         accelerometer.unit = numfmt::unit(&accelerometer.unit);
         let gyroscope = Sensor::gyroscope(file);
         sensor::set_values(&mut values, &accelerometer, gyroscope.as_ref());
-        if file.temperature_model.is_some() {
+        if file.drift.is_some() {
             values.text("drift", "1");
         }
         fill_template(template, &values)

@@ -303,15 +303,15 @@ fn wear_in_a_file_calibrates_the_sensor(hours: f64) {
     let blocks: Vec<_> = (0..blocks).map(|_| wear.block(&mut device)).collect();
     let recording = read_cwa(&file(&device, &blocks));
     let file = calibrated(&[recording], &with_gravity(9.80665)).file;
-    let reasons = &file.verdict.reasons;
-    assert_eq!(file.verdict.grade, Grade::Good, "{reasons:?}");
-    let drift = file.temperature_model.as_ref().unwrap();
+    let reasons = &file.verdict().reasons;
+    assert_eq!(file.verdict().grade, Grade::Good, "{reasons:?}");
+    let drift = file.drift.as_ref().unwrap();
     for i in 0..3 {
         let slope = wear::DRIFT_G_PER_C[i];
         close(drift.channels[i].per_c.unwrap(), slope, 3e-5);
         let bias = wear::OFFSET_G[i] + slope * (drift.reference_c - 25.0);
         close(file.accelerometer.bias[i], bias, 5e-4);
-        close(file.accelerometer.scale[i] * 9.80665, wear::GAIN[i], 5e-4);
+        close(file.accelerometer.scale()[i] * 9.80665, wear::GAIN[i], 5e-4);
     }
 }
 

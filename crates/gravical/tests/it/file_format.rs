@@ -14,7 +14,7 @@ use crate::support::*;
 fn the_schema_files_are_up_to_date() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     for (name, schema) in [
-        ("calibration-2", CalibrationFile::schema()),
+        ("calibration-3", CalibrationFile::schema()),
         ("noise-1", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
@@ -36,9 +36,9 @@ fn fields_of_later_and_of_earlier_versions() {
     let file = sample();
     let mut value = serde_json::to_value(&file).unwrap();
     value["humidity_model"] = json!({"slope": [1, 2, 3]});
-    value["accelerometer"]["poses"][0]["humidity"] = json!(0.4);
+    value["poses"][0]["humidity"] = json!(0.4);
     value["verdict"]["next_pose"] = json!([0, 0.7, 0.7]);
-    let model = value.as_object_mut().unwrap().remove("temperature_model");
+    let model = value.as_object_mut().unwrap().remove("drift");
     assert!(model.is_some());
     let schema = CalibrationFile::schema();
     assert!(jsonschema::is_valid(&schema, &value), "open to new fields");
@@ -51,19 +51,17 @@ fn fields_of_later_and_of_earlier_versions() {
 
 /// Fields, values that cannot be applied, and the code or the field that the error names.
 const REFUSED: &str = "\
-/temperature_model/range_c | [50, -10] | temperature_model
-/temperature_model/channels/0/channel | \"mx\" | temperature_model
-/temperature_model/reference_c | null | syntax
-/temperature_model/channels/0/per_c | null | temperature_model
+/drift/range_c | [50, -10] | drift
+/drift/channels/0/channel | \"mx\" | drift
+/drift/reference_c | null | syntax
+/drift/channels/0/per_c | null | drift
 /accelerometer/bias | [1, 2] | syntax
-/format | \"gravical-calibration/1\" | format
+/format | \"gravical-calibration/2\" | format
 /gravity_mps2 | 981 | gravity_mps2
 /accelerometer/matrix | [[0, 0, 0], [0, 0, 0], [0, 0, 0]] | accelerometer.matrix
 /accelerometer/matrix | [[1, 2, 3], [4, 5, 6], [7, 8, 9]] | accelerometer.matrix
-/accelerometer/orientation | [[1, 0, 0], [0, 1, 0], [0, 1, 0]] | accelerometer.orientation
 /accelerometer/bias/1 | 1e300 | accelerometer.bias
-/accelerometer/scale/0 | 0 | accelerometer.scale
-/accelerometer/predicted_norm_error_mps2 | -1 | accelerometer.predicted_norm_error_mps2
+/reliability/predicted_mps2 | -1 | reliability.predicted_mps2
 /accelerometer/covariance/parameters/0 | \"bias_z\" | accelerometer.covariance.parameters
 /accelerometer/covariance/values/3/3 | -1e-4 | accelerometer.covariance.values
 /accelerometer/covariance/values/3/4 | 1 | accelerometer.covariance.values
@@ -76,7 +74,7 @@ const REFUSED: &str = "\
 #[test]
 fn what_cannot_be_applied_is_refused_with_its_field() {
     let mut plain = serde_json::to_value(sample()).unwrap();
-    plain["temperature_model"] = json!({
+    plain["drift"] = json!({
         "reference_c": 15.0, "range_c": [10.0, 30.0],
         "channels": [{
             "channel": "az", "input_unit": "m/s^2", "verdict": "corrected", "reason": "",
@@ -86,7 +84,7 @@ fn what_cannot_be_applied_is_refused_with_its_field() {
     let identity = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     plain["gyroscope"] = json!({
         "input_unit": "rad/s", "output_unit": "rad/s", "bias": [0, 0, 0], "matrix": identity,
-        "scale": [1, 1, 1], "orientation": identity, "g_sensitivity": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
+        "g_sensitivity": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
         "covariance": {
             "parameters": ["bias_x", "bias_y", "bias_z"],
             // A variance of zero is accepted.

@@ -40,13 +40,17 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
     for i in 0..3 {
         close(a.bias[i], sensor.bias[i], 0.01);
         let norm = sensor.matrix[i].iter().map(|v| v * v).sum::<f64>().sqrt();
-        close(a.scale[i], norm, 0.001);
+        close(a.scale()[i], norm, 0.001);
         for j in 0..3 {
-            close(a.scale[i] * a.orientation[i][j], sensor.matrix[i][j], 0.002);
+            close(
+                a.scale()[i] * a.orientation()[i][j],
+                sensor.matrix[i][j],
+                0.002,
+            );
         }
     }
-    assert_eq!(file.verdict.grade, Grade::NotVerifiable);
-    assert_eq!(a.poses.len(), 6);
+    assert_eq!(file.verdict().grade, Grade::NotVerifiable);
+    assert_eq!(file.poses.len(), 6);
 }
 
 #[test]
@@ -141,7 +145,7 @@ fn the_same_session_is_the_same_by_every_route() {
     ];
     let parameters = |c: &gravical::calibrate::Calibrated| -> (Vec<f64>, Vec<f64>) {
         let a = &c.file.accelerometer;
-        let model = (0..9).map(|i| a.scale[i / 3] * a.orientation[i / 3][i % 3]);
+        let model = (0..9).map(|i| a.scale()[i / 3] * a.orientation()[i / 3][i % 3]);
         let covariance = &a.covariance.as_ref().unwrap().values;
         let sd = (0..12).map(|i| covariance[i][i].sqrt());
         (model.chain(a.bias).collect(), sd.collect())
@@ -167,7 +171,7 @@ fn the_same_session_is_the_same_by_every_route() {
             // Without motions in them, files give the bias alone.
             close(section.bias[i], truth.gyroscope.bias_rad_s[i], 2e-3);
             if route != "files" {
-                close(section.scale[i] / gyroscope.scale[i], 1.0, 5e-3);
+                close(section.scale()[i] / gyroscope.scale()[i], 1.0, 5e-3);
             }
         }
         let judged = check(&whole.file, "cal.json", &session, &CheckOptions::default()).unwrap();

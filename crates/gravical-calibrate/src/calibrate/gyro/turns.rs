@@ -74,10 +74,10 @@ pub(super) fn by_turns(
     let matrix = matrix3::inverse(&model)?;
     let section = GyroscopeSection {
         g_sensitivity,
-        ..section(readings, GyroMethod::Turns, &model, matrix, bias)
+        ..section(readings, GyroMethod::Turns, matrix, bias)
     };
     let is_off = |nominal: f64| {
-        let mut scale = section.scale.iter();
+        let mut scale = section.scale().into_iter();
         scale.any(|s| (s / nominal - 1.0).abs() > SCALE_OFF)
     };
     (!readings.nominal().is_some_and(is_off)).then_some(section)

@@ -23,7 +23,7 @@ fn drifting() -> CalibrationFile {
         channel("az", "corrected", Some(-0.002)),
         channel("gy", "corrected", Some(0.001)),
     ]});
-    file.temperature_model = Some(serde_json::from_value(model).unwrap());
+    file.drift = Some(serde_json::from_value(model).unwrap());
     file
 }
 

@@ -280,29 +280,25 @@ fn calibrations(
     let mut wrong = Vec::new();
     let [step, _] = steps(writing);
     let (ps, os) = (&p.accelerometer, &o.accelerometer);
-    if let Some(other) = other_number("poses", [&ps.poses, &os.poses].map(Vec::len)) {
+    if let Some(other) = other_number("poses", [&p.poses, &o.poses].map(Vec::len)) {
         return vec![other];
     }
     // What rounding adds: its own part of the budget, what of it the noise averages, and
     // noise of the rows that a still has more or fewer (see `static_intervals`).
     let part = |source: Source| -> f64 {
-        let budget = os.budget.iter().flat_map(|b| &b.contributions);
+        let budget = o.reliability.budget.iter().flat_map(|b| &b.contributions);
         let parts = budget.filter(|c| c.source == source);
         parts.filter_map(|c| c.norm_mps2).sum()
     };
     let averaged = (step / 12.0_f64.sqrt() / sigma_mps2).min(1.0);
-    let rows = ps
-        .poses
-        .iter()
-        .zip(&os.poses)
-        .map(|(p, o)| (p.rows, o.rows));
+    let rows = p.poses.iter().zip(&o.poses).map(|(p, o)| (p.rows, o.rows));
     let other_rows = rows.map(|(p, o)| p.abs_diff(o) as f64 / p.max(o) as f64);
     let other_rows = other_rows.fold(0.0, f64::max);
     let noise = part(Source::Noise) * averaged.max((2.0 * other_rows).sqrt());
     let allowed = 3.0 * part(Source::Quantisation).hypot(noise) + 2e-5;
     // The plain one is in m/s².
     let ratio = own.nominal;
-    let m = matrix3::scale_rows(&ps.orientation, &ps.scale);
+    let m = matrix3::scale_rows(&ps.orientation(), &ps.scale());
     let (mut worst, mut squares, mut turned) = (0.0_f64, 0.0, 0.0_f64);
     let directions = directions();
     for n in &directions {
@@ -326,10 +322,10 @@ fn calibrations(
     if turned > 3.0 * allowed + 0.05 * step {
         wrong.push(format!("turned by {:.3} mm/s² of gravity", 1e3 * turned));
     }
-    let (was, is) = (rank(p.verdict.grade), rank(o.verdict.grade));
+    let (was, is) = (rank(p.verdict().grade), rank(o.verdict().grade));
     let fine = step / 12.0_f64.sqrt() < 0.2 * sigma_mps2;
     if is > was || (fine && is < was) {
-        let (was, is) = (p.verdict.grade, &o.verdict);
+        let (was, is) = (p.verdict().grade, &o.verdict());
         wrong.push(format!("{is:?} in place of {was:?}"));
     }
     match (&p.gyroscope, &o.gyroscope) {
@@ -361,11 +357,11 @@ fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> 
         if bias.is_nan() || bias.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 2e-5 {
             wrong.push(format!("bias of g{i} off by {bias:.6} rad/s, step {step}"));
         }
-        let scale = o.scale[i] / per_rad_s / p.scale[i] - 1.0;
+        let scale = o.scale()[i] / per_rad_s / p.scale()[i] - 1.0;
         // Turns of a second or two at 1 rad/s and more; 0.1 % is a third of what they tell. Motions are
         // closed by the accelerometer: what its steps do to them, they say.
         let sd = o.deviations().and_then(|(_, scale)| scale);
-        let sd = sd.map(|scale| scale[i] / o.scale[i]);
+        let sd = sd.map(|scale| scale[i] / o.scale()[i]);
         if scale.is_nan() || scale.abs() > 0.6 * step + 2.0 * sd.unwrap_or(0.0) + 1e-3 {
             wrong.push(format!("scale of g{i} off by {scale:.6}, step {step:.6}"));
         }
