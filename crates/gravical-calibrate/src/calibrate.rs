@@ -214,10 +214,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     findings.extend(checks::accelerometer(&file, &estimate, placements, offset));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
-    let nominal = segmentation.gyro_scale.and_then(|scale| scale.nominal());
-    if file.gyroscope.is_some() && nominal.is_none() {
-        // Motions or turns have answered what the reader could not.
-        findings.retain(|f| f.kind != FindingKind::GyroUnitUnverified);
+    if file.gyroscope.is_none() {
+        findings.extend(segmentation.open_scale.clone());
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
     file.findings = findings;

@@ -72,7 +72,10 @@ pub fn judge(
 ) -> Option<GyroScale> {
     let mut evidence = Evidence::default();
     evidence.add(recording, rests);
-    evidence.judge(recording, section, findings)
+    let mut open = None;
+    let scale = evidence.judge(recording, section, findings, &mut open);
+    findings.extend(open);
+    scale
 }
 
 /// The same between all rests, which are returned, set in the recording with its findings.
@@ -166,12 +169,13 @@ impl Evidence {
         })
     }
 
-    /// Decides, for the gyroscope of `recording`.
+    /// Decides, for the gyroscope of `recording`; `open` is what motions or turns may still answer.
     pub fn judge(
         &self,
         recording: &Recording,
         section: Option<&GyroscopeSection>,
         findings: &mut Vec<Finding>,
+        open: &mut Option<Finding>,
     ) -> Option<GyroScale> {
         let claimed = recording.gyro.as_ref().and(recording.units.gyro)?;
         let is_given = claimed.origin == Origin::Given;
@@ -255,18 +259,19 @@ impl Evidence {
             _ if claimed.nominal().is_none() => Some(("range", "gyro_range")),
             _ => None,
         };
-        tell(match missing {
-            Some((what, option)) => finding!(
+        if let Some((what, option)) = missing {
+            let unknown = finding!(
                 GyroUnitUnverified,
                 "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it"
-            )
-            .advise(option, ""),
-            None => finding!(
+            );
+            *open = Some(unknown.advise(option, "").in_file(&recording.name));
+        } else {
+            tell(finding!(
                 GyroUnitUnverified,
                 "the gyroscope is read in {}, not verified by a rotation between static intervals",
                 claimed.unit
-            ),
-        });
+            ));
+        }
         Some(claimed)
     }
 }
