@@ -78,7 +78,7 @@ def circle(found):
 # Arrows up that are left; what is not named has none.
 LEFT = {
     "gravical": 194,
-    "gravical-calibrate": 95,
+    "gravical-calibrate": 94,
     "gravical-cli": 7,
     "gravical-core": 6,
     "gravical-fit": 6,

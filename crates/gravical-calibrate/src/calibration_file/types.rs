@@ -3,7 +3,7 @@
 use gravical_fit::{FitQuality, Grade, NextPose, Undetected, WorstDirection};
 use serde::{Deserialize, Serialize};
 
-use super::{InputFile, readable};
+use super::input::InputFile;
 use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
@@ -36,10 +36,8 @@ pub struct CalibrationFile {
     /// Temperature during the poses, °C.
     pub temperature_c: Option<TemperatureRange>,
     /// Parameters of the accelerometer.
-    #[serde(serialize_with = "readable::accelerometer")]
     pub accelerometer: AccelerometerSection,
     /// Parameters of the gyroscope; null without a gyroscope, or where its scale is not known.
-    #[serde(serialize_with = "readable::gyroscope")]
     pub gyroscope: Option<GyroscopeSection>,
     /// How far the accelerometer can be trusted.
     #[serde(default)]
@@ -125,6 +123,7 @@ impl TemperatureRange {
 /// Parameters of the accelerometer and their basis.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(remote = "Self")]
 pub struct AccelerometerSection {
     /// How it was estimated.
     pub method: Method,
@@ -367,6 +366,7 @@ pub enum TiltSource {
 /// Parameters of the gyroscope.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(remote = "Self")]
 pub struct GyroscopeSection {
     /// How it was estimated.
     #[serde(default)]

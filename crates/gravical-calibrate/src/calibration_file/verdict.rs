@@ -1,8 +1,10 @@
 //! The grade of a calibration and its reasons.
 
-use super::{CalibrationFile, Grade, Method, PoseKind, PoseResult, Verdict};
+use gravical_fit::Grade;
+
+use super::types::{CalibrationFile, Method, PoseKind, PoseResult, Verdict};
+use crate::axes::in_words;
 use crate::numfmt::{count, mg, words};
-use crate::poses::face::in_words;
 use crate::recording::Finding;
 
 /// The tool of a file that imucal wrote.
