@@ -13,10 +13,10 @@ pub mod gyro_unit;
 #[doc(hidden)]
 pub mod mean;
 mod named;
+mod nominal;
 mod pauses;
 #[doc(hidden)]
 pub mod rests;
-mod samples;
 #[doc(hidden)]
 pub mod sections;
 mod spikes;

@@ -86,7 +86,7 @@ mod tests {
         let epochs = "Epoch Period (hh:mm:ss) 00:00:15\nAxis1,Axis2,Axis3\n".to_owned()
             + &"3,5,8\n".repeat(300);
         let calibration =
-            "{\n  \"format\": \"gravical-calibration/2\",\n  \"bias\": [1, 2, 3]\n}\n";
+            "{\n  \"format\": \"gravical-calibration/3\",\n  \"bias\": [1, 2, 3]\n}\n";
         let object = "{\n  \"values\": [\n    1.0,\n    2.0\n  ]\n}\n";
         let is_calibration = "this is a calibration file";
         let files: [(&[u8], &str); 12] = [

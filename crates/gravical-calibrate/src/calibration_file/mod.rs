@@ -134,9 +134,9 @@ impl CalibrationFile {
             _ if value.get("K_a").is_some() => return from_imucal(&value),
             Some(FORMAT) => {}
             Some(other) => {
-                return foreign(format!(
-                    "the format is \"{other}\"; this program reads {FORMAT}"
-                ));
+                let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
+                let error = Error::input("calibration-format", what);
+                return Err(error.with_hint("calibrate the recordings again"));
             }
             None => {
                 let what = "it has neither \"format\" nor \"K_a\" of imucal";

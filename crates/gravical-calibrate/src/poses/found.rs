@@ -15,9 +15,9 @@ use crate::{Error, Result};
 
 use super::Interval;
 use super::face::{Claim, angle_deg, claim};
+use super::nominal::NominalSamples;
 use super::pauses::unused_pauses;
 use super::rests::{directions, quiet_in, rests_in, why_never_static};
-use super::samples::NominalSamples;
 use crate::stats::moments;
 
 /// Fewer rows than these are too few to look for rests in.

@@ -16,8 +16,8 @@ use gravical_recording::judge::resolution;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::face::angle_deg;
+use super::nominal::MAX_NOISE_RAD_S;
 use super::rests::{find_rests, with_slow_ends};
-use super::samples::MAX_NOISE_RAD_S;
 use crate::calibration_file::GyroscopeSection;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};

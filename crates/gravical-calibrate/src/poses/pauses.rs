@@ -9,8 +9,8 @@ use gravical_signal::{
 };
 
 use super::face::angle_deg;
+use super::nominal::NominalSamples;
 use super::rests::{APART_DEG, MANY_POSES, MIN_REST_S, directions, min_samples_without_rate};
-use super::samples::NominalSamples;
 use super::stills::{HELD_DEG, MIN_WINDOW_LEN, READINGS_S, middle, still_spans};
 use crate::finding::finding;
 use crate::numfmt::count;

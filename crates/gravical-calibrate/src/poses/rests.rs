@@ -8,7 +8,7 @@ use gravical_signal::{
 };
 
 use super::face::{Claim, angle_deg};
-use super::samples::NominalSamples;
+use super::nominal::NominalSamples;
 use super::stills::{HELD_DEG, SAME_DEG, brief_rests};
 use crate::recording::Recording;
 use crate::stats::{moments, weighted_median};
