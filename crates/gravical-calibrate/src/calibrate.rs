@@ -141,10 +141,10 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     let lost = |error| after_losses(error, recordings);
     let mut segmentation = segment(recordings, &options.segment).map_err(lost)?;
     // Does the joint fit tell the drift with temperature, or what lay still while it changed?
-    let drift = options.thermal.is_empty()
+    let fits_drift = options.thermal.is_empty()
         && options.estimate.method == Method::Joint
         && enough_poses(&segmentation.poses);
-    let mut temperature_model = if drift {
+    let mut drift = if fits_drift {
         None
     } else {
         for_calibration(recordings, &options.thermal, &mut segmentation)?
@@ -156,12 +156,12 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         segmentation: &segmentation,
         options,
     };
-    let estimate = accelerometer(&session, drift)
+    let estimate = accelerometer(&session, fits_drift)
         .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
         .map_err(|error| after(error, &segmentation.findings, FindingKind::UnusedPauses))
         .map_err(lost)?;
     if let Some(test) = estimate.drift_test {
-        temperature_model = from_poses(recordings, test, estimate.drift(), &mut segmentation);
+        drift = from_poses(recordings, test, estimate.drift(), &mut segmentation);
     }
     let session = Session {
         recordings,
@@ -199,7 +199,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
             ..estimate.reliability.clone()
         },
         poses: section::poses(&session, &estimate),
-        drift: temperature_model,
+        drift,
         inputs,
         findings: Vec::new(),
         command: options.command.clone(),

@@ -104,7 +104,7 @@ pub struct Segmentation {
     pub noise: PoseNoise,
     /// The gyroscope's unit, by the motions between the poses if they show it.
     pub gyro_scale: Option<GyroScale>,
-    /// That its scale is not known, which full turns, or motions that are fitted, answer.
+    /// That its scale is not known, until full turns or fitted motions give it.
     pub open_scale: Option<Finding>,
     /// What is odd.
     pub findings: Vec<Finding>,

@@ -143,11 +143,14 @@ struct State {
 impl Fit {
     /// All of it.
     pub fn trust(&self) -> Trust {
+        let left_out = self.left_out();
+        // Without a pose that can be left out the data sheet alone would show an error.
+        let is_tested = left_out.iter().any(Option::is_some);
         Trust {
             predicted_mps2: self.working_sensor.predicted_mps2(),
             worst: self.weakest(),
-            left_out: self.left_out(),
-            undetected: self.undetected(),
+            left_out,
+            undetected: self.undetected().filter(|_| is_tested),
             next: self.next(PROPOSED),
             budget: self.budget(),
         }
@@ -393,12 +396,10 @@ impl Trust {
     /// The grade by these numbers; what is wrong with the session itself comes on top.
     pub fn grade(&self) -> Grade {
         let contradicts = |l: &LeftOut| l.error_mps2.abs() > CONTRADICTION * l.sd_mps2;
-        // Without a pose that can be left out the data sheet alone would show an error.
-        let undetected = self.undetected.filter(|_| self.left_out_rms().is_some());
         grade(
             self.predicted_mps2,
             Some(self.worst.error_mps2),
-            undetected.map(|u| u.effect_mps2),
+            self.undetected.map(|u| u.effect_mps2),
             self.left_out.iter().flatten().any(contradicts),
         )
     }

@@ -333,7 +333,7 @@ impl Session {
     }
 
     fn grade(&self) -> Option<Grade> {
-        self.full_fit().map(|file| file.verdict().grade)
+        self.full_fit().map(|file| file.grade())
     }
 
     /// The direction of the free pose that is wanted next.
@@ -906,11 +906,8 @@ impl Session {
         let ring = self.ring(state);
         let here = face_up(up);
         let file = self.file.as_ref();
-        let suspect = file.and_then(|file| {
-            let (suspect, _) = file.contradiction()?;
-            let place = file.poses.iter().position(|pose| pose == suspect)?;
-            self.poses.get(place)?.face.clone()
-        });
+        let suspect = file.and_then(|file| file.contradiction());
+        let suspect = suspect.and_then(|(pose, _)| self.poses.get(pose)?.face.clone());
         let tile = |f: Face| match state {
             State::Capture if here == Some(f) => Tile::Capturing,
             _ if self.is_recorded(f) && suspect != Some(f.name()) => Tile::Done,
@@ -1011,7 +1008,7 @@ fn shown_fit(file: &CalibrationFile) -> (Event, String) {
     let [x, y, z] = bias_mg;
     let most = worst.map(|w| format!("at most {} mg (95 %)", numfmt::mg(w)));
     let most = most.as_deref().unwrap_or("unknown");
-    let grade = file.verdict().grade;
+    let grade = file.grade();
     let text = format!("Bias {x:.1}, {y:.1}, {z:.1} mg; error of ‖a‖ {most}; {grade}.");
     let event = Event::Fit {
         bias_mg,

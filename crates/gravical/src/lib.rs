@@ -12,7 +12,8 @@
 //!    [`check`] determines whether one still fits new recordings, [`compare`] whether two of them
 //!    differ by more than their uncertainty; [`export`] writes them as code or parameters for
 //!    other programs.
-//! 5. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
+//! 5. [`motion`](mod@motion) turns acceleration into attitude, velocity and position with their bands.
+//! 6. [`denoise`] filters a recording and reports the effect on its noise; [`noise`] determines the
 //!    noise itself.
 //!
 //! What is not shown here serves the program `gravical` and may change with every release.
@@ -71,7 +72,7 @@ pub use gravical_recording::output::TOOL;
 /// The part that runs on a microcontroller, too: calibrations and filters of one sample,
 /// closed-form estimation.
 pub use gravical_core as core;
-/// The estimation: numbers only; what it says of a calibration stands in its file, too.
+#[doc(hidden)]
 pub use gravical_fit as fit;
 /// Guided calibration: a recording that grows and commands in, events out.
 pub use gravical_live as live;

@@ -99,7 +99,7 @@ pub enum Prior {
 pub(crate) struct Estimate {
     /// What is written to the file.
     pub accelerometer: AccelerometerSection,
-    /// … without the budget.
+    /// How far it can be trusted; the budget is added with the poses.
     pub reliability: Reliability,
     /// matrix · (raw − bias); the bias is less the zero offset.
     pub calibration: Calibration<f64>,
@@ -277,8 +277,6 @@ fn by_fit(
     });
     let (trust, calibration) = (fit.trust(), Calibration { matrix, bias });
     let left_out_rms = trust.left_out_rms();
-    // Without a pose that can be left out the data sheet alone would show an error.
-    let undetected = trust.undetected.filter(|_| left_out_rms.is_some());
     let accelerometer = AccelerometerSection {
         covariance: Some(Covariance::new(fit.covariance())),
         bends: Some(fit.bends()),
@@ -288,7 +286,7 @@ fn by_fit(
         predicted_mps2: Some(trust.predicted_mps2),
         worst_direction: Some(trust.worst).filter(|w| w.error_mps2.is_finite()),
         left_out_rms_mps2: left_out_rms,
-        undetected: undetected.filter(|u| u.effect_mps2.is_finite()),
+        undetected: trust.undetected.filter(|u| u.effect_mps2.is_finite()),
         pose_tilt_deg: tilt,
         fit: Some(fit.quality),
         next_poses: trust.next.clone(),

@@ -30,15 +30,20 @@ impl CalibrationFile {
             c.check("accelerometer.covariance", [12, 18])?;
         }
         let r = &self.reliability;
-        for (field, value) in [
+        let tilt_deg = r.pose_tilt_deg.map(|tilt| tilt.value);
+        let worst_mps2 = r.worst_direction.map(|worst| worst.error_mps2);
+        let hidden_mps2 = r.undetected.map(|undetected| undetected.effect_mps2);
+        let left_out_sd = self.poses.iter().map(|pose| pose.left_out_sd_mps2);
+        let sizes_of_poses = left_out_sd.map(|sd| ("poses.left_out_sd_mps2", sd));
+        let sizes_of_file = [
             ("gravity_sd_mps2", Some(self.gravity_sd_mps2)),
             ("reliability.left_out_rms_mps2", r.left_out_rms_mps2),
             ("reliability.predicted_mps2", r.predicted_mps2),
-            (
-                "reliability.pose_tilt_deg",
-                r.pose_tilt_deg.map(|t| t.value),
-            ),
-        ] {
+            ("reliability.pose_tilt_deg", tilt_deg),
+            ("reliability.worst_direction", worst_mps2),
+            ("reliability.undetected", hidden_mps2),
+        ];
+        for (field, value) in sizes_of_file.into_iter().chain(sizes_of_poses) {
             let is_size = value.is_none_or(|v| (0.0..MAX_PARAMETER).contains(&v));
             require(is_size, field, "it has to be 0 or more and below 1e9")?;
         }

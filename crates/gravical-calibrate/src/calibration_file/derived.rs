@@ -55,6 +55,7 @@ impl Covariance {
 impl CalibrationFile {
     /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
     /// matrix is singular or the file has no covariance.
+    #[doc(hidden)]
     pub fn sensor(&self) -> Option<Sensor> {
         let all = self.accelerometer.covariance_of_parameters()?;
         // What the fit says of itself, or what is usual where none can tell.
@@ -100,13 +101,14 @@ impl CalibrationFile {
         self.drift.as_ref().filter(|m| m.any_corrected())
     }
 
-    /// The pose that the others contradict most, if one is beyond what chance explains, and how many of
+    /// The number of the pose that the others contradict most, if one is beyond what chance explains, and how many of
     /// its standard deviations it is off.
-    pub fn contradiction(&self) -> Option<(&PoseResult, f64)> {
+    pub fn contradiction(&self) -> Option<(usize, f64)> {
         let ratio = |p: &PoseResult| Some(p.left_out_error_mps2?.abs() / p.left_out_sd_mps2?);
-        let each = self.poses.iter().filter_map(|p| Some((p, ratio(p)?)));
-        each.max_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
+        let each = self.poses.iter().enumerate();
+        let each = each.filter_map(|(i, p)| Some((i, ratio(p)?)));
+        each.filter(|(_, z)| *z > gravical_fit::CONTRADICTION)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// RMS of ‖a‖ − g over free poses that took no part in the fit, m/s², and their number.
@@ -141,12 +143,14 @@ impl Reliability {
 
 impl AccelerometerSection {
     /// M, b and bends, in the input unit; none where the matrix is singular.
+    #[doc(hidden)]
     pub fn parameters(&self) -> Option<Parameters> {
         parameters(&self.matrix, &self.bias, self.bends.unwrap_or_default())
     }
 
     /// Covariance of these, the error of gravity included; none where it is absent, of another size,
     /// not finite or zero throughout.
+    #[doc(hidden)]
     pub fn covariance_of_parameters(&self) -> Option<ParameterCovariance> {
         self.covariance.as_ref()?.of_parameters()
     }

@@ -156,7 +156,7 @@ pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
             "{}, {}, verdict {}",
             file.tool,
             file.created,
-            file.verdict().grade
+            file.grade()
         )),
         K_a: diagonal(a.scale()),
         R_a: a.orientation(),

@@ -104,12 +104,11 @@ impl CalibrationFile {
     /// That its verdict is poor, for what it is used for.
     #[doc(hidden)]
     pub fn poor_finding(&self) -> Option<Finding> {
-        let verdict = self.verdict();
-        (verdict.grade == Grade::Poor).then(|| {
+        (self.grade() == Grade::Poor).then(|| {
+            let why = self.verdict().reasons.join("; ");
             finding!(
                 PoorCalibration,
-                "the calibration's own verdict is poor: {}",
-                verdict.reasons.join("; ")
+                "the calibration's own verdict is poor: {why}"
             )
         })
     }
@@ -135,8 +134,12 @@ impl CalibrationFile {
             Some(FORMAT) => {}
             Some(other) => {
                 let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
-                let error = Error::input("calibration-format", what);
-                return Err(error.with_hint("calibrate the recordings again"));
+                let older = ["gravical-calibration/1", "gravical-calibration/2"];
+                let is_older = older.contains(&other);
+                return foreign(what).map_err(|error| match is_older {
+                    true => error.with_hint("calibrate the recordings again"),
+                    false => error,
+                });
             }
             None => {
                 let what = "it has neither \"format\" nor \"K_a\" of imucal";

@@ -6,23 +6,23 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::types::{AccelerometerSection, CalibrationFile, GyroscopeSection, Verdict};
 
-/// Writes a type with what follows from it, and reads it without.
+/// Writes a type with what some of its methods return, and reads it without.
 macro_rules! readable {
-    ($type:ty, $($name:ident: $field:ty = $value:expr),*) => {
+    ($type:ty, $($method:ident: $returned:ty),*) => {
         impl Serialize for $type {
             fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                fn numbers<S: Serializer>(of: &&$type, serializer: S) -> Result<S::Ok, S::Error> {
-                    <$type>::serialize(of, serializer)
+                fn fields<S: Serializer>(stored: &&$type, to: S) -> Result<S::Ok, S::Error> {
+                    <$type>::serialize(stored, to)
                 }
                 #[derive(Serialize)]
                 struct Readable<'a> {
-                    #[serde(flatten, serialize_with = "numbers")]
-                    of: &'a $type,
-                    $($name: $field,)*
+                    #[serde(flatten, serialize_with = "fields")]
+                    stored: &'a $type,
+                    $($method: $returned,)*
                 }
                 let readable = Readable {
-                    of: self,
-                    $($name: $value(self),)*
+                    stored: self,
+                    $($method: self.$method(),)*
                 };
                 readable.serialize(serializer)
             }
@@ -36,15 +36,6 @@ macro_rules! readable {
     };
 }
 
-readable!(CalibrationFile, verdict: Verdict = CalibrationFile::verdict);
-readable!(
-    AccelerometerSection,
-    scale: [f64; 3] = AccelerometerSection::scale,
-    orientation: [[f64; 3]; 3] = AccelerometerSection::orientation,
-    deviations: Option<Deviations> = AccelerometerSection::deviations
-);
-readable!(
-    GyroscopeSection,
-    scale: [f64; 3] = GyroscopeSection::scale,
-    orientation: [[f64; 3]; 3] = GyroscopeSection::orientation
-);
+readable!(CalibrationFile, verdict: Verdict);
+readable!(AccelerometerSection, scale: [f64; 3], orientation: [[f64; 3]; 3], deviations: Option<Deviations>);
+readable!(GyroscopeSection, scale: [f64; 3], orientation: [[f64; 3]; 3]);

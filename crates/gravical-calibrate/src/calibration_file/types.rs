@@ -12,6 +12,7 @@ use crate::utc::UtcTime;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/3"))]
+// Written and read by `readable`.
 #[serde(remote = "Self")]
 pub struct CalibrationFile {
     /// `gravical-calibration/3`.
@@ -31,7 +32,6 @@ pub struct CalibrationFile {
     pub gravity_source: GravitySource,
     /// Standard uncertainty of local gravity that is included in the covariance, m/s²: σ
     /// contributes (σ/g)² times the outer product of M's elements. 0 if gravity was given.
-    #[serde(default)]
     pub gravity_sd_mps2: f64,
     /// Temperature during the poses, °C.
     pub temperature_c: Option<TemperatureRange>,
@@ -40,10 +40,8 @@ pub struct CalibrationFile {
     /// Parameters of the gyroscope; null without a gyroscope, or where its scale is not known.
     pub gyroscope: Option<GyroscopeSection>,
     /// How far the accelerometer can be trusted.
-    #[serde(default)]
     pub reliability: Reliability,
     /// The poses.
-    #[serde(default)]
     pub poses: Vec<PoseResult>,
     /// Drift of the readings with temperature; null if it was not measured.
     pub drift: Option<TemperatureModel>,
@@ -123,6 +121,7 @@ impl TemperatureRange {
 /// Parameters of the accelerometer and their basis.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+// Written and read by `readable`.
 #[serde(remote = "Self")]
 pub struct AccelerometerSection {
     /// How it was estimated.
@@ -145,7 +144,8 @@ pub struct AccelerometerSection {
     pub scale_deviation_percent: Option<[f64; 3]>,
 }
 
-/// How far an accelerometer can be trusted, in numbers; the verdict follows from them.
+/// How far an accelerometer can be trusted, in numbers; the verdict follows from them, the findings, the poses and the
+/// covariance.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
@@ -366,6 +366,7 @@ pub enum TiltSource {
 /// Parameters of the gyroscope.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+// Written and read by `readable`.
 #[serde(remote = "Self")]
 pub struct GyroscopeSection {
     /// How it was estimated.

@@ -47,7 +47,8 @@ impl CalibrationFile {
                 left_out.count()
             ),
         });
-        if let Some((pose, z)) = self.contradiction() {
+        if let Some((index, z)) = self.contradiction() {
+            let pose = &self.poses[index];
             let (pose, error) = (pose.called(), pose.left_out_error_mps2.unwrap_or(f64::NAN));
             reasons.push(format!(
                 "{pose} contradicts the other poses: its leave-one-out error is {} mg, {z:.1} of its standard deviations",
@@ -75,17 +76,21 @@ impl CalibrationFile {
         self.findings.iter().filter(|f| f.kind.is_gate())
     }
 
-    fn grade(&self) -> Grade {
+    /// The grade of the verdict alone.
+    pub fn grade(&self) -> Grade {
         let r = &self.reliability;
         if self.gates().next().is_some() {
             return Grade::Poor;
         }
-        let is_large = |error: f64| 2.0 * error > gravical_fit::UNVERIFIED_MPS2;
-        match r.predicted_mps2 {
+        if r.fit.is_none() {
             // The closed form tests no single pose: it is never verified.
-            Some(error) if r.fit.is_none() && is_large(error) => return Grade::Poor,
-            _ if r.fit.is_none() => return Grade::NotVerifiable,
-            _ => {}
+            let is_large = |error| 2.0 * error > gravical_fit::UNVERIFIED_MPS2;
+            let is_poor = r.predicted_mps2.is_some_and(is_large);
+            return if is_poor {
+                Grade::Poor
+            } else {
+                Grade::NotVerifiable
+            };
         }
         let predicted = r.predicted_mps2.unwrap_or(f64::INFINITY);
         let error = r.worst_direction.map(|worst| worst.error_mps2);

@@ -131,7 +131,7 @@ fn another_unit_or_size_or_nothing_at_rest_is_refused() {
 }
 
 #[test]
-fn a_temperature_model_is_taken_off() {
+fn the_drift_is_taken_off() {
     let mut file = calibration();
     let mut later = [rest(4, 300, [0.0, 0.0, 0.2], G, 8)];
     assert_judged(&checked(&file, &later), Judgement::DoesNotFit);

@@ -142,7 +142,7 @@ fn summary(folder: &Path) -> anyhow::Result<String> {
     let numbers: String = numbers.iter().map(|text| paragraph("  - ", text)).collect();
     Ok(format!(
         "\nThe three main numbers\n{numbers}\nVerdict: {}\n\nReports, open them in a browser\n  {}\n  {}\n{NEXT}",
-        file.verdict().grade,
+        file.grade(),
         folder.join("calibration.html").display(),
         folder.join("motion.html").display()
     ))

@@ -270,7 +270,7 @@ impl Ended {
     }
 
     pub fn is_good(&self) -> bool {
-        let grade = self.file.as_ref().map(|f| f.verdict().grade);
+        let grade = self.file.as_ref().map(|f| f.grade());
         grade == Some(Grade::Good)
     }
 

@@ -245,7 +245,7 @@ fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<St
         format!(
             "by {}, verdict {}, for {}",
             file.tool,
-            file.verdict().grade,
+            file.grade(),
             target.name
         ),
         match a.nominal_per_mps2() {

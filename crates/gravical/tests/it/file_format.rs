@@ -37,7 +37,8 @@ fn fields_of_later_and_of_earlier_versions() {
     let mut value = serde_json::to_value(&file).unwrap();
     value["humidity_model"] = json!({"slope": [1, 2, 3]});
     value["poses"][0]["humidity"] = json!(0.4);
-    value["verdict"]["next_pose"] = json!([0, 0.7, 0.7]);
+    value["verdict"] = json!("later");
+    value["accelerometer"]["scale"] = json!(null);
     let model = value.as_object_mut().unwrap().remove("drift");
     assert!(model.is_some());
     let schema = CalibrationFile::schema();
@@ -62,6 +63,7 @@ const REFUSED: &str = "\
 /accelerometer/matrix | [[1, 2, 3], [4, 5, 6], [7, 8, 9]] | accelerometer.matrix
 /accelerometer/bias/1 | 1e300 | accelerometer.bias
 /reliability/predicted_mps2 | -1 | reliability.predicted_mps2
+/poses/0/left_out_sd_mps2 | -1 | poses.left_out_sd_mps2
 /accelerometer/covariance/parameters/0 | \"bias_z\" | accelerometer.covariance.parameters
 /accelerometer/covariance/values/3/3 | -1e-4 | accelerometer.covariance.values
 /accelerometer/covariance/values/3/4 | 1 | accelerometer.covariance.values

@@ -274,7 +274,7 @@ impl Driver<'_> {
         let file = recorded.as_ref().map(|(_, done)| &done.file);
         let file = file.or(self.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
-        let grade = file.verdict().grade;
+        let grade = file.grade();
         let output = self.args.output();
         let done = match &output {
             Some(_) => "Done and saved",
