@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use gravical_core::matrix3::norm;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{
-    BLOCK_S, Block, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, blocks, quantile,
-};
+use gravical_signal::{BLOCK_S, MAX_EXCESS, MAX_VARIANCE, Samples, TREMOR, quantile};
 
 use super::face::angle_deg;
 use super::nominal::NominalSamples;
@@ -41,48 +39,44 @@ pub(super) fn unused_pauses(
     }
     let samples = &nominal.samples;
     let at = |rows: &Range<usize>| moments(&recording.accel, rows.clone());
-    let means: Vec<[f64; 3]> = poses.iter().map(|rows| at(rows).0).collect();
+    let (means, variances): (Vec<[f64; 3]>, Vec<f64>) = poses.iter().map(at).unzip();
     let usual = quantile(means.iter().map(norm).collect(), 0.5);
+    let unit2 = (usual / STANDARD_GRAVITY_MPS2).powi(2);
+    let max_calm = (MAX_EXCESS * quantile(variances, 0.5)).max(unit2 * TREMOR[0] / CALM);
     let poses: Vec<Range<usize>> = poses.iter().map(|rows| nominal.in_samples(rows)).collect();
+    let rate_hz = recording.clock.rate_hz();
     let min_rest = min_rest_len(recording, samples, &poses);
     let min_unsteady = min_rest + min_rest / 2;
-    let is_meant = |span: &Range<usize>| {
-        let (mean, variance) = at(&nominal.in_rows(&middle(span)));
-        means.iter().all(|pose| angle_deg(*pose, mean) > APART_DEG)
-            && (norm(&mean) / usual - 1.0).abs() < MAX_MAGNITUDE_ERROR
-            // A motion that passes for spikes is held in the samples.
-            && variance < MAX_VARIANCE[0] * (usual / STANDARD_GRAVITY_MPS2).powi(2)
-    };
-    let find = |window, max_variance| {
-        let mut spans = still_spans(samples, &poses, window, max_variance, HELD_DEG);
-        // A recording begins and ends in a hand.
-        spans.retain(|span| span.start >= window && span.end + window <= samples.len());
-        spans.retain(is_meant);
-        let mut slow = nominal.without_turns([&poses[..], &spans].concat());
-        slow.retain(|span| spans.contains(span));
-        slow
-    };
-    let rate_hz = recording.clock.rate_hz();
+    let min_short = samples.count_in(rate_hz.map_or(BLOCK_S, |_| MIN_PAUSE_S));
     let window = samples.count_in(rate_hz.map_or(READINGS_S, |_| SHORT_S));
     let window = window.max(MIN_WINDOW_LEN);
-    let mut short = find(window, quiet_variance(samples, &poses, window));
-    let min_short = samples.count_in(rate_hz.map_or(BLOCK_S, |_| MIN_PAUSE_S));
-    short.retain(|span| (min_short..min_unsteady).contains(&span.len()));
-    let mut unsteady = find(samples.count_in(MIN_REST_S).max(window), MAX_VARIANCE);
-    // Where a hand trembles little, it is quiet now and then.
-    let overlap = |a: &Range<usize>, b: &Range<usize>| a.start < b.end && b.start < a.end;
-    let is_short = |u: &Range<usize>| short.iter().any(|s| overlap(s, u) && 2 * s.len() > u.len());
-    unsteady.retain(|u| u.len() >= min_unsteady && !is_short(u));
-    short.retain(|s| !unsteady.iter().any(|u| overlap(s, u)));
-    let still = poses.iter().chain(&short).chain(&unsteady);
-    if still.map(ExactSizeIterator::len).sum::<usize>() * MAX_MOTION < samples.len() {
+    let is_calm = |span: &Range<usize>| at(&nominal.in_rows(&middle(span))).1 < max_calm;
+    let is_meant = |span: &Range<usize>| {
+        let (mean, variance) = at(&nominal.in_rows(&middle(span)));
+        let is_long = span.len() >= min_unsteady;
+        span.len() >= min_short
+            && is_long != is_calm(span)
+            // A recording begins and ends in a hand.
+            && span.start >= window
+            && span.end + window <= samples.len()
+            && means.iter().all(|pose| angle_deg(*pose, mean) > APART_DEG)
+            && (norm(&mean) / usual - 1.0).abs() < MAX_MAGNITUDE_ERROR
+            // Spikes are taken out of the samples, and motion that passes for them.
+            && variance < MAX_VARIANCE[0] * unit2
+    };
+    let mut pauses = still_spans(samples, &poses, window, MAX_VARIANCE, HELD_DEG);
+    pauses.retain(is_meant);
+    let slow = nominal.without_turns([&poses[..], &pauses].concat());
+    pauses.retain(|span| slow.contains(span));
+    let still = poses.iter().chain(&pauses).map(ExactSizeIterator::len);
+    if still.sum::<usize>() * MAX_MOTION < samples.len() {
         return None;
     }
-    let pauses = short.iter().chain(&unsteady);
-    let pauses: Vec<Range<usize>> = pauses.map(|span| nominal.in_rows(span)).collect();
-    let pauses = directions(recording, &pauses, None);
-    let is_short = short.len() >= unsteady.len();
-    let first = if is_short { short } else { unsteady }.into_iter().next()?;
+    let rows: Vec<Range<usize>> = pauses.iter().map(|span| nominal.in_rows(span)).collect();
+    let number = count(directions(recording, &rows, None).len(), "direction");
+    let short = pauses.iter().filter(|span| is_calm(span));
+    let is_short = 2 * short.count() >= pauses.len();
+    let first = pauses.into_iter().find(|span| is_calm(span) == is_short)?;
     let why = if is_short {
         let length = |samples: usize| match rate_hz {
             Some(rate_hz) => format!("{:.1} s", samples as f64 / rate_hz),
@@ -99,7 +93,6 @@ pub(super) fn unused_pauses(
     };
     let rows = nominal.in_rows(&first);
     let [from, to] = [rows.start, rows.end - 1].map(|row| recording.line(row));
-    let number = count(pauses.len(), "direction");
     let finding = finding!(
         UnusedPauses,
         "pauses in {number} other than those of the poses are not used; that in lines {from} to {to} {why}"
@@ -115,15 +108,4 @@ fn min_rest_len(recording: &Recording, samples: &Samples, poses: &[Range<usize>]
     let lengths = poses.iter().map(ExactSizeIterator::len);
     let usual = min_samples_without_rate(lengths.clone(), samples) as usize;
     lengths.fold(usual, usize::min)
-}
-
-/// Variance up to which a window is as quiet as the poses, or nearly: a hand that hesitates trembles more.
-fn quiet_variance(samples: &Samples, poses: &[Range<usize>], window: usize) -> [f64; 2] {
-    let windows = poses.iter().flat_map(|pose| blocks(samples, pose, window));
-    let windows: Vec<Block> = windows.collect();
-    [0, 1].map(|sensor| {
-        let variances = windows.iter().map(|w| w.total_variance(sensor)).collect();
-        let level = quantile(variances, 0.5);
-        (MAX_EXCESS * level).clamp(TREMOR[sensor] / CALM, MAX_VARIANCE[sensor])
-    })
 }
