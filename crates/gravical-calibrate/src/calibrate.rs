@@ -214,9 +214,6 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     findings.extend(checks::accelerometer(&file, &estimate, placements, offset));
     findings.extend(options.gravity.finding());
     findings.extend(gyroscope.findings);
-    if file.gyroscope.is_none() {
-        findings.extend(segmentation.open_scale.clone());
-    }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity == Severity::Warning));
     file.findings = findings;
     // Numbers that no sensor has make no calibration.

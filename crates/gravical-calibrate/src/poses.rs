@@ -104,8 +104,6 @@ pub struct Segmentation {
     pub noise: PoseNoise,
     /// The gyroscope's unit, by the motions between the poses if they show it.
     pub gyro_scale: Option<GyroScale>,
-    /// That its scale is not known, until full turns or fitted motions give it.
-    pub open_scale: Option<Finding>,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
@@ -180,8 +178,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         let error = found::never_still(&recordings[0]);
         return Err(after(error, &findings, FindingKind::NoStaticInterval));
     }
-    let mut open_scale = None;
-    let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings, &mut open_scale);
+    let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
         mut poses, noise, ..
     } = measure_intervals(recordings, intervals, &options.axes, &mut findings);
@@ -192,7 +189,6 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         turns,
         noise,
         gyro_scale,
-        open_scale,
         findings,
     })
 }
@@ -229,7 +225,6 @@ fn judge_gyroscope(
     recordings: &[Recording],
     intervals: &[Interval],
     findings: &mut Vec<Finding>,
-    open: &mut Option<Finding>,
 ) -> Option<GyroScale> {
     let mut evidence = gyro_unit::Evidence::default();
     for (index, recording) in recordings.iter().enumerate() {
@@ -239,7 +234,7 @@ fn judge_gyroscope(
         evidence.add(recording, &rests);
     }
     let mut recordings = recordings.iter();
-    recordings.find_map(|recording| evidence.judge(recording, None, findings, open))
+    recordings.find_map(|recording| evidence.judge(recording, None, findings))
 }
 
 /// One known unit of the accelerometer in all recordings.

@@ -83,17 +83,17 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
         open => {
             let open = open.as_ref().and_then(|o| o.as_ref().err());
             odd.extend(open.map(|open| undetermined(open, motions.len(), nominal)));
-            if nominal.is_none() {
-                let unknown = finding!(
-                    GyroScaleUnknown,
-                    "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
-                    fit.rest.bias.map(|b| format!("{b:.4}")).join(", ")
-                );
-                odd.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
-            }
             nominal.map(|nominal| bias_alone(&readings, &fit.rest, nominal))
         }
     };
+    if section.is_none() {
+        let unknown = finding!(
+            GyroScaleUnknown,
+            "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
+            fit.rest.bias.map(|b| format!("{b:.4}")).join(", ")
+        );
+        odd.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
+    }
     // What concerns several recordings stands in no file.
     let in_file = |finding: Finding| match readings.recordings {
         [one] => finding.in_file(&one.name),

@@ -72,10 +72,21 @@ pub fn judge(
 ) -> Option<GyroScale> {
     let mut evidence = Evidence::default();
     evidence.add(recording, rests);
-    let mut open = None;
-    let scale = evidence.judge(recording, section, findings, &mut open);
-    findings.extend(open);
-    scale
+    let scale = evidence.judge(recording, section, findings)?;
+    let is_known = |section: &GyroscopeSection| section.input_unit != GyroUnit::Unknown;
+    let unknown = match scale.unit {
+        _ if scale.nominal().is_some() || section.is_some_and(is_known) => None,
+        GyroUnit::Unknown => Some(("unit", "gyro_unit")),
+        _ => Some(("range", "gyro_range")),
+    };
+    findings.extend(unknown.map(|(what, option)| {
+        let unknown = finding!(
+            GyroUnitUnverified,
+            "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it"
+        );
+        unknown.advise(option, "").in_file(&recording.name)
+    }));
+    Some(scale)
 }
 
 /// The same between all rests, which are returned, set in the recording with its findings.
@@ -169,13 +180,12 @@ impl Evidence {
         })
     }
 
-    /// Decides, for the gyroscope of `recording`; `open` is what motions or turns may still answer.
+    /// Decides, for the gyroscope of `recording`; motions that are fitted, or turns, may answer what stays unknown.
     pub fn judge(
         &self,
         recording: &Recording,
         section: Option<&GyroscopeSection>,
         findings: &mut Vec<Finding>,
-        open: &mut Option<Finding>,
     ) -> Option<GyroScale> {
         let claimed = recording.gyro.as_ref().and(recording.units.gyro)?;
         let is_given = claimed.origin == Origin::Given;
@@ -254,18 +264,7 @@ impl Evidence {
             tell(by_noise.advise("gyro_unit", ""));
             return Some(shown(unit, None));
         }
-        let missing = match claimed.unit {
-            GyroUnit::Unknown => Some(("unit", "gyro_unit")),
-            _ if claimed.nominal().is_none() => Some(("range", "gyro_range")),
-            _ => None,
-        };
-        if let Some((what, option)) = missing {
-            let unknown = finding!(
-                GyroUnitUnverified,
-                "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it"
-            );
-            *open = Some(unknown.advise(option, "").in_file(&recording.name));
-        } else {
+        if claimed.nominal().is_some() {
             tell(finding!(
                 GyroUnitUnverified,
                 "the gyroscope is read in {}, not verified by a rotation between static intervals",
