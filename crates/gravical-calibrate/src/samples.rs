@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use gravical_core::calibration::{Calibration, GyroscopeCalibration};
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
-use gravical_signal::{Bridged, Samples, bridge_odd};
+use gravical_signal::{Interpolated, Samples, interpolate_outliers};
 
 use crate::axes::AxisMap;
 use crate::calibration_file::TemperatureModel;
@@ -27,23 +27,23 @@ pub struct Columns<'a> {
     /// Their units in 1 m/s² or 1 rad/s, by the nominal scale.
     pub per_si: f64,
     /// What in them was interpolated; deviations in their unit.
-    pub bridged: Vec<Bridged>,
+    pub interpolated: Vec<Interpolated>,
 }
 
 impl<'a> Columns<'a> {
-    /// The accelerometer, with what is clipped or spiked bridged ([`bridge_odd`]).
+    /// The accelerometer, with what is clipped or spiked interpolated ([`interpolate_outliers`]).
     pub fn of_accelerometer(time_s: &[f64], read: &'a [Vec<f64>; 3], per_mps2: f64) -> Self {
         let full_scales = FULL_SCALES_G.map(|g| g * STANDARD_GRAVITY_MPS2);
-        Self::bridged(time_s, read, per_mps2, &full_scales, MIN_SPIKE[0])
+        Self::interpolated(time_s, read, per_mps2, &full_scales, MIN_SPIKE[0])
     }
 
     /// The same of the gyroscope.
     pub fn of_gyroscope(time_s: &[f64], read: &'a [Vec<f64>; 3], per_rad_s: f64) -> Self {
         let full_scales = FULL_SCALES_DEG_S.map(f64::to_radians);
-        Self::bridged(time_s, read, per_rad_s, &full_scales, MIN_SPIKE[1])
+        Self::interpolated(time_s, read, per_rad_s, &full_scales, MIN_SPIKE[1])
     }
 
-    fn bridged(
+    fn interpolated(
         time_s: &[f64],
         read: &'a [Vec<f64>; 3],
         per_si: f64,
@@ -53,11 +53,12 @@ impl<'a> Columns<'a> {
         let ranges = full_scales.iter().map(|end| end * per_si);
         let ranges: Vec<f64> = ranges.chain([MAX_COUNT]).collect();
         let read = read.each_ref().map(Vec::as_slice);
-        let (values, bridged) = bridge_odd(time_s, read, &ranges, min_spike * per_si);
+        let (values, interpolated) =
+            interpolate_outliers(time_s, read, &ranges, min_spike * per_si);
         Columns {
             values,
             per_si,
-            bridged,
+            interpolated,
         }
     }
 
@@ -91,9 +92,9 @@ pub fn samples(
     axes: &AxisMap,
     calibrated: Option<&Calibrated<'_>>,
 ) -> (Samples, Option<Samples>) {
-    let (mut bridged, mut steps) = (Vec::new(), [0.0; 6]);
+    let (mut interpolated, mut steps) = (Vec::new(), [0.0; 6]);
     for (k, columns) in [Some(accel), gyro].into_iter().flatten().enumerate() {
-        bridged.extend(columns.bridged.iter().map(|b| Bridged {
+        interpolated.extend(columns.interpolated.iter().map(|b| Interpolated {
             channel: 3 * k + axes.case_axis(b.channel),
             sd: b.sd / columns.per_si,
             ..b.clone()
@@ -140,7 +141,7 @@ pub fn samples(
         let (force, rate) = convert(row, &by, rates_by, drift.unwrap_or_default());
         (*time_s, force, rate)
     });
-    let samples = Samples::new(rows, bridged, steps).with_breaks(&recording.breaks);
+    let samples = Samples::new(rows, interpolated, steps).with_breaks(&recording.breaks);
     let uncalibrated = |row: usize| convert(row, &by_scale, rates_by_scale, [0.0; 6]);
     let uncalibrated = calibrated.map(|_| samples.with_values(uncalibrated));
     (samples, uncalibrated)

@@ -153,23 +153,25 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
     let off = &mut Recorder::default();
     let mut filter = Filter::new(*model, spans[k].start, &spans[k]);
     filter.rest(&spans[k], REST_SPEED_MPS, off);
-    filter.halt(spans[k].end - 1, off);
+    filter.apply_zero_velocity(spans[k].end - 1, off);
     let before = samples.mean(&spans[k]);
     let node = samples.count_in(NODE_S).max(1);
     let (mut agreed, mut out) = (0, Vec::new());
-    // Where the filter may be wrong: rough, bridged or missing rows, or turns without a gyroscope.
+    // Where the filter may be wrong: rough, interpolated or missing rows, or turns without a gyroscope.
     let mut is_wrong = false;
     for (next, span) in spans.iter().enumerate().skip(k + 1) {
         let move_s = samples.time_s[span.start] - samples.time_s[spans[k].end - 1];
         if model.options.is_stopped() || move_s > MAX_MOVE_S || agreed >= MAX_AGREED {
             break;
         }
-        let excess = model.noise.excess(filter.at, span.start.max(filter.at));
+        let added_noise = model
+            .noise
+            .added_noise(filter.at, span.start.max(filter.at));
         let way = spans[k].end - 1..span.start;
-        is_wrong |= excess.force.norm() > 0.0
+        is_wrong |= added_noise.force.norm() > 0.0
             || unusable(samples, &way).is_some()
-            || samples.bridged_in(&way).next().is_some();
-        filter.propagate_levelled(span.start, node, &excess, off);
+            || samples.interpolated_in(&way).next().is_some();
+        filter.propagate_levelled(span.start, node, &added_noise, off);
         let innovation = innovation(&filter, &before, span);
         let chi2 = innovation.chi2::<9>(0, 0.0);
         // Before the span itself is integrated, in which a wrong filter speeds up.
@@ -181,7 +183,7 @@ fn neighbours(model: &Model<'_>, spans: &[Range<usize>], k: usize) -> Vec<Neighb
         if is_cruise {
             filter.coast(span, innovation.clone());
         } else {
-            filter.propagate_levelled(span.end - 1, node, &excess, off);
+            filter.propagate_levelled(span.end - 1, node, &added_noise, off);
         }
         is_wrong |= !samples.has_gyro() && innovation.chi2::<3>(3, 0.0) > MAX_COASTING_CHI2;
         let is_doubtful =

@@ -6,7 +6,7 @@ use gravical_signal::{RestTolerance, detect_rests};
 
 use crate::chain::chain;
 use crate::filter::{Filter, Recorder};
-use crate::moves::{Leg, pass};
+use crate::moves::{MoveSegment, pass};
 use crate::noise::{Noise, NoiseAtRest};
 use crate::options::{Directions, MotionOptions};
 use crate::result::{Ends, Motion, Move, PathNode};
@@ -67,7 +67,7 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
     let Some(levelled) = rests.first().cloned() else {
         return Motion::default();
     };
-    let course = Course {
+    let estimator = Estimator {
         model,
         stances: if options.no_stances {
             Vec::new()
@@ -81,24 +81,24 @@ pub fn estimate_motion(samples: &Samples, options: &MotionOptions) -> Motion {
             accel_n: noise.rest.force.map(f64::sqrt).into(),
             gyro_n: has_gyro.then(|| noise.rest.rate.map(f64::sqrt).into()),
         }),
-        ..course.run(Filter::new(model, 0, &levelled), rests)
+        ..estimator.run(Filter::new(model, 0, &levelled), rests)
     }
 }
 
 /// All rests, each with the move before it; the last move has none.
-struct Course<'a> {
+struct Estimator<'a> {
     model: Model<'a>,
     stances: Vec<Stance>,
 }
 
 /// How a move and the rest after it were gone through, for the way back.
-struct Passed<'a> {
+struct ForwardPass<'a> {
     before: Filter<'a>,
-    leg: Option<Leg>,
+    leg: Option<MoveSegment>,
     rest: Option<Range<usize>>,
 }
 
-impl Course<'_> {
+impl Estimator<'_> {
     /// Forwards, and from rest to rest backwards: the filter goes through each move again, and its records are
     /// kept only until the smoother has gone back through them.
     fn run(&self, mut filter: Filter<'_>, rests: Vec<Range<usize>>) -> Motion {
@@ -118,9 +118,9 @@ impl Course<'_> {
                 let steps = steps(&self.stances, model.samples, (from, end), last_step);
                 last_step = steps.last().map(|s| s.swing).or(last_step);
                 let end = end.min(last);
-                let mut this = Leg {
+                let mut this = MoveSegment {
                     end,
-                    excess: model.noise.excess(filter.at, end),
+                    added_noise: model.noise.added_noise(filter.at, end),
                     rest: rest.clone().filter(|_| !is_first),
                     stances: steps.iter().map(|s| s.sample).collect(),
                 };
@@ -139,7 +139,7 @@ impl Course<'_> {
                 pass(&mut filter, rest, off);
             }
             motion.rests.extend(rest.clone());
-            passed.push(Passed { before, leg, rest });
+            passed.push(ForwardPass { before, leg, rest });
         }
         motion.path.push(PathNode::forward(&filter.node()));
         self.smooth(passed, &mut motion);
@@ -147,7 +147,7 @@ impl Course<'_> {
     }
 
     /// Smooths the moves, and puts the nodes before that at the end.
-    fn smooth(&self, passed: Vec<Passed<'_>>, motion: &mut Motion) {
+    fn smooth(&self, passed: Vec<ForwardPass<'_>>, motion: &mut Motion) {
         let model = &self.model;
         let mut smoother = Smoother::new(model.options.calibration.gravity_sd_mps2);
         let mut moves = motion.moves.iter_mut().rev();

@@ -63,7 +63,7 @@ pub(crate) enum Record {
     EndMove(Vector3<f64>, Box<Covariance>),
     Propagate(Box<Transition>),
     /// The velocity is zero from here on.
-    Halt,
+    ZeroVelocity,
     /// The velocity here is the earlier one from here on.
     CloneVelocity,
     Update(Box<Update>),
@@ -162,16 +162,24 @@ impl<'a> Filter<'a> {
     }
 
     /// From here on three states may be others by this variance.
-    pub fn widen(&mut self, first: usize, variance: f64) {
+    pub fn inflate_covariance(&mut self, first: usize, variance: f64) {
         (first..first + 3).for_each(|c| self.covariance[(c, c)] += variance);
     }
 
     /// Integrates to a sample in nodes of so many samples.
-    pub fn propagate(&mut self, to: usize, node: usize, excess: &Density, recorder: &mut Recorder) {
+    pub fn propagate(
+        &mut self,
+        to: usize,
+        node: usize,
+        added_noise: &Density,
+        recorder: &mut Recorder,
+    ) {
         while self.at < to {
             let end = (self.at + node.max(1)).min(to);
             recorder.push(|| Record::Node(Box::new(self.node())));
-            let step = self.model.step(&mut self.nominal, self.at..end, excess);
+            let step = self
+                .model
+                .step(&mut self.nominal, self.at..end, added_noise);
             self.turned_rad += step.turned_rad;
             self.top_mps = self.top_mps.max(self.nominal.velocity.norm());
             self.at = end;
@@ -194,7 +202,7 @@ impl<'a> Filter<'a> {
         &mut self,
         to: usize,
         node: usize,
-        excess: &Density,
+        added_noise: &Density,
         recorder: &mut Recorder,
     ) {
         loop {
@@ -203,26 +211,26 @@ impl<'a> Filter<'a> {
                 break;
             }
             self.clone_velocity(recorder);
-            self.propagate(next, node, excess, recorder);
+            self.propagate(next, node, added_noise, recorder);
             self.update(&self.motion_innovation(), recorder);
         }
-        self.propagate(to, node, excess, recorder);
+        self.propagate(to, node, added_noise, recorder);
     }
 
     /// Random walks of the biases.
     fn walk(&mut self, seconds: f64) {
-        self.widen(FORCE_BIAS, FORCE_BIAS_WALK.powi(2) * seconds);
+        self.inflate_covariance(FORCE_BIAS, FORCE_BIAS_WALK.powi(2) * seconds);
         if self.model.samples.has_gyro() {
-            self.widen(RATE_BIAS, RATE_BIAS_WALK.powi(2) * seconds);
+            self.inflate_covariance(RATE_BIAS, RATE_BIAS_WALK.powi(2) * seconds);
         }
     }
 
     /// Rests until a sample.
-    pub fn halt(&mut self, to: usize, recorder: &mut Recorder) {
+    pub fn apply_zero_velocity(&mut self, to: usize, recorder: &mut Recorder) {
         let (to, time_s) = (to.max(self.at), &self.model.samples.time_s);
         let seconds = time_s[to] - time_s[self.at];
         recorder.push(|| Record::Node(Box::new(self.node())));
-        recorder.push(|| Record::Halt);
+        recorder.push(|| Record::ZeroVelocity);
         self.covariance.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
         self.covariance.fixed_columns_mut::<3>(VELOCITY).fill(0.0);
         self.nominal.velocity = Vector3::zeros();

@@ -7,7 +7,7 @@
 //! SI units; no files, no words.
 //!
 //! 1. [`Samples`]: times, specific force, angular rate; what is clipped or spiked is interpolated before
-//!    ([`gravical_signal::bridge_odd`]).
+//!    ([`gravical_signal::interpolate_outliers`]).
 //! 2. [`MotionOptions`]: how far the calibration may be off, and what is known.
 //! 3. [`estimate_motion`]: rests, an error-state Kalman filter of 40 states with zero-velocity updates and
 //!    levelling, its smoother.
@@ -46,7 +46,7 @@ mod unusable;
 
 pub use closure::Closure;
 pub use estimate::estimate_motion;
-pub use gravical_signal::{Bridged, Samples};
+pub use gravical_signal::{Interpolated, Samples};
 pub use noise::NoiseAtRest;
 pub use options::{
     CalibrationUncertainty, ElementErrors, ForceCovariance, MotionOptions, RateCovariance,

@@ -39,17 +39,17 @@ fn closing(model: &Model<'_>, rest: &Range<usize>) -> Range<usize> {
 }
 
 /// A move and what is known of it.
-pub(crate) struct Leg {
+pub(crate) struct MoveSegment {
     /// Its last sample.
     pub end: usize,
     /// Noise that it has beyond that of the rests.
-    pub excess: Density,
+    pub added_noise: Density,
     /// The rest that it has to close with.
     pub rest: Option<Range<usize>>,
     pub stances: Vec<usize>,
 }
 
-impl Leg {
+impl MoveSegment {
     /// Goes through the move, with more noise where it does not close; returns it but for its displacement and
     /// ends.
     pub fn run(&mut self, filter: &mut Filter<'_>) -> Move {
@@ -71,14 +71,14 @@ impl Leg {
                 break;
             };
             closed.widened = true;
-            self.excess.force += more.force;
-            self.excess.rate += more.rate;
+            self.added_noise.force += more.force;
+            self.added_noise.rate += more.rate;
             *filter = before.clone();
         }
         let up = before.nominal.attitude.transpose() * Vector3::z() * before.nominal.gravity;
         let is_unseen = turned_unseen(samples, &span, &up, self.rest.as_ref());
-        let bridged = samples.bridged.iter();
-        let within = bridged.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
+        let interpolated = samples.interpolated.iter();
+        let within = interpolated.filter(|b| b.rows.start < span.end && b.rows.end > span.start);
         Move {
             closure: closed,
             stances: self.stances.len(),
@@ -91,7 +91,7 @@ impl Leg {
 
     /// Goes through the move with that noise.
     pub fn propagate(&self, filter: &mut Filter<'_>, recorder: &mut Recorder) {
-        let (model, excess) = (filter.model, &self.excess);
+        let (model, added_noise) = (filter.model, &self.added_noise);
         let samples = model.samples;
         let (from, end) = (filter.at, self.end);
         let seconds = samples.time_s[end] - samples.time_s[from];
@@ -101,24 +101,27 @@ impl Leg {
         let rectified_sd = model.directions.rate_sd * RECTIFIED;
         let inflation = filter.mean_square_rate(from..end) * rectified_sd.powi(2);
         recorder.push(|| Record::StartMove(filter.nominal.position, Box::new(filter.covariance)));
-        filter.widen(RATE_BIAS, inflation);
+        filter.inflate_covariance(RATE_BIAS, inflation);
         for &stance in &self.stances {
             let (before, mark) = (filter.clone(), recorder.records.len());
-            filter.propagate_levelled(stance, node, excess, recorder);
+            filter.propagate_levelled(stance, node, added_noise, recorder);
             let seconds = samples.time_s[stance] - samples.time_s[before.at];
             let mut innovation = filter.stance_innovation();
             if let Some(more) = innovation.force_density(MAX_STEP_CHI2, seconds) {
                 recorder.records.truncate(mark);
                 *filter = before;
-                let force = excess.force + more.force;
-                let excess = Density { force, ..*excess };
-                filter.propagate_levelled(stance, node, &excess, recorder);
+                let force = added_noise.force + more.force;
+                let added_noise = Density {
+                    force,
+                    ..*added_noise
+                };
+                filter.propagate_levelled(stance, node, &added_noise, recorder);
                 innovation = filter.stance_innovation();
             }
             filter.update(&innovation, recorder);
         }
-        filter.propagate_levelled(end, node, excess, recorder);
-        filter.widen(RATE_BIAS, inflation);
+        filter.propagate_levelled(end, node, added_noise, recorder);
+        filter.inflate_covariance(RATE_BIAS, inflation);
         recorder.push(|| Record::EndMove(filter.nominal.position, Box::new(filter.covariance)));
     }
 }
@@ -134,7 +137,7 @@ pub(crate) fn pass(filter: &mut Filter<'_>, rest: &Range<usize>, recorder: &mut 
     let shaken = tremor(model.samples, &closing).unwrap_or(usual) / usual;
     let speed_sd_mps = REST_SPEED_MPS * shaken.sqrt().clamp(1.0, MAX_SHAKEN);
     filter.rest(&closing, speed_sd_mps, recorder);
-    filter.halt(rest.end.max(filter.at + 1) - 1, recorder);
+    filter.apply_zero_velocity(rest.end.max(filter.at + 1) - 1, recorder);
     let (time_s, last) = (&model.samples.time_s, filter.at);
     let since = time_s.partition_point(|t| *t < time_s[last] - LEADING_S);
     let leading = closing.end.max(since)..last + 1;

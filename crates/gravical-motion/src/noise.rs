@@ -76,7 +76,7 @@ impl Noise {
 
     /// What a move has beyond the noise of the rests, the same along all axes: the density of its median window,
     /// since a knock is no noise; 0 where it is not rougher.
-    pub fn excess(&self, from: usize, to: usize) -> Density {
+    pub fn added_noise(&self, from: usize, to: usize) -> Density {
         let at = |i: usize| self.windows.partition_point(|w| w.0 < i);
         let windows = &self.windows[at(from)..at(to)];
         let level = [self.rest.force.mean(), self.rest.rate.mean()];

@@ -60,7 +60,7 @@ impl Smoother {
             match record {
                 Record::Node(node) => path.push(self.smoothed(node)),
                 Record::Propagate(transition) => self.propagate(transition),
-                Record::Halt => {
+                Record::ZeroVelocity => {
                     self.adjoint.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
                     self.information.fixed_rows_mut::<3>(VELOCITY).fill(0.0);
                     self.information.fixed_columns_mut::<3>(VELOCITY).fill(0.0);

@@ -73,8 +73,13 @@ pub(crate) struct Model<'a> {
 
 impl Model<'_> {
     /// Integrates samples `span.start` to `span.end`, that one included, into `nominal` (trapezoid), and its
-    /// errors to first order. `excess` is noise beyond that of the rests, world axes.
-    pub fn step(&self, nominal: &mut Nominal, span: Range<usize>, excess: &Density) -> Transition {
+    /// errors to first order. `added_noise` is noise beyond that of the rests, world axes.
+    pub fn step(
+        &self,
+        nominal: &mut Nominal,
+        span: Range<usize>,
+        added_noise: &Density,
+    ) -> Transition {
         let samples = self.samples;
         let correction = nominal.correction(self.directions);
         let rate_sd = self.directions.rate_sd;
@@ -115,7 +120,7 @@ impl Model<'_> {
             (rate, force) = (next_rate, next_force);
         }
         let seconds = samples.time_s[span.end] - samples.time_s[span.start];
-        let (q, q_rate) = self.process_noise(&span, &start, &sums, seconds, excess);
+        let (q, q_rate) = self.process_noise(&span, &start, &sums, seconds, added_noise);
         Transition {
             f: self.derivatives(&sums, seconds),
             q,
@@ -162,24 +167,24 @@ impl Model<'_> {
         f
     }
 
-    /// Process noise: white noise of both sensors, and what was bridged, bent or missing.
+    /// Process noise: white noise of both sensors, and what was interpolated, bent or missing.
     fn process_noise(
         &self,
         span: &Range<usize>,
         start: &Matrix3<f64>,
         sums: &Sums,
         seconds: f64,
-        excess: &Density,
+        added_noise: &Density,
     ) -> (SMatrix<f64, 9, 9>, SMatrix<f64, 9, 9>) {
         let mut unmeasured = self.unmeasured(span);
         unmeasured.force += sums.trapezoid_error;
-        let white = |rest: &Vector3<f64>, unmeasured: &Vector3<f64>, excess: &Vector3<f64>| {
+        let white = |rest: &Vector3<f64>, unmeasured: &Vector3<f64>, added_noise: &Vector3<f64>| {
             start * Matrix3::from_diagonal(&(rest * seconds + unmeasured)) * start.transpose()
-                + Matrix3::from_diagonal(&(excess * seconds))
+                + Matrix3::from_diagonal(&(added_noise * seconds))
         };
         let noise = &self.noise.rest;
-        let force = white(&noise.force, &unmeasured.force, &excess.force);
-        let mut tilts = excess.rate;
+        let force = white(&noise.force, &unmeasured.force, &added_noise.force);
+        let mut tilts = added_noise.rate;
         if !self.samples.has_gyro() {
             let density = TILT_DEG.to_radians().powi(2) / TILT_S;
             tilts += Vector3::new(density, density, density * YAW_OVER_TILT.powi(2));
@@ -202,17 +207,17 @@ impl Model<'_> {
         (q, q_rate)
     }
 
-    /// Variances of velocity and attitude by what bridges may be off, at the node that holds their end, and by what
+    /// Variances of velocity and attitude by what interpolations may be off, at the node that holds their end, and by what
     /// may have happened in gaps.
     fn unmeasured(&self, span: &Range<usize>) -> Density {
         let mut variance = Density::default();
-        for (bridged, sd) in self.samples.bridged_in(span) {
-            let sensor = if bridged.channel < 3 {
+        for (interpolated, sd) in self.samples.interpolated_in(span) {
+            let sensor = if interpolated.channel < 3 {
                 &mut variance.force
             } else {
                 &mut variance.rate
             };
-            sensor[bridged.channel % 3] += sd * sd;
+            sensor[interpolated.channel % 3] += sd * sd;
         }
         for (seconds, interrupted) in self.samples.gaps(span) {
             let least_s = if interrupted { INTERRUPTED_S } else { 0.0 };

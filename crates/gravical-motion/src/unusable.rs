@@ -47,7 +47,7 @@ pub(crate) fn unusable(samples: &Samples, span: &Range<usize>) -> Option<Unusabl
         return Some(Unusable::Gap { missing_s });
     }
     let turns = samples
-        .bridged_in(span)
+        .interpolated_in(span)
         .filter(|(b, _)| b.channel >= 3 && b.is_clipped);
     let variance: f64 = turns.map(|(_, sd)| sd * sd).sum();
     (variance.sqrt() > MAX_MISSED_TURN_RAD).then_some(Unusable::Turn)

@@ -7,7 +7,7 @@
 //! SI units only: no files, no names of columns, no words.
 //!
 //! 1. [`Samples`]: specific force and angular rate over time, in pieces without a gap.
-//! 2. [`bridge_odd`]: what is clipped or spiked, interpolated before.
+//! 2. [`interpolate_outliers`]: what is clipped or spiked, interpolated before.
 //! 3. [`blocks`]: means and variances of short blocks.
 //! 4. [`detect_rests`]: where the sensor lay still, or moved by no more than a [`RestTolerance`].
 //! 5. [`allan_variances`], [`fit_noise`]: how much its noise is, and of which kind.
@@ -17,7 +17,7 @@ mod allan;
 mod blocks;
 mod edges;
 mod noise;
-mod odd;
+mod outliers;
 mod partition;
 mod quantile;
 mod quiet;
@@ -30,11 +30,11 @@ pub use blocks::{Block, block_len, blocks};
 pub use noise::{
     NoiseFit, NoiseModel, NoisePoints, NoiseTerm, TermEstimate, chi_square_factors, fit_noise,
 };
-pub use odd::bridge_odd;
+pub use outliers::interpolate_outliers;
 pub use quantile::quantile;
 pub use quiet::{
     BLOCK_S, MAX_EXCESS, MAX_VARIANCE, MIN_VARIANCE, TREMOR, flips, is_quiet, quiet_level,
     quiet_limit,
 };
 pub use rests::{RestTolerance, detect_rests};
-pub use samples::{Bridged, Samples};
+pub use samples::{Interpolated, Samples};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::quantile::quantile;
 
 /// A step longer than this many periods, and than [`MIN_GAP_S`], is a gap: lost rows up to that length
-/// are bridged by the trapezoid.
+/// are interpolated by the trapezoid.
 const MIN_GAP_PERIODS: f64 = 5.0;
 /// A slow motion does not change more within this time than a trapezoid follows.
 const MIN_GAP_S: f64 = 0.1;
@@ -19,7 +19,7 @@ const MAX_COUNT: usize = 1 << 30;
 
 /// A run of one channel that was no measurement and was replaced.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Bridged {
+pub struct Interpolated {
     /// The rows.
     pub rows: Range<usize>,
     /// 0 to 2 for x, y, z of the accelerometer, 3 to 5 of the gyroscope.
@@ -50,19 +50,19 @@ pub struct Samples {
     /// Samples before which something is missing, whatever the times say.
     pub breaks: Vec<usize>,
     /// Values that were replaced, in the order of their ends.
-    pub bridged: Vec<Bridged>,
+    pub interpolated: Vec<Interpolated>,
 }
 
 impl Samples {
     /// Takes rows of time (s), specific force (m/s²) and angular rate (rad/s; none without a gyroscope: what
-    /// the first row has, all have). `bridged` holds rows whose values were replaced,
+    /// the first row has, all have). `interpolated` holds rows whose values were replaced,
     /// `resolution` the steps of the channels, m/s² and rad/s, 0 where they are unknown.
     ///
     /// Rows that are no measurement are left out: values that are not finite or beyond any sensor, and times
     /// that do not increase. Where that leaves a hole there is a gap.
     pub fn new(
         rows: impl Iterator<Item = (f64, [f64; 3], Option<[f64; 3]>)>,
-        bridged: Vec<Bridged>,
+        interpolated: Vec<Interpolated>,
         resolution: [f64; 6],
     ) -> Samples {
         let count = rows.size_hint().0;
@@ -73,7 +73,7 @@ impl Samples {
             period_s: 0.0,
             pieces: Vec::new(),
             resolution,
-            bridged: Vec::new(),
+            interpolated: Vec::new(),
             rows: Vec::with_capacity(count),
             breaks: Vec::new(),
         };
@@ -94,12 +94,12 @@ impl Samples {
         samples.period_s = sampling_period(&samples.time_s);
         samples.pieces = pieces(&samples.time_s, samples.period_s, &[]);
         // In samples, where a row of it was kept.
-        let kept = bridged.into_iter().map(|b| Bridged {
+        let kept = interpolated.into_iter().map(|b| Interpolated {
             rows: samples.first_sample(b.rows.start)..samples.first_sample(b.rows.end),
             ..b
         });
-        samples.bridged = kept.filter(|b| !b.rows.is_empty()).collect();
-        samples.bridged.sort_by_key(|b| b.rows.end);
+        samples.interpolated = kept.filter(|b| !b.rows.is_empty()).collect();
+        samples.interpolated.sort_by_key(|b| b.rows.end);
         samples
     }
 
@@ -132,7 +132,7 @@ impl Samples {
             rate_rad_s: rate,
             time_s: self.time_s.clone(),
             pieces: self.pieces.clone(),
-            bridged: self.bridged.clone(),
+            interpolated: self.interpolated.clone(),
             rows: self.rows.clone(),
             breaks: self.breaks.clone(),
             ..*self
@@ -182,12 +182,15 @@ impl Samples {
         })
     }
 
-    /// What was bridged and ends in a span, its first sample left out and its end included, with the
+    /// What was interpolated and ends in a span, its first sample left out and its end included, with the
     /// standard deviation of its integral over time.
-    pub fn bridged_in(&self, span: &Range<usize>) -> impl Iterator<Item = (&Bridged, f64)> {
+    pub fn interpolated_in(
+        &self,
+        span: &Range<usize>,
+    ) -> impl Iterator<Item = (&Interpolated, f64)> {
         let (start, end) = (span.start, span.end);
-        let first = self.bridged.partition_point(|b| b.rows.end <= start);
-        let within = self.bridged[first..].iter();
+        let first = self.interpolated.partition_point(|b| b.rows.end <= start);
+        let within = self.interpolated[first..].iter();
         let within = within.take_while(move |b| b.rows.end <= end);
         within.map(move |b| {
             let seconds = self.time_s[b.rows.end] - self.time_s[b.rows.start.saturating_sub(1)];

@@ -75,7 +75,7 @@ impl NominalSamples {
         let accel = Columns {
             values: without_spikes(recording, period_s),
             per_si: per_mps2(recording),
-            bridged: Vec::new(),
+            interpolated: Vec::new(),
         };
         let read = recording.gyro.as_ref();
         let scale = read.map(|read| rate_scale(recording, read, period_s));
@@ -84,7 +84,7 @@ impl NominalSamples {
         let gyro = filled.map(|(values, (per_si, _))| Columns {
             values,
             per_si,
-            bridged: Vec::new(),
+            interpolated: Vec::new(),
         });
         let axes = AxisMap::default();
         let in_si = |gyro| samples(recording, &time_s, &accel, gyro, &axes, None).0;

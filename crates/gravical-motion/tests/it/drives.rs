@@ -4,7 +4,7 @@ use gravical_motion::{Ends, Samples, estimate_motion};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::simulated::{BIAS_SD, FORCE_SD, G, RATE_SD, drawn, level};
-use crate::study::{options, unbridged};
+use crate::study::{not_interpolated, options};
 
 type V3 = Vector3<f64>;
 
@@ -181,7 +181,7 @@ impl Drive {
             position += moved;
             start += piece.seconds;
         }
-        (unbridged(&time_s, &force, &rate), position)
+        (not_interpolated(&time_s, &force, &rate), position)
     }
 }
 

@@ -4,10 +4,12 @@ use gravical_motion::{Motion, MotionOptions, PathNode, estimate_motion};
 use proptest::prelude::*;
 
 use crate::simulated::{Recording, Scene, Trouble};
-use crate::study::{bridge, estimate, options, resolutions, unbridged, with_bridges};
+use crate::study::{
+    estimate, interpolate, not_interpolated, options, resolutions, with_interpolated,
+};
 
 fn motion_of(recording: &Recording) -> Motion {
-    let samples = unbridged(&recording.time_s, &recording.force, &recording.rate);
+    let samples = not_interpolated(&recording.time_s, &recording.force, &recording.rate);
     estimate_motion(&samples, &options())
 }
 
@@ -95,8 +97,8 @@ proptest! {
             .map(|i| if i % 37 == 36 { odd } else { i as f64 * step })
             .collect();
         let rate = if gyro { force.iter().map(|f| [f[1], f[0], f[1] * 0.1]).collect() } else { Vec::new() };
-        let bridged = bridge(&time_s, &mut force, &[19.6, 0.0], 5.0);
-        let samples = with_bridges(&time_s, &force, &rate, bridged, resolutions(&force, &rate));
+        let interpolated = interpolate(&time_s, &mut force, &[19.6, 0.0], 5.0);
+        let samples = with_interpolated(&time_s, &force, &rate, interpolated, resolutions(&force, &rate));
         let rests = given.then(|| vec![0..still / 2, still / 2 + 3..still]);
         let options = MotionOptions { rests, ..options() };
         let motion = estimate_motion(&samples, &options);

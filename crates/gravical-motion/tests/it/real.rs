@@ -6,7 +6,7 @@ use std::path::Path;
 use gravical_motion::{Motion, MotionOptions, SampleState, estimate_motion};
 
 use crate::simulated::norm;
-use crate::study::{options, unbridged};
+use crate::study::{not_interpolated, options};
 
 const G: f64 = 9.80665;
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -61,7 +61,7 @@ fn walks_close() {
         let Some(rows) = rows(file) else { return };
         let force = columns(&rows, force, 1, units[0]);
         let rate = columns(&rows, rate, 1, units[1]);
-        let samples = unbridged(&even(rows.len(), rate_hz), &force, &rate);
+        let samples = not_interpolated(&even(rows.len(), rate_hz), &force, &rate);
         let motion = estimate_motion(&samples, &MotionOptions::default());
         let error_m = closing_error_m(&motion);
         let stances: usize = motion.moves.iter().map(|m| m.stances).sum();
@@ -83,7 +83,7 @@ fn inclination_is_that_of_the_cameras() {
             return;
         };
         let time_s: Vec<f64> = rows.iter().map(|r| r[0]).collect();
-        let samples = unbridged(
+        let samples = not_interpolated(
             &time_s,
             &columns(&rows, 1, 1, 1.0),
             &columns(&rows, 4, 1, 1.0),
@@ -127,7 +127,7 @@ fn strides_are_those_of_the_cameras() {
     for (foot, heel, strides) in [(0, 7, &events[..second]), (1, 10, &events[second..])] {
         let time_s = even(rows_of_both.len() - 1, 204.8);
         let axes = |first: usize, unit: f64| columns(&rows_of_both[1..], first + foot, 2, unit);
-        let samples = unbridged(&time_s, &axes(1, 1.0), &axes(7, DEG));
+        let samples = not_interpolated(&time_s, &axes(1, 1.0), &axes(7, DEG));
         let motion = estimate_motion(&samples, &options());
         let path: Vec<[f64; 3]> = motion.states(&samples).map(|s| s.position_m).collect();
         let stands: Vec<f64> = strides.iter().map(|s| s[6]).collect();

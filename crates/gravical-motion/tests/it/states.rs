@@ -3,7 +3,7 @@
 use gravical_motion::{Motion, SampleState, estimate_motion};
 
 use crate::simulated::{Scene, Trouble, norm};
-use crate::study::{options, samples, unbridged};
+use crate::study::{not_interpolated, options, samples};
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| a[c] - b[c])
@@ -99,7 +99,7 @@ fn nothing_is_integrated_over_a_gap_nor_known_without_a_rest() {
     assert!(states.iter().all(|s| norm(s.velocity_mps) < 3.0));
 
     let [force, rate] = [&recording.force, &recording.rate].map(|v| &v[..20]);
-    let short = unbridged(&recording.time_s[..20], force, rate);
+    let short = not_interpolated(&recording.time_s[..20], force, rate);
     let unknown: Vec<SampleState> = Motion::default().states(&short).collect();
     let is_unknown = |s: &SampleState| !s.at_rest && s.position_m[0].is_nan();
     assert!(unknown.len() == 20 && unknown.iter().all(is_unknown));

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::simulated::{G, Recording, Scene, Trouble, norm};
-use crate::study::{estimate, options, options_with, samples, unbridged};
+use crate::study::{estimate, not_interpolated, options, options_with, samples};
 
 fn holds(motion: &Motion, recording: &Recording) -> bool {
     let one = &motion.moves[0];
@@ -27,7 +27,7 @@ pub fn noisy(seed: u64, seconds: f64, truth: impl Fn(f64) -> [[f64; 3]; 2]) -> S
         force.push(f.map(|v| v + noise(0.03)));
         rate.push(r.map(|v| v + noise(1e-3)));
     }
-    unbridged(&time_s, &force, &rate)
+    not_interpolated(&time_s, &force, &rate)
 }
 
 /// Accelerations along z, without turning.
@@ -68,7 +68,7 @@ fn a_gyroscope_is_clipped_where_it_stands_whatever_its_range() {
         let samples = samples(&recording, [1e3; 2]);
         assert!(
             samples
-                .bridged
+                .interpolated
                 .iter()
                 .any(|b| b.is_clipped && b.channel > 2)
         );

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use gravical_motion::{
-    Bridged, CalibrationUncertainty, ElementErrors, Ends, Motion, MotionOptions, Samples,
+    CalibrationUncertainty, ElementErrors, Ends, Interpolated, Motion, MotionOptions, Samples,
     estimate_motion,
 };
-use gravical_signal::{bridge_odd, quantile};
+use gravical_signal::{interpolate_outliers, quantile};
 
 use crate::simulated::{BIAS_SD, FORCE_SD, RATE_SD, Recording, Scene, Trouble};
 
@@ -33,27 +33,27 @@ pub fn options_with(change: impl FnOnce(&mut MotionOptions)) -> MotionOptions {
     options
 }
 
-pub fn with_bridges(
+pub fn with_interpolated(
     time_s: &[f64],
     force: &[[f64; 3]],
     rate: &[[f64; 3]],
-    bridged: Vec<Bridged>,
+    interpolated: Vec<Interpolated>,
     resolution: [f64; 6],
 ) -> Samples {
     let rows = time_s.iter().zip(force).enumerate();
     let rows = rows.map(|(i, (t, force))| (*t, *force, rate.get(i).copied()));
-    Samples::new(rows, bridged, resolution)
+    Samples::new(rows, interpolated, resolution)
 }
 
-/// Bridges what is clipped or spiked.
-pub fn bridge(
+/// Interpolates what is clipped or spiked.
+pub fn interpolate(
     time_s: &[f64],
     values: &mut [[f64; 3]],
     ranges: &[f64],
     min_spike: f64,
-) -> Vec<Bridged> {
+) -> Vec<Interpolated> {
     let read: [Vec<f64>; 3] = std::array::from_fn(|c| values.iter().map(|v| v[c]).collect());
-    let (columns, bridged) = bridge_odd(
+    let (columns, interpolated) = interpolate_outliers(
         time_s,
         read.each_ref().map(Vec::as_slice),
         ranges,
@@ -65,7 +65,7 @@ pub fn bridge(
             .zip(column.iter())
             .for_each(|(v, x)| v[c] = *x);
     }
-    bridged
+    interpolated
 }
 
 /// Steps that the values of each channel are written in: most neighbouring ones of those that occur are one apart.
@@ -79,9 +79,9 @@ pub fn resolutions(force: &[[f64; 3]], rate: &[[f64; 3]]) -> [f64; 6] {
     })
 }
 
-/// Samples of which nothing was bridged.
-pub fn unbridged(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
-    with_bridges(time_s, force, rate, Vec::new(), resolutions(force, rate))
+/// Samples of which nothing was interpolated.
+pub fn not_interpolated(time_s: &[f64], force: &[[f64; 3]], rate: &[[f64; 3]]) -> Samples {
+    with_interpolated(time_s, force, rate, Vec::new(), resolutions(force, rate))
 }
 
 pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
@@ -95,14 +95,14 @@ pub fn samples(recording: &Recording, ranges: [f64; 2]) -> Samples {
     for row in runs.filter(|run| run.len() >= 10).flatten() {
         force[*row] = [f64::NAN; 3];
     }
-    let mut bridged = bridge(&recording.time_s, &mut force, &[ranges[0]], 5.0);
-    let of_rate = bridge(&recording.time_s, &mut rate, &[ranges[1]], 2.0);
-    bridged.extend(of_rate.into_iter().map(|b| Bridged {
+    let mut interpolated = interpolate(&recording.time_s, &mut force, &[ranges[0]], 5.0);
+    let of_rate = interpolate(&recording.time_s, &mut rate, &[ranges[1]], 2.0);
+    interpolated.extend(of_rate.into_iter().map(|b| Interpolated {
         channel: b.channel + 3,
         ..b
     }));
     let resolution = resolutions(&recording.force, &recording.rate);
-    with_bridges(&recording.time_s, &force, &rate, bridged, resolution)
+    with_interpolated(&recording.time_s, &force, &rate, interpolated, resolution)
 }
 
 pub fn estimate(scene: &Scene, options: &MotionOptions) -> (Recording, Motion) {

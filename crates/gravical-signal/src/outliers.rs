@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::quantile::quantile;
-use crate::samples::Bridged;
+use crate::samples::Interpolated;
 
 /// Longest spike, rows: a longer pulse may be a knock.
 const MAX_SPIKE_ROWS: usize = 4;
@@ -18,26 +18,26 @@ const RANGE_TOLERANCE: f64 = 1e-3;
 /// A channel stands at its extreme for longer than its noise allows: neighbours are equal that often in a run of
 /// chance, once in so many.
 const MAX_CHANCE: f64 = 1e-9;
-/// What a bridge over clipped samples may be off, as a fraction of what it adds: it meets a parabola's cap,
+/// What an interpolation over clipped samples may be off, as a fraction of what it adds: it meets a parabola's cap,
 /// falls short of a cosine's by a twentieth and of a sharp top's by half.
-const BRIDGE_SD: f64 = 0.25;
+const INTERPOLATED_SD: f64 = 0.25;
 /// … and of the largest step at its ends: when it left the range is known to a tenth of a row.
 const ONSET_SD: f64 = 0.1;
 
 /// Replaces values that are no measurement, in the sensor's own axes before a calibration, and says
-/// what the bridges may be off.
+/// what the interpolation may be off.
 ///
 /// Values at the end of one of the full-scale `ranges` (unit of the channels; the one that the largest
 /// value reaches), or at an extreme of their channel where it stands for longer than its noise allows, follow the
 /// slopes on both sides and stay at or beyond it. Spikes of up to four
 /// rows higher than `min_spike` follow a line. Times are s, in order, one for each row; at the first and last two rows
 /// nothing is replaced. `read` has three columns of one length. Returns them, and what was replaced; its channels are those of an accelerometer: add 3 for a gyroscope.
-pub fn bridge_odd<'a>(
+pub fn interpolate_outliers<'a>(
     time_s: &[f64],
     read: [&'a [f64]; 3],
     ranges: &[f64],
     min_spike: f64,
-) -> ([Cow<'a, [f64]>; 3], Vec<Bridged>) {
+) -> ([Cow<'a, [f64]>; 3], Vec<Interpolated>) {
     let count = time_s.len().min(read[0].len());
     let sizes = read.iter().flat_map(|c| c.iter()).map(|v| v.abs());
     let largest = sizes.filter(|v| v.is_finite()).fold(0.0, f64::max);
@@ -65,12 +65,12 @@ pub fn bridge_odd<'a>(
             }
             i = rows.end + 1;
             let sd = if is_clipped {
-                bridge_clipped(time_s, column.to_mut(), &rows)
+                interpolate_clipped(time_s, column.to_mut(), &rows)
             } else {
-                bridge_spike(time_s, column.to_mut(), &rows)
+                interpolate_spike(time_s, column.to_mut(), &rows)
             };
             if sd.is_finite() {
-                out.push(Bridged {
+                out.push(Interpolated {
                     rows,
                     channel: axis,
                     is_clipped,
@@ -165,7 +165,7 @@ fn largest_step(values: &[f64]) -> f64 {
 }
 
 /// Follows the slopes on both sides (cubic Hermite), at least the range; what its mean may be off.
-fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
+fn interpolate_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
     let (a, b) = (rows.start - 1, rows.end);
     let slope = |p: usize, q: usize| (column[q] - column[p]) / (time_s[q] - time_s[p]);
     let (before, after) = (slope(a - 1, a), slope(b, b + 1));
@@ -185,11 +185,11 @@ fn bridge_clipped(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f6
         }
     }
     let beyond: f64 = over.iter().map(|over| over / rows.len() as f64).sum();
-    BRIDGE_SD * beyond + ONSET_SD * step
+    INTERPOLATED_SD * beyond + ONSET_SD * step
 }
 
 /// Follows a line; what its mean may be off.
-fn bridge_spike(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
+fn interpolate_spike(time_s: &[f64], column: &mut [f64], rows: &Range<usize>) -> f64 {
     let (a, b) = (rows.start - 1, rows.end);
     let sd = (column[b] - column[a]).abs() / 2.0 + scatter(column, rows);
     for k in rows.clone() {
