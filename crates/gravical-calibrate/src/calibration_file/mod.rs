@@ -10,6 +10,7 @@ mod derived;
 mod folder;
 mod imucal;
 mod input;
+mod older;
 mod readable;
 mod types;
 mod unit;
@@ -27,6 +28,8 @@ use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::output::write_text;
 
+use older::{OLDER, upgraded};
+
 pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
 pub use imucal::{from_imucal, to_imucal};
@@ -34,9 +37,6 @@ pub use input::*;
 pub use types::*;
 #[doc(hidden)]
 pub use unit::judge_unit;
-
-/// Value of `format`.
-pub const FORMAT: &str = "gravical-calibration/3";
 
 impl CalibrationFile {
     /// Parameters of the accelerometer for the core crate.
@@ -132,14 +132,15 @@ impl CalibrationFile {
         match value.get("format").and_then(serde_json::Value::as_str) {
             _ if value.get("K_a").is_some() => return from_imucal(&value),
             Some(FORMAT) => {}
+            Some(OLDER) => {
+                let file: Self = serde_json::from_value(upgraded(value)).map_err(|e| syntax(&e))?;
+                file.check()?;
+                return Ok(file);
+            }
             Some(other) => {
-                let what = format!("the format is \"{other}\"; this program reads {FORMAT}");
-                let older = ["gravical-calibration/1", "gravical-calibration/2"];
-                let is_older = older.contains(&other);
-                return foreign(what).map_err(|error| match is_older {
-                    true => error.with_hint("calibrate the recordings again"),
-                    false => error,
-                });
+                return foreign(format!(
+                    "the format is \"{other}\"; this program reads {FORMAT}"
+                ));
             }
             None => {
                 let what = "it has neither \"format\" nor \"K_a\" of imucal";

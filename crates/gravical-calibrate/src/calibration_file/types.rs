@@ -8,6 +8,9 @@ use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
 
+/// Value of `format`.
+pub const FORMAT: &str = "gravical-calibration/3";
+
 /// A calibration of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
