@@ -53,19 +53,24 @@ pub(super) fn unused_pauses(
     let is_calm = |span: &Range<usize>| at(&nominal.in_rows(&middle(span))).1 < max_calm;
     let is_meant = |span: &Range<usize>| {
         let (mean, variance) = at(&nominal.in_rows(&middle(span)));
-        let is_long = span.len() >= min_unsteady;
-        span.len() >= min_short
-            && is_long != is_calm(span)
-            // A recording begins and ends in a hand.
-            && span.start >= window
+        // A recording begins and ends in a hand.
+        span.start >= window
             && span.end + window <= samples.len()
             && means.iter().all(|pose| angle_deg(*pose, mean) > APART_DEG)
             && (norm(&mean) / usual - 1.0).abs() < MAX_MAGNITUDE_ERROR
             // Spikes are taken out of the samples, and motion that passes for them.
             && variance < MAX_VARIANCE[0] * unit2
     };
-    let mut pauses = still_spans(samples, &poses, window, MAX_VARIANCE, HELD_DEG);
-    pauses.retain(is_meant);
+    let find = |window: usize| {
+        let spans = still_spans(samples, &poses, window, MAX_VARIANCE, HELD_DEG).into_iter();
+        spans.filter(is_meant)
+    };
+    let is_short = |s: &Range<usize>| is_calm(s) && (min_short..min_unsteady).contains(&s.len());
+    // A tremor is no motion over a second.
+    let second = samples.count_in(MIN_REST_S).max(window);
+    let is_unsteady = |span: &Range<usize>| !is_calm(span) && span.len() >= min_unsteady;
+    let mut pauses: Vec<Range<usize>> = find(window).filter(is_short).collect();
+    pauses.extend(find(second).filter(is_unsteady));
     let slow = nominal.without_turns([&poses[..], &pauses].concat());
     pauses.retain(|span| slow.contains(span));
     let still = poses.iter().chain(&pauses).map(ExactSizeIterator::len);
