@@ -91,7 +91,10 @@ impl NominalSamples {
         let mut samples = in_si(gyro.as_ref());
         if 2 * samples.len() < recording.rows() {
             // In a wrong unit no rate is possible.
-            samples = in_si(None);
+            let alone = in_si(None);
+            if alone.len() > samples.len() {
+                samples = alone;
+            }
         }
         NominalSamples {
             samples: samples.with_period(period_s),

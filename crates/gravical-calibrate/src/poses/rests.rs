@@ -146,7 +146,7 @@ pub fn why_never_static(recording: &Recording) -> String {
         ),
         // Blocks have five rows or more.
         _ => format!(
-            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (40 readings without a rate), or turns"
+            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (without a rate 40 readings, or 10 over most of the recording), or turns"
         ),
     }
 }

@@ -48,14 +48,14 @@ fn session(face: usize, pause: usize, tremor_mg: f64, motion: usize, has_clock: 
 #[test]
 fn pauses_that_are_not_used_are_reported() {
     let (short, few) = ("a pose at least 1.0 s", "a pose at least 40 rows");
-    for (session, says) in [
-        (session(300, 35, 0.0, 80, true), Some(short)),
-        (session(60, 12, 0.0, 3, false), Some(few)),
-        (session(300, 300, 15.0, 80, true), Some("by 15 mg rms")),
+    for (session, poses, says) in [
+        (session(300, 35, 0.0, 80, true), 7, Some(short)),
+        (session(60, 12, 0.0, 3, false), 7, Some(few)),
+        (session(300, 300, 15.0, 80, true), 7, Some("by 15 mg rms")),
         // All of them are used, or there is none between the faces.
-        (session(300, 200, 0.0, 80, true), None),
-        (session(60, 60, 0.0, 3, false), None),
-        (session(300, 0, 0.0, 250, true), None),
+        (session(300, 200, 0.0, 80, true), 11, None),
+        (session(60, 60, 0.0, 3, false), 11, None),
+        (session(300, 0, 0.0, 250, true), 7, None),
     ] {
         let options = read_options(|o| o.accel_unit = Some(AccelUnit::MetrePerSecondSquared));
         let recording = read_with(session.as_bytes(), &options);
@@ -68,5 +68,6 @@ fn pauses_that_are_not_used_are_reported() {
             says.is_none_or(|says| said(says) && said("4 directions")),
             "{findings:?}"
         );
+        assert_eq!(calibrated.file.poses.len(), poses, "{says:?}");
     }
 }
