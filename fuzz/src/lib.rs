@@ -7,7 +7,7 @@
 mod recordings;
 mod references;
 
-use gravical::calibration_file::{CalibrationFile, from_imucal, to_imucal};
+use gravical::calibration_file::{Calibration, from_imucal, to_imucal};
 use gravical::poses::sections::parse_sections;
 
 pub use recordings::reader;
@@ -35,12 +35,12 @@ pub fn sections(data: &[u8]) {
 /// A calibration file, ours or imucal's: what is accepted can be written, read
 /// again as the same, and written for imucal, where every number is one.
 pub fn calibration_file(data: &[u8]) {
-    let Ok(file) = CalibrationFile::parse(data) else {
+    let Ok(file) = Calibration::parse(data) else {
         return;
     };
     let text = file.to_json();
     let text = text.unwrap_or_else(|e| unreachable!("accepted and not writable: {e}"));
-    let again = CalibrationFile::parse(text.as_bytes());
+    let again = Calibration::parse(text.as_bytes());
     let again = again.unwrap_or_else(|e| unreachable!("not readable: {e}\n{text}"));
     assert_eq!(again, file);
     let imucal = to_imucal(&file);

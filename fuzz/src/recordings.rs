@@ -2,7 +2,7 @@
 //! segmentation, inspection and calibration make of it.
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::inspect::inspect;
 use gravical::poses::sections::Section;
 use gravical::poses::{SegmentOptions, Segmentation, segment};
@@ -199,7 +199,7 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
         assert!(!report.to_text(Detail::Full).is_empty());
         let text = calibrated.file.to_json();
         let text = text.unwrap_or_else(|e| unreachable!("calibrated and not writable: {e}"));
-        assert!(CalibrationFile::parse(text.as_bytes()).is_ok(), "{text}");
+        assert!(Calibration::parse(text.as_bytes()).is_ok(), "{text}");
         super::calibration_file(text.as_bytes());
     }
 }

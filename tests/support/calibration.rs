@@ -1,6 +1,6 @@
 //! A calibration made by hand.
 
-use gravical::calibration_file::{CalibrationFile, from_imucal};
+use gravical::calibration_file::{Calibration, from_imucal};
 use gravical::core::matrix3::{diagonal, unit};
 use gravical::recording::{AccelUnit, GyroUnit};
 use serde_json::json;
@@ -9,7 +9,7 @@ use serde_json::json;
 pub const G: f64 = 9.80665;
 
 /// A sensor with every kind of error, in counts of a range.
-pub fn in_counts(counts_per_g: f64, counts_per_deg_s: f64) -> CalibrationFile {
+pub fn in_counts(counts_per_g: f64, counts_per_deg_s: f64) -> Calibration {
     let mut file = made(counts_per_g / G, counts_per_deg_s);
     file.accelerometer.input_unit = AccelUnit::Counts;
     file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
@@ -18,7 +18,7 @@ pub fn in_counts(counts_per_g: f64, counts_per_deg_s: f64) -> CalibrationFile {
 }
 
 /// A sensor with every kind of error; `per_mps2` and `per_deg_s` are its nominal scales.
-pub fn made(per_mps2: f64, per_deg_s: f64) -> CalibrationFile {
+pub fn made(per_mps2: f64, per_deg_s: f64) -> Calibration {
     let times = |v: [f64; 3], by: f64| v.map(|x| x * by);
     let k_ga = [
         [0.01, 0.002, -0.003],

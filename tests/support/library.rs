@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use gravical_calibrate::calibrate::{CalibrateOptions, Calibrated, calibrate};
 use gravical_calibrate::calibrate::{EstimateOptions, Method};
-use gravical_calibrate::calibration_file::CalibrationFile;
+use gravical_calibrate::calibration_file::Calibration;
 use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::recording::{Finding, ReadOptions, Recording, read_bytes};
 
@@ -93,9 +93,9 @@ pub fn by_ferraris(pose_tilt_deg: Option<f64>) -> EstimateOptions {
 }
 
 /// Validates a file against the schema.
-pub fn validate(file: &CalibrationFile) {
+pub fn validate(file: &Calibration) {
     let written: serde_json::Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
-    let schema = CalibrationFile::schema();
+    let schema = Calibration::schema();
     if let Err(error) = jsonschema::validate(&schema, &written) {
         panic!("{error} at {}", error.instance_path());
     }

@@ -33,7 +33,7 @@ mod session;
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    CalibrationFile, FORMAT, InputFile, InputRole, RecordingTime, Reliability, SensorInfo,
+    Calibration, FORMAT, InputFile, InputRole, RecordingTime, Reliability, SensorInfo,
     TemperatureRange, creation_time,
 };
 use crate::finding::after;
@@ -117,7 +117,7 @@ impl CalibrateOptions {
 #[derive(Debug, Clone)]
 pub struct Calibrated {
     /// What is written to the file and shown.
-    pub file: CalibrationFile,
+    pub file: Calibration,
     /// The placements and turns.
     pub segmentation: Segmentation,
 }
@@ -178,7 +178,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     inputs.extend(soak.map(|file| InputFile { role, ..file }));
     let first = || recordings.iter().filter_map(Recording::recorded_at).min();
     let recorded = options.record.recorded.or_else(first);
-    let mut file = CalibrationFile {
+    let mut file = Calibration {
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: gravical_recording::output::TOOL.to_owned(),

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
-    CalibrationFile, GravitySource, InputFile, TemperatureRange, judge_unit,
+    Calibration, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
 use crate::finding::finding;
 use crate::gravity::Gravity;
@@ -175,7 +175,7 @@ pub struct StillCheck {
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn check(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     name: &str,
     recordings: &[Recording],
     options: &CheckOptions,
@@ -424,11 +424,7 @@ fn include_slow_noise(recordings: &[Recording], held: &[[Vec<f64>; 3]], interval
 
 /// Takes the drift of the accepted channels off the means of static intervals, as `apply` does
 /// row by row, held at the edges of the model's range.
-fn at_reference(
-    calibration: &CalibrationFile,
-    intervals: &mut [Pose],
-    findings: &mut Vec<Finding>,
-) {
+fn at_reference(calibration: &Calibration, intervals: &mut [Pose], findings: &mut Vec<Finding>) {
     let Some(model) = calibration.drift_model() else {
         return;
     };
@@ -448,7 +444,7 @@ fn at_reference(
 ///
 /// `unit-mismatch`.
 fn judge_units(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recordings: &[Recording],
     intervals: &[Pose],
     gravity: &Gravity,
@@ -468,7 +464,7 @@ fn judge_units(
 }
 
 /// Adds to the bias what it drifts by where one of the temperatures is not known.
-fn widen_for_temperature(sensor: &mut Sensor, calibration: &CalibrationFile, intervals: &[Pose]) {
+fn widen_for_temperature(sensor: &mut Sensor, calibration: &Calibration, intervals: &[Pose]) {
     let is_known = (calibration.drift_model().is_some() || calibration.temperature_c.is_some())
         && intervals.iter().all(|r| r.temperature_c.is_some());
     if is_known {
@@ -495,7 +491,7 @@ fn static_mean(recording: &Recording, interval: &Pose) -> StaticMean {
 }
 
 /// True for a static interval that the calibration was fitted to.
-fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Pose) -> bool {
+fn is_fitted(calibration: &Calibration, recording: &Recording, interval: &Pose) -> bool {
     let [first, last] = interval.lines;
     inputs_of(calibration, recording).any(|input| {
         let poses = calibration.poses.iter();
@@ -507,7 +503,7 @@ fn is_fitted(calibration: &CalibrationFile, recording: &Recording, interval: &Po
 
 /// The inputs of the calibration that are this recording, by its checksum.
 fn inputs_of<'a>(
-    calibration: &'a CalibrationFile,
+    calibration: &'a Calibration,
     recording: &'a Recording,
 ) -> impl Iterator<Item = &'a InputFile> {
     let known = recording.sha256.as_ref();
@@ -527,7 +523,7 @@ fn counts(intervals: &[Pose], fitted: &[bool]) -> Vec<bool> {
 
 /// Quality, inputs, clipping, temperature.
 fn circumstances(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recordings: &[Recording],
     intervals: &[Pose],
     findings: &mut Vec<Finding>,
@@ -555,7 +551,7 @@ fn circumstances(
     findings.extend(temperature(calibration, intervals));
 }
 
-fn temperature(calibration: &CalibrationFile, intervals: &[Pose]) -> Option<Finding> {
+fn temperature(calibration: &Calibration, intervals: &[Pose]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
     let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => model.range_c,

@@ -12,7 +12,7 @@ use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
 
-use crate::calibration_file::{AccelerometerSection, CalibrationFile, TemperatureRange};
+use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
 use crate::finding::finding;
 use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
@@ -168,7 +168,7 @@ pub struct OrientationDifference {
 /// assert_eq!(result.verdict.judgement, Judgement::Undecided);
 /// # Ok::<(), gravical::Error>(())
 /// ```
-pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Result<Comparison> {
+pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Comparison> {
     let mut findings = Vec::new();
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
@@ -182,7 +182,7 @@ pub fn compare(a: &CalibrationFile, b: &CalibrationFile, names: [&str; 2]) -> Re
     }
     let [x, y] = pair.map(|f| &f.accelerometer);
     let is_same = x.matrix == y.matrix && x.bias == y.bias;
-    let has_covariance = |s: &AccelerometerSection| s.covariance_of_parameters().is_some();
+    let has_covariance = |s: &Accelerometer| s.covariance_of_parameters().is_some();
     let has_covariances = has_covariance(x) && has_covariance(y);
     let shared = shared(a, b).filter(|_| !is_same);
     // Why agreement would prove nothing.
@@ -287,7 +287,7 @@ fn most(parameters: &[ParameterDifference]) -> Option<String> {
 }
 
 /// Names or types, where the files are of two sensors.
-fn two_sensors([a, b]: [&CalibrationFile; 2]) -> Option<[String; 2]> {
+fn two_sensors([a, b]: [&Calibration; 2]) -> Option<[String; 2]> {
     let differ = |x: &Option<String>, y: &Option<String>| {
         let both = x.clone().zip(y.clone());
         both.filter(|(x, y)| x != y).map(|(x, y)| [x, y])
@@ -296,7 +296,7 @@ fn two_sensors([a, b]: [&CalibrationFile; 2]) -> Option<[String; 2]> {
 }
 
 /// What may be behind a difference, beside a change of the sensor.
-fn circumstance(pair: [&CalibrationFile; 2]) -> Option<String> {
+fn circumstance(pair: [&Calibration; 2]) -> Option<String> {
     if let Some([a, b]) = two_sensors(pair) {
         return Some(format!("these are two sensors, \"{a}\" and \"{b}\""));
     }
@@ -308,7 +308,7 @@ fn circumstance(pair: [&CalibrationFile; 2]) -> Option<String> {
 }
 
 /// Says which recordings both were made from.
-fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
+fn shared(a: &Calibration, b: &Calibration) -> Option<Finding> {
     let mut shared = a
         .recordings()
         .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
@@ -327,12 +327,12 @@ fn shared(a: &CalibrationFile, b: &CalibrationFile) -> Option<Finding> {
 /// `units-differ` (input) where units or ranges are not the same; `calibration-values` for a singular
 /// matrix.
 fn sensors(
-    pair: [&CalibrationFile; 2],
+    pair: [&Calibration; 2],
     names: [&str; 2],
     findings: &mut Vec<Finding>,
 ) -> Result<[Sensor; 2]> {
     let [x, y] = pair.map(|f| &f.accelerometer);
-    let [of_x, of_y] = [x, y].map(AccelerometerSection::mean_scale);
+    let [of_x, of_y] = [x, y].map(Accelerometer::mean_scale);
     let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
     if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE {
         let [a, b] = [(x, of_x), (y, of_y)]

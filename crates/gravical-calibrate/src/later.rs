@@ -5,7 +5,7 @@ use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::Calibration;
 use crate::finding::{Finding, finding};
 use crate::numfmt::count;
 use crate::{Error, Result};
@@ -85,7 +85,7 @@ pub struct Verdict {
 /// # Errors
 ///
 /// `calibration-values` for a singular matrix; `name` is the file.
-pub(crate) fn sensor(file: &CalibrationFile, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
+pub(crate) fn sensor(file: &Calibration, name: &str, unit: f64, offset: f64) -> Result<Sensor> {
     let assumed = || file.sensor_with(Covariance::zeros(), ASSUMED_ERROR_MPS2);
     let mut sensor = file
         .sensor()

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::matrix3;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_signal::{Interpolated, Samples, interpolate_outliers};
@@ -71,7 +71,7 @@ impl<'a> Columns<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Calibrated<'a> {
     /// The accelerometer.
-    pub accel: Calibration<f64>,
+    pub accel: LinearCalibration<f64>,
     /// The gyroscope; none: by its nominal scale.
     pub gyro: Option<GyroscopeCalibration<f64>>,
     /// Drift with temperature; where none was measured, it is the last that was.
@@ -107,7 +107,7 @@ pub fn samples(
     let scaled = |per_si: f64| matrix3::diagonal([1.0 / per_si; 3]);
     // The recording's columns have their zero offset subtracted, a calibration takes the numbers of the file.
     let offset = recording.units.zero_offset;
-    let by_scale = Calibration {
+    let by_scale = LinearCalibration {
         matrix: scaled(accel.per_si),
         bias: [offset; 3],
     };
@@ -118,7 +118,7 @@ pub fn samples(
     });
     let of_rates = axes.of_rates();
     let convert = |row: usize,
-                   by: &Calibration<f64>,
+                   by: &LinearCalibration<f64>,
                    rates_by: Option<GyroscopeCalibration<f64>>,
                    [x, y, z, u, v, w]: [f64; 6]| {
         let read = accel.row(row).map(|v| v + offset);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use crate::calibrate::CalibrateOptions;
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::Calibration;
 use crate::finding::finding;
 use crate::numfmt::count;
 use crate::poses::sections::read_sections;
@@ -110,7 +110,7 @@ pub const SUMMARY_COLUMNS: [&str; 6] = ["path", "grade", "reason", "error_code",
 pub fn is_result_file(path: &Path) -> bool {
     read_head(path, &ReadOptions::default()).is_ok_and(|head| head.format.is_result())
         || is_summary(path)
-        || CalibrationFile::read(path).is_ok()
+        || Calibration::read(path).is_ok()
 }
 
 /// True for the summary of many sessions.

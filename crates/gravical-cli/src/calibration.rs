@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravical::calibration_file::{CalibrationFile, InputFile, find_calibration, json_files};
+use gravical::calibration_file::{Calibration, InputFile, find_calibration, json_files};
 use gravical::escape::one_line;
 use gravical::recording::{ReadOptions, Recording, read_head};
 use gravical::session::{files_in, is_something_else};
@@ -54,12 +54,11 @@ impl OriginArgs {
         inputs: &[PathBuf],
         options: &ReadOptions,
         quiet: bool,
-    ) -> Result<(CalibrationFile, InputFile)> {
+    ) -> Result<(Calibration, InputFile)> {
         if !path.is_dir() {
             self.refuse(path)?;
-            let is_calibration =
-                |path: &PathBuf| path.is_file() && CalibrationFile::read(path).is_ok();
-            return CalibrationFile::read_with_input(path).map_err(|error| {
+            let is_calibration = |path: &PathBuf| path.is_file() && Calibration::read(path).is_ok();
+            return Calibration::read_with_input(path).map_err(|error| {
                 match error.category() {
                     Category::Input if inputs.first().is_some_and(is_calibration) => {
                         error.with_hint("the recording is a calibration: the calibration comes first, or behind -c in `motion`")

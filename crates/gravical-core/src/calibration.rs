@@ -13,23 +13,23 @@ use crate::matrix3;
 /// Parvis 1995).
 ///
 /// ```
-/// use gravical_core::calibration::Calibration;
+/// use gravical_core::calibration::LinearCalibration;
 ///
-/// let calibration = Calibration {
+/// let calibration = LinearCalibration {
 ///     matrix: [[0.5, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
 ///     bias: [1.0, 0.0, -1.0],
 /// };
 /// assert_eq!(calibration.apply([21.0, 0.0, -1.0]), [10.0, 0.0, 0.0]);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibration<T> {
+pub struct LinearCalibration<T> {
     /// Row-major 3 × 3, calibrated unit per raw unit.
     pub matrix: [[T; 3]; 3],
     /// The reading at zero input, in the raw unit.
     pub bias: [T; 3],
 }
 
-impl<T: Real> Calibration<T> {
+impl<T: Real> LinearCalibration<T> {
     /// One sample of three channels, raw unit → calibrated unit.
     ///
     /// Nothing is checked: where `raw` is not finite, neither is the result.

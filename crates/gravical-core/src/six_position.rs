@@ -14,7 +14,7 @@ use core::array::from_fn;
 use core::fmt;
 
 use crate::Real;
-use crate::calibration::Calibration;
+use crate::calibration::LinearCalibration;
 use crate::matrix3;
 
 /// The mean readings of the six placements, three channels each, in the raw unit.
@@ -94,8 +94,8 @@ impl<T: Real> AccelerometerParameters<T> {
     ///
     /// `None` where K R has no inverse, which [`ferraris_accelerometer`] has
     /// excluded already.
-    pub fn calibration(&self) -> Option<Calibration<T>> {
-        Some(Calibration {
+    pub fn calibration(&self) -> Option<LinearCalibration<T>> {
+        Some(LinearCalibration {
             matrix: matrix3::inverse(&self.model())?,
             bias: self.bias,
         })

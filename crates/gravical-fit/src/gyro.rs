@@ -18,7 +18,7 @@ mod rest;
 #[cfg(test)]
 mod tests;
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use crate::model::median;
@@ -148,7 +148,7 @@ pub const MISFIT_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 pub fn gyro(
     intervals: &[StaticInterval],
     motions: &[Motion],
-    accelerometer: &Calibration<f64>,
+    accelerometer: &LinearCalibration<f64>,
     options: &GyroOptions,
 ) -> Option<GyroFit> {
     let rest = at_rest(intervals, accelerometer, options)?;
@@ -170,7 +170,7 @@ pub fn gyro(
 fn path(
     motion: &Motion,
     intervals: &[StaticInterval],
-    accelerometer: &Calibration<f64>,
+    accelerometer: &LinearCalibration<f64>,
     rest: &GyroRest,
 ) -> Option<Path> {
     let (before, after) = (intervals.get(motion.before)?, intervals.get(motion.after)?);
@@ -199,7 +199,10 @@ fn path(
 }
 
 /// Unit vector of gravity in a static interval, and the trace of its covariance.
-fn direction(interval: &StaticInterval, accelerometer: &Calibration<f64>) -> (Vector3<f64>, f64) {
+fn direction(
+    interval: &StaticInterval,
+    accelerometer: &LinearCalibration<f64>,
+) -> (Vector3<f64>, f64) {
     let force = Vector3::from(accelerometer.apply(interval.accel));
     let unit = force.normalize();
     let tangent = Matrix3::identity() - unit * unit.transpose();

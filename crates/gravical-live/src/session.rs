@@ -7,7 +7,7 @@ use gravical_core::matrix3::{mul_vec, norm};
 use gravical_recording::Sample;
 
 use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
-use gravical_calibrate::calibration_file::{CalibrationFile, Grade, GravitySource};
+use gravical_calibrate::calibration_file::{Calibration, Grade, GravitySource};
 use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::numfmt::{self, count, milli_g};
 use gravical_calibrate::poses::face::{Face, angle_deg, in_words};
@@ -94,7 +94,7 @@ pub struct Session {
     /// Faces to record again.
     redo: Vec<Face>,
     /// The calibration of the poses so far, and how many it was tried with.
-    file: Option<CalibrationFile>,
+    file: Option<Calibration>,
     fitted: usize,
     /// Time of the last row, of the last progress, and of the last status, s.
     now_s: f64,
@@ -244,7 +244,7 @@ impl Session {
     }
 
     /// The calibration from the poses so far.
-    pub fn calibration(&self) -> Option<&CalibrationFile> {
+    pub fn calibration(&self) -> Option<&Calibration> {
         self.file.as_ref()
     }
 
@@ -327,7 +327,7 @@ impl Session {
     }
 
     /// The calibration, where it is complete.
-    fn full_fit(&self) -> Option<&CalibrationFile> {
+    fn full_fit(&self) -> Option<&Calibration> {
         let file = self.file.as_ref();
         file.filter(|f| f.poses.len() >= FULL_FIT)
     }
@@ -811,7 +811,7 @@ impl Session {
         }
     }
 
-    fn calibrated(&self) -> Result<CalibrationFile> {
+    fn calibrated(&self) -> Result<Calibration> {
         let no_rows = || Error::input("no-rows", "no row was received yet");
         let recording = self.recording().ok_or_else(no_rows)??;
         let sections = self.poses.iter().map(|pose| section(pose, &recording));
@@ -999,7 +999,7 @@ fn called(pose: &Pose) -> &str {
 }
 
 /// The figures of a calibration of the poses so far.
-fn shown_fit(file: &CalibrationFile) -> (Event, String) {
+fn shown_fit(file: &Calibration) -> (Event, String) {
     let section = &file.accelerometer;
     let r = &file.reliability;
     let worst = r.worst_direction.as_ref().map(|w| w.error_mps2);
@@ -1021,7 +1021,7 @@ fn shown_fit(file: &CalibrationFile) -> (Event, String) {
 }
 
 /// The verdict with what decides it: the error, and what one pose could hide.
-fn verdict(file: &CalibrationFile, r#final: bool) -> (Event, String) {
+fn verdict(file: &Calibration, r#final: bool) -> (Event, String) {
     let verdict = file.verdict();
     let (grade, reasons) = (verdict.grade, verdict.reasons);
     let why = reasons[..reasons.len().min(2)].join("; ");

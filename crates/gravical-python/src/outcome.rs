@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gravical::calibration_file::{CalibrationFile, InputFile, creation_time};
+use gravical::calibration_file::{Calibration, InputFile, creation_time};
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::motion::{Motion, table_columns, write_table};
 use gravical::output::{self, write_atomic};
@@ -27,7 +27,7 @@ type Session = Box<(Vec<recording::Recording>, gravical::poses::Segmentation)>;
 /// What was found, and what its figures need.
 pub enum Kind {
     /// Of `calibrate`, with its session if it was computed here.
-    Calibration(Arc<CalibrationFile>, Option<Session>),
+    Calibration(Arc<Calibration>, Option<Session>),
     /// Of `noise`.
     Noise(Arc<gravical::noise::NoiseResult>),
     /// Of `motion`, with its recording.
@@ -68,13 +68,13 @@ impl Outcome {
     }
 
     /// A calibration.
-    pub fn calibration(file: CalibrationFile, session: Option<Session>) -> Result<Self> {
+    pub fn calibration(file: Calibration, session: Option<Session>) -> Result<Self> {
         let (inputs, file) = (file.inputs.clone(), Arc::new(file));
         Self::new(Kind::Calibration(file.clone(), session), &*file, inputs)
     }
 
     /// The calibration that this is.
-    pub fn file(&self) -> Result<Arc<CalibrationFile>> {
+    pub fn file(&self) -> Result<Arc<Calibration>> {
         match &self.kind {
             Kind::Calibration(file, _) => Ok(file.clone()),
             _ => Err(Error::usage("usage", "this is not a calibration")),
@@ -231,8 +231,8 @@ pub fn read_calibration(
     text: Option<&str>,
 ) -> PyResult<Outcome> {
     let file = match path {
-        Some(path) => py.detach(|| CalibrationFile::read(&path)),
-        None => CalibrationFile::parse(text.unwrap_or_default().as_bytes()),
+        Some(path) => py.detach(|| Calibration::read(&path)),
+        None => Calibration::parse(text.unwrap_or_default().as_bytes()),
     };
     file.and_then(|file| Outcome::calibration(file, None))
         .map_err(|e| raised(py, &e))

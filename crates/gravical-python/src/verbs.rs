@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::sync::Arc;
 
-use gravical::calibration_file::{CalibrationFile, InputFile};
+use gravical::calibration_file::{Calibration, InputFile};
 use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::output::write_atomic;
 use gravical::poses::SegmentOptions;
@@ -29,14 +29,14 @@ struct Call {
     keywords: Keywords,
     reading: Reading,
     /// With their names.
-    calibrations: Vec<(Arc<CalibrationFile>, String)>,
+    calibrations: Vec<(Arc<Calibration>, String)>,
     /// A file to write, and whether it may be there.
     output: Option<(PathBuf, bool)>,
 }
 
 impl Call {
     /// The last calibration that is left.
-    fn calibration(&mut self) -> Result<(Arc<CalibrationFile>, String)> {
+    fn calibration(&mut self) -> Result<(Arc<Calibration>, String)> {
         let last = self.calibrations.pop();
         last.ok_or_else(|| Error::usage("usage", "there is no calibration"))
     }
@@ -141,7 +141,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
 
 /// From one file to another, as the program does.
 fn apply_to_file(
-    file: &CalibrationFile,
+    file: &Calibration,
     reading: &Reading,
     mut options: apply::ApplyOptions,
     path: &Path,

@@ -16,10 +16,10 @@
 //!
 //! ```
 //! use gravical::apply::{ApplyOptions, apply};
-//! use gravical::calibration_file::CalibrationFile;
+//! use gravical::calibration_file::Calibration;
 //! use gravical::recording::bytes::from_reader;
 //!
-//! let calibration = CalibrationFile::parse(br#"{
+//! let calibration = Calibration::parse(br#"{
 //!     "acc_unit": "m/s^2", "gyr_unit": "deg/s", "from_acc_unit": "g", "cal_type": "Ferraris",
 //!     "K_a": [[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]], "b_a": [0, 0, 0.02],
 //!     "R_a": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -49,7 +49,7 @@ mod tests;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use gravical_recording::bytes::Input;
 use gravical_recording::judge::quiet_norm;
@@ -57,7 +57,7 @@ use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};
 
-use crate::calibration_file::{CalibrationFile, judge_unit};
+use crate::calibration_file::{Calibration, judge_unit};
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
@@ -221,7 +221,7 @@ pub enum GyroscopeOutcome {
 /// `header-differs` (input) for another header in the middle, with its line. With `gyro` those of [`join_gyroscope`], and `gyro-not-calibrated` (usage)
 /// if the calibration has no gyroscope. Errors of reading and writing.
 pub fn apply(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     input: Input,
     name: &str,
     out: &mut dyn Write,
@@ -258,7 +258,7 @@ pub fn apply(
 }
 
 /// Columns of the output.
-fn table(calibration: &CalibrationFile, format: &Format, options: &ApplyOptions) -> Table {
+fn table(calibration: &Calibration, format: &Format, options: &ApplyOptions) -> Table {
     let accel = options.output_unit.columns().into_iter();
     let accel = accel.zip(format.accel.map(Some));
     let gyro = match format.gyro.filter(|_| calibration.gyroscope.is_some()) {
@@ -311,7 +311,7 @@ pub struct Applied {
 /// # Ok::<(), gravical::Error>(())
 /// ```
 pub fn apply_recording(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recording: &Recording,
     options: &ApplyOptions,
 ) -> Result<Applied> {
@@ -343,7 +343,7 @@ pub fn apply_recording(
 struct Application {
     /// What is known before the first row, and counted since.
     summary: ApplySummary,
-    accel: Calibration<f64>,
+    accel: LinearCalibration<f64>,
     /// `None` if the gyroscope is not calibrated.
     gyro: Option<GyroscopeCalibration<f64>>,
     /// What was subtracted from the values of the file, in whose unit the calibration is.
@@ -356,7 +356,7 @@ struct Application {
 impl Application {
     /// Judges whether the calibration fits the recording, whose findings are taken.
     fn begin(
-        calibration: &CalibrationFile,
+        calibration: &Calibration,
         recording: &mut Recording,
         options: &ApplyOptions,
     ) -> Result<Self> {
@@ -449,7 +449,7 @@ impl Application {
 ///
 /// `unit-mismatch` as in [`apply`].
 fn judge_accelerometer(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recording: &Recording,
     drift: Option<&Drift>,
     findings: &mut Vec<Finding>,
@@ -480,7 +480,7 @@ fn judge_accelerometer(
 /// The unit of the gyroscope, if it is to be calibrated: by the rule of `gyro_unit`, without
 /// turns where only the head is known.
 fn judge_gyroscope(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recording: &Recording,
     findings: &mut Vec<Finding>,
 ) -> Result<Option<GyroUnit>> {

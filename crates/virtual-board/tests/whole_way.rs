@@ -6,7 +6,7 @@ mod board;
 
 use board::{in_hand, on};
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::motion::{Calibrated, MotionOptions, motion};
 use gravical::poses::face::Face;
 use gravical::recording::{Finding, ReadOptions, Recording, Severity, read_bytes};
@@ -68,7 +68,7 @@ fn from_the_sketch_to_the_way() {
 }
 
 /// Bias and scale are within what the file says of them.
-fn calibrated(poses: &[Recording], file: &CalibrationFile, truth: &AccelerometerTruth) {
+fn calibrated(poses: &[Recording], file: &Calibration, truth: &AccelerometerTruth) {
     let found = &file.accelerometer;
     let deviations = found.deviations().unwrap();
     for (axis, pair) in poses.chunks(2).enumerate() {

@@ -3,7 +3,7 @@
 use gravical_core::matrix3::unit;
 use gravical_fit::{Fit, FittedPose};
 
-use crate::calibration_file::{CalibrationFile, Method, PoseKind, PoseResult, TiltSource};
+use crate::calibration_file::{Calibration, Method, PoseKind, PoseResult, TiltSource};
 use crate::finding::{Finding, finding};
 use crate::numfmt::milli_g;
 use crate::poses::Pose;
@@ -31,7 +31,7 @@ const MODEL_ERROR_NOTE: f64 = 0.02;
 /// Checks of the accelerometer's parameters and placements; `offset` is the zero
 /// offset in its bias.
 pub(super) fn accelerometer(
-    file: &CalibrationFile,
+    file: &Calibration,
     estimate: &Estimate,
     placements: &[Pose],
     offset: f64,

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::model::DRIFT;
 use gravical_fit::{
@@ -11,7 +11,7 @@ use gravical_fit::{
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    AccelerometerSection, Covariance, Method, PoseTilt, Reliability, TiltSource,
+    Accelerometer, Covariance, Method, PoseTilt, Reliability, TiltSource,
 };
 use crate::poses::Pose;
 use crate::poses::face::Claim;
@@ -98,11 +98,11 @@ pub enum Prior {
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
     /// What is written to the file.
-    pub accelerometer: AccelerometerSection,
+    pub accelerometer: Accelerometer,
     /// How far it can be trusted; the budget is added with the poses.
     pub reliability: Reliability,
     /// matrix · (raw − bias); the bias is less the zero offset.
-    pub calibration: Calibration<f64>,
+    pub calibration: LinearCalibration<f64>,
     /// What became of each placement, axes of the case; by the closed form only faces are fitted.
     pub poses: Vec<FittedPose>,
     /// The joint fit, and how far it can be trusted; none by the closed form.
@@ -161,18 +161,18 @@ pub(crate) fn accelerometer(session: &Session<'_>, drift: bool) -> Result<Estima
 }
 
 /// The section of a calibration, without what tells how well it is known.
-fn section(session: &Session<'_>, calibration: &Calibration<f64>) -> AccelerometerSection {
+fn section(session: &Session<'_>, calibration: &LinearCalibration<f64>) -> Accelerometer {
     // A zero offset is only a way of reading; what is applied to the file's own numbers carries it in
     // the bias.
     let offset = session.zero_offset();
     let first = session.recordings.first();
-    let mut section = AccelerometerSection {
+    let mut section = Accelerometer {
         method: session.options.estimate.method,
         input_unit: first.map_or(AccelUnit::Unknown, |r| r.units.accel.unit),
         output_unit: AccelUnit::MetrePerSecondSquared,
         bias: calibration.bias.map(|b| b + offset),
         matrix: calibration.matrix,
-        ..AccelerometerSection::default()
+        ..Accelerometer::default()
     };
     let nominal = session.nominal();
     section.scale_deviation_percent =
@@ -275,9 +275,9 @@ fn by_fit(
         value: fit.tilt().to_degrees(),
         source,
     });
-    let (trust, calibration) = (fit.trust(), Calibration { matrix, bias });
+    let (trust, calibration) = (fit.trust(), LinearCalibration { matrix, bias });
     let left_out_rms = trust.left_out_rms();
-    let accelerometer = AccelerometerSection {
+    let accelerometer = Accelerometer {
         covariance: Some(Covariance::new(fit.covariance())),
         bends: Some(fit.bends()),
         ..section(session, &calibration)

@@ -1,7 +1,7 @@
 //! Ferraris' six-position calibration: from placements to what the closed form
 //! of [`gravical_core::six_position`] needs, and back.
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_core::six_position::{
     AccelerometerParameters, SixPositionError, SixPositionMeans, ferraris_accelerometer,
@@ -175,7 +175,7 @@ impl Faces {
 pub fn accelerometer(
     faces: &Faces,
     gravity: f64,
-) -> Result<(AccelerometerParameters<f64>, Calibration<f64>)> {
+) -> Result<(AccelerometerParameters<f64>, LinearCalibration<f64>)> {
     let parameters = ferraris_accelerometer(&six_positions(&faces.means), gravity);
     let both = parameters.and_then(|parameters| {
         let calibration = parameters.calibration();

@@ -6,12 +6,12 @@ mod readings;
 mod tests;
 mod turns;
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
 
 use crate::calibrate::session::Session;
-use crate::calibration_file::{Covariance, GyroMethod, GyroscopeSection, MotionCounts};
+use crate::calibration_file::{Covariance, GyroMethod, Gyroscope, MotionCounts};
 use crate::finding::{Finding, FindingKind, finding};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
@@ -25,19 +25,22 @@ const SCALE_OFF: f64 = 0.1;
 
 /// A gyroscope, or why there is none.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Gyroscope {
+pub(super) struct FittedGyroscope {
     /// The parameters; none where not even a nominal scale is known or found.
-    pub section: Option<GyroscopeSection>,
+    pub section: Option<Gyroscope>,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
 
 /// The gyroscope of a session, by a full turn about each axis if it has them, else by its motions.
-pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
+pub(super) fn of_session(
+    session: &Session<'_>,
+    accelerometer: &LinearCalibration<f64>,
+) -> FittedGyroscope {
     let cut = session.segmentation;
     let readings = Readings::new(session.recordings, cut);
     if let Some(section) = turns::by_turns(session, &readings, accelerometer) {
-        return Gyroscope {
+        return FittedGyroscope {
             section: Some(section),
             findings: Vec::new(),
         };
@@ -58,7 +61,10 @@ pub(super) fn of_session(session: &Session<'_>, accelerometer: &Calibration<f64>
 ///
 /// `accelerometer` calibrates the values of the recordings (their zero offset taken off) to m/s²; its axes
 /// become those of the gyroscope.
-fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gyroscope {
+fn gyroscope(
+    mut readings: Readings<'_>,
+    accelerometer: &LinearCalibration<f64>,
+) -> FittedGyroscope {
     let nominal = readings.nominal();
     let options = GyroOptions {
         nominal,
@@ -67,7 +73,7 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     };
     let (intervals, motions) = (&readings.intervals, &readings.motions);
     let Some(fit) = gravical_fit::gyro(intervals, motions, accelerometer, &options) else {
-        return Gyroscope::default();
+        return FittedGyroscope::default();
     };
     let mut odd = Vec::new();
     let mut section = match &fit.by_motions {
@@ -105,7 +111,7 @@ fn gyroscope(mut readings: Readings<'_>, accelerometer: &Calibration<f64>) -> Gy
     if let Some(section) = &mut section {
         section.g_sensitivity = fit.rest.g_sensitivity;
     }
-    Gyroscope { section, findings }
+    FittedGyroscope { section, findings }
 }
 
 /// The section of ω = matrix · (u − bias).
@@ -114,22 +120,22 @@ fn section(
     method: GyroMethod,
     matrix: [[f64; 3]; 3],
     bias: [f64; 3],
-) -> GyroscopeSection {
-    GyroscopeSection {
+) -> Gyroscope {
+    Gyroscope {
         method,
         input_unit: readings.scale.map_or(GyroUnit::Unknown, |s| s.unit),
         output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix,
-        ..GyroscopeSection::default()
+        ..Gyroscope::default()
     }
 }
 
-fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSection> {
+fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<Gyroscope> {
     matrix3::inverse(&fit.matrix)?;
     let used: Vec<&FittedMotion> = fit.motions.iter().filter(|m| m.used).collect();
     let without: Option<Vec<f64>> = used.iter().map(|m| m.left_out).collect();
-    Some(GyroscopeSection {
+    Some(Gyroscope {
         covariance: Some(Covariance::new(fit.covariance)),
         residual_deg: Some(rms(used.iter().map(|m| chord_deg(m.residual)))),
         motions: Some(MotionCounts {
@@ -142,10 +148,10 @@ fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<GyroscopeSecti
 }
 
 /// The bias of the static intervals with the nominal matrix.
-fn bias_alone(readings: &Readings<'_>, rest: &GyroRest, nominal: f64) -> GyroscopeSection {
+fn bias_alone(readings: &Readings<'_>, rest: &GyroRest, nominal: f64) -> Gyroscope {
     let matrix = matrix3::diagonal([nominal.recip(); 3]);
     let variances = matrix3::diagonal(rest.bias_sd.map(|sd| sd * sd));
-    GyroscopeSection {
+    Gyroscope {
         covariance: Some(Covariance::new(variances)),
         ..section(readings, GyroMethod::Bias, matrix, rest.bias)
     }

@@ -3,7 +3,7 @@
 use gravical_core::matrix3;
 use nalgebra::DMatrix;
 
-use super::{CalibrationFile, Covariance, TemperatureModel};
+use super::{Calibration, Covariance, TemperatureModel};
 use crate::{Error, Result};
 
 /// Upper limit of all parameters, in any unit.
@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-6;
 /// Plausible gravity, m/s²: from that of the Moon to above that of the Earth.
 const GRAVITY_MPS2: std::ops::RangeInclusive<f64> = 1.0..=12.0;
 
-impl CalibrationFile {
+impl Calibration {
     /// Refuses parameters that cannot be applied; the message gives the field.
     pub(crate) fn check(&self) -> Result<()> {
         let is_possible = GRAVITY_MPS2.contains(&self.gravity_mps2);

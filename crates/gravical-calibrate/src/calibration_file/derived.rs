@@ -6,8 +6,8 @@ use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT,
 use gravical_fit::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
-    AccelerometerSection, CHANNELS, CalibrationFile, ChannelDrift, Covariance, DriftVerdict,
-    GyroscopeSection, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
+    Accelerometer, CHANNELS, Calibration, ChannelDrift, Covariance, DriftVerdict, Gyroscope,
+    NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
@@ -52,7 +52,7 @@ impl Covariance {
     }
 }
 
-impl CalibrationFile {
+impl Calibration {
     /// The accelerometer with the covariance by its readings alone, in the input unit; none where the
     /// matrix is singular or the file has no covariance.
     #[doc(hidden)]
@@ -141,7 +141,7 @@ impl Reliability {
     }
 }
 
-impl AccelerometerSection {
+impl Accelerometer {
     /// M, b and bends, in the input unit; none where the matrix is singular.
     #[doc(hidden)]
     pub fn parameters(&self) -> Option<Parameters> {
@@ -227,7 +227,7 @@ fn unsigned_offset(bias: [f64; 3], counts: bool) -> f64 {
     }
 }
 
-impl GyroscopeSection {
+impl Gyroscope {
     /// K of raw = K R ω + b, input unit per rad/s; not a number where the matrix is singular.
     pub fn scale(&self) -> [f64; 3] {
         scale_and_orientation(&self.matrix).0

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::unit::other_range;
-use super::{CalibrationFile, InputFile};
+use super::{Calibration, InputFile};
 use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -13,7 +13,7 @@ const MAX_LISTED: usize = 8;
 
 /// A calibration of a folder.
 struct Found {
-    file: CalibrationFile,
+    file: Calibration,
     /// Path and checksum of its file, as results list it.
     input: InputFile,
     /// When the sensor was calibrated: the time of the session, else of the computation.
@@ -59,7 +59,7 @@ pub fn find_calibration(
     folder: &Path,
     recordings: &[Recording],
     sensor_id: Option<&str>,
-) -> Result<(CalibrationFile, InputFile, String)> {
+) -> Result<(Calibration, InputFile, String)> {
     let named = match common_serial(recordings) {
         // The user says that they are of one sensor.
         Err(_) if sensor_id.is_some() => None,
@@ -155,7 +155,7 @@ fn there_is(all: &[Found]) -> String {
 fn calibrations(folder: &Path) -> Result<Vec<Found>> {
     let mut found = Vec::new();
     for path in json_files(folder)? {
-        match CalibrationFile::read_with_input(&path) {
+        match Calibration::read_with_input(&path) {
             Ok((file, input)) => {
                 let recorded = file.recorded.map(|recorded| recorded.time);
                 let time = recorded.or_else(|| file.created.parse().ok());

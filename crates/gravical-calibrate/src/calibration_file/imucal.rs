@@ -13,8 +13,8 @@ use crate::{Error, Result};
 
 use super::verdict::IMUCAL;
 use super::{
-    AccelerometerSection, CalibrationFile, FORMAT, GravitySource, GyroscopeSection, Method,
-    Reliability, SensorInfo, creation_time, syntax,
+    Accelerometer, Calibration, FORMAT, GravitySource, Gyroscope, Method, Reliability, SensorInfo,
+    creation_time, syntax,
 };
 
 type Matrix = [[f64; 3]; 3];
@@ -47,7 +47,7 @@ struct Imucal {
 /// `calibration-syntax` for missing keys, `calibration-format` for an output
 /// unit other than m/s² and °/s or a version above 2, `calibration-values` for
 /// singular matrices.
-pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
+pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
     let file: Imucal = serde_json::from_value(value.clone()).map_err(|e| syntax(&e))?;
     if let Some(version) = &file.format_version
         && !version.starts_with("2.")
@@ -66,7 +66,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
     let accel_unit = file.from_acc_unit.as_deref().and_then(AccelUnit::parse);
     let gyro_unit = file.from_gyr_unit.as_deref().and_then(GyroUnit::parse);
     let matrix = inverse_of(&file.K_a, &file.R_a, 1.0)?;
-    let accelerometer = AccelerometerSection {
+    let accelerometer = Accelerometer {
         method: match file.cal_type.to_lowercase().as_str() {
             "ferraris" => Method::Ferraris,
             _ => Method::Unknown,
@@ -75,25 +75,25 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<CalibrationFile> {
         output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
-        ..AccelerometerSection::default()
+        ..Accelerometer::default()
     };
     let no_gyro = file.K_g == identity::<f64>()
         && file.R_g == identity::<f64>()
         && file.b_g == [0.0; 3]
         && file.K_ga == [[0.0; 3]; 3];
-    let gyroscope = || -> Result<GyroscopeSection> {
+    let gyroscope = || -> Result<Gyroscope> {
         let matrix = inverse_of(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
-        Ok(GyroscopeSection {
+        Ok(Gyroscope {
             input_unit: gyro_unit.unwrap_or_default(),
             output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
             g_sensitivity: file.K_ga,
-            ..GyroscopeSection::default()
+            ..Gyroscope::default()
         })
     };
     let gyroscope = (!no_gyro).then(gyroscope).transpose()?;
-    let file = CalibrationFile {
+    let file = Calibration {
         format: FORMAT.to_owned(),
         created: creation_time(),
         tool: IMUCAL.to_owned(),
@@ -133,13 +133,13 @@ fn inverse_of(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<Matrix> {
 /// # Errors
 ///
 /// `calibration-syntax` if the values cannot be written as JSON.
-pub fn to_imucal(file: &CalibrationFile) -> Result<String> {
+pub fn to_imucal(file: &Calibration) -> Result<String> {
     let a = &file.accelerometer;
     // imucal requires the keys.
-    let none = || GyroscopeSection {
+    let none = || Gyroscope {
         input_unit: GyroUnit::DegreePerSecond,
         matrix: diagonal([RADIANS_PER_DEGREE; 3]),
-        ..GyroscopeSection::default()
+        ..Gyroscope::default()
     };
     let gyro = file.gyroscope.clone().unwrap_or_else(none);
     let name = |unit: &str| match unit {

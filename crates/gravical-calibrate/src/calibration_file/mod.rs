@@ -18,7 +18,7 @@ mod verdict;
 
 use std::path::Path;
 
-use gravical_core::calibration::{Calibration, GyroscopeCalibration};
+use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use serde_json::error::Category;
 
 use crate::escape::shown_json;
@@ -38,10 +38,10 @@ pub use types::*;
 #[doc(hidden)]
 pub use unit::judge_unit;
 
-impl CalibrationFile {
+impl Calibration {
     /// Parameters of the accelerometer for the core crate.
-    pub fn accelerometer_calibration(&self) -> Calibration<f64> {
-        Calibration {
+    pub fn accelerometer_calibration(&self) -> LinearCalibration<f64> {
+        LinearCalibration {
             matrix: self.accelerometer.matrix,
             bias: self.accelerometer.bias,
         }
@@ -147,7 +147,7 @@ impl CalibrationFile {
                 return foreign(format!("this JSON is not a calibration: {what}"));
             }
         }
-        let file: CalibrationFile = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
+        let file: Calibration = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         file.check()?;
         Ok(file)
     }
@@ -155,7 +155,7 @@ impl CalibrationFile {
     /// The JSON schema of the format.
     #[cfg(feature = "schema")]
     pub fn schema() -> serde_json::Value {
-        schemars::schema_for!(CalibrationFile).to_value()
+        schemars::schema_for!(Calibration).to_value()
     }
 }
 

@@ -4,7 +4,7 @@
 use gravical_fit::Deviations;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::types::{AccelerometerSection, CalibrationFile, GyroscopeSection, Verdict};
+use super::types::{Accelerometer, Calibration, Gyroscope, Verdict};
 
 /// Writes a type with what some of its methods return, and reads it without.
 macro_rules! readable {
@@ -36,6 +36,6 @@ macro_rules! readable {
     };
 }
 
-readable!(CalibrationFile, verdict: Verdict);
-readable!(AccelerometerSection, scale: [f64; 3], orientation: [[f64; 3]; 3], deviations: Option<Deviations>);
-readable!(GyroscopeSection, scale: [f64; 3], orientation: [[f64; 3]; 3]);
+readable!(Calibration, verdict: Verdict);
+readable!(Accelerometer, scale: [f64; 3], orientation: [[f64; 3]; 3], deviations: Option<Deviations>);
+readable!(Gyroscope, scale: [f64; 3], orientation: [[f64; 3]; 3]);

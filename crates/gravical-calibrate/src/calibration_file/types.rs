@@ -17,7 +17,7 @@ pub const FORMAT: &str = "gravical-calibration/3";
 #[cfg_attr(feature = "schema", schemars(title = "gravical-calibration/3"))]
 // Written and read by `readable`.
 #[serde(remote = "Self")]
-pub struct CalibrationFile {
+pub struct Calibration {
     /// `gravical-calibration/3`.
     pub format: String,
     /// Time of the computation, RFC 3339, UTC.
@@ -39,9 +39,9 @@ pub struct CalibrationFile {
     /// Temperature during the poses, °C.
     pub temperature_c: Option<TemperatureRange>,
     /// Parameters of the accelerometer.
-    pub accelerometer: AccelerometerSection,
+    pub accelerometer: Accelerometer,
     /// Parameters of the gyroscope; null without a gyroscope, or where its scale is not known.
-    pub gyroscope: Option<GyroscopeSection>,
+    pub gyroscope: Option<Gyroscope>,
     /// How far the accelerometer can be trusted.
     pub reliability: Reliability,
     /// The poses.
@@ -126,7 +126,7 @@ impl TemperatureRange {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 // Written and read by `readable`.
 #[serde(remote = "Self")]
-pub struct AccelerometerSection {
+pub struct Accelerometer {
     /// How it was estimated.
     pub method: Method,
     /// Unit of the raw values.
@@ -371,7 +371,7 @@ pub enum TiltSource {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 // Written and read by `readable`.
 #[serde(remote = "Self")]
-pub struct GyroscopeSection {
+pub struct Gyroscope {
     /// How it was estimated.
     #[serde(default)]
     pub method: GyroMethod,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use super::{AccelerometerSection, CalibrationFile};
+use super::{Accelerometer, Calibration};
 use crate::finding::finding;
 use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 use crate::{Error, Result};
@@ -14,7 +14,7 @@ use crate::{Error, Result};
 const TOLERANCE: f64 = 0.2;
 
 /// Counts per g of a recording and of a calibration, if they differ.
-pub(super) fn other_range(section: &AccelerometerSection, scale: AccelScale) -> Option<[f64; 2]> {
+pub(super) fn other_range(section: &Accelerometer, scale: AccelScale) -> Option<[f64; 2]> {
     let is_counts = section.input_unit == AccelUnit::Counts;
     let lsb = scale.lsb_per_g.filter(|_| is_counts)?;
     let expected = section.mean_scale() * STANDARD_GRAVITY_MPS2;
@@ -29,7 +29,7 @@ pub(super) fn other_range(section: &AccelerometerSection, scale: AccelScale) -> 
 /// `unit-mismatch` (input). With a unit that the user gave, a wrong range or size is a finding
 /// of that kind.
 pub fn judge_unit(
-    calibration: &CalibrationFile,
+    calibration: &Calibration,
     recording: &Recording,
     (at_rest, norm_mps2): (&str, Option<f64>),
     gravity_mps2: f64,

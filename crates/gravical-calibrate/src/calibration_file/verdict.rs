@@ -2,7 +2,7 @@
 
 use gravical_fit::Grade;
 
-use super::types::{CalibrationFile, Method, PoseKind, PoseResult, Verdict};
+use super::types::{Calibration, Method, PoseKind, PoseResult, Verdict};
 use crate::axes::in_words;
 use crate::numfmt::{count, mg, words};
 use crate::recording::Finding;
@@ -12,7 +12,7 @@ pub(super) const IMUCAL: &str = "imucal";
 /// Angles between the axes that are less well known than this are worth a word, degrees.
 const OPEN_ANGLE_DEG: f64 = 0.3;
 
-impl CalibrationFile {
+impl Calibration {
     /// The grade and its reasons, by the numbers and findings of the file: the session, the error of the result and what
     /// it could hide, what poses contradict, and what would improve it.
     pub fn verdict(&self) -> Verdict {

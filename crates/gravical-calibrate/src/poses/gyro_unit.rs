@@ -18,7 +18,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::face::angle_deg;
 use super::nominal::MAX_NOISE_RAD_S;
 use super::rests::{find_rests, with_slow_ends};
-use crate::calibration_file::GyroscopeSection;
+use crate::calibration_file::Gyroscope;
 use crate::finding::finding;
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
@@ -66,14 +66,14 @@ const BLOCK: usize = 50;
 #[doc(hidden)]
 pub fn judge(
     recording: &Recording,
-    section: Option<&GyroscopeSection>,
+    section: Option<&Gyroscope>,
     rests: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) -> Option<GyroScale> {
     let mut evidence = Evidence::default();
     evidence.add(recording, rests);
     let scale = evidence.judge(recording, section, findings)?;
-    let is_known = |section: &GyroscopeSection| section.input_unit != GyroUnit::Unknown;
+    let is_known = |section: &Gyroscope| section.input_unit != GyroUnit::Unknown;
     let unknown = match scale.unit {
         _ if scale.nominal().is_some() || section.is_some_and(is_known) => None,
         GyroUnit::Unknown => Some(("unit", "gyro_unit")),
@@ -184,7 +184,7 @@ impl Evidence {
     pub fn judge(
         &self,
         recording: &Recording,
-        section: Option<&GyroscopeSection>,
+        section: Option<&Gyroscope>,
         findings: &mut Vec<Finding>,
     ) -> Option<GyroScale> {
         let claimed = recording.gyro.as_ref().and(recording.units.gyro)?;
@@ -336,7 +336,7 @@ fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
 
 /// Why a calibration is not for a gyroscope of this scale; none where it is.
 #[doc(hidden)]
-pub fn mismatch(section: &GyroscopeSection, scale: &GyroScale) -> Option<String> {
+pub fn mismatch(section: &Gyroscope, scale: &GyroScale) -> Option<String> {
     /// Beyond what any sensor is off, below the next range.
     const ANOTHER_RANGE: f64 = 1.25;
     match (scale.unit, section.input_unit) {

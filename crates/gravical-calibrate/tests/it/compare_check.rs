@@ -2,7 +2,7 @@
 //! difference claimed where there is none, and is one found where there is?
 
 use gravical_calibrate::calibrate::{CalibrateOptions, EstimateOptions, Method};
-use gravical_calibrate::calibration_file::CalibrationFile;
+use gravical_calibrate::calibration_file::Calibration;
 use gravical_calibrate::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical_calibrate::compare::{Comparison, compare};
 use gravical_calibrate::recording::Recording;
@@ -43,7 +43,7 @@ fn session(
     simulate(&options).unwrap()
 }
 
-fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> CalibrationFile {
+fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> Calibration {
     let options = CalibrateOptions {
         estimate: EstimateOptions {
             pose_tilt_deg: Some(tilt_deg),

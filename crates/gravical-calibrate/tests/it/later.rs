@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 use gravical_calibrate::calibrate::{CalibrateOptions, Method, calibrate};
 use gravical_calibrate::calibration_file::{
-    CalibrationFile, Covariance, FitQuality, InputFile, TemperatureRange,
+    Calibration, Covariance, FitQuality, InputFile, TemperatureRange,
 };
 use gravical_calibrate::check::{CheckOptions, CheckReport, Judgement, check};
 use gravical_calibrate::compare::{Comparison, compare};
@@ -36,7 +36,7 @@ fn rest(face: usize, rows: usize, bias: [f64; 3], g: f64, seed: u64) -> Recordin
     read_bytes(text.as_bytes(), "rest.csv", &ReadOptions::default()).unwrap()
 }
 
-fn calibration() -> CalibrationFile {
+fn calibration() -> Calibration {
     let session = (0..6).map(|face| rest(face, 500, [0.0; 3], G, face as u64));
     let options = CalibrateOptions {
         estimate: by_ferraris(Some(0.1)),
@@ -45,7 +45,7 @@ fn calibration() -> CalibrationFile {
     calibrated(&session.collect::<Vec<_>>(), &options).file
 }
 
-fn checked(file: &CalibrationFile, recordings: &[Recording]) -> CheckReport {
+fn checked(file: &Calibration, recordings: &[Recording]) -> CheckReport {
     check(file, "cal.json", recordings, &CheckOptions::default()).unwrap()
 }
 
@@ -156,7 +156,7 @@ fn the_drift_is_taken_off() {
 }
 
 /// A file of six means with a covariance of `sigma` for all parameters.
-fn file(sigma: f64) -> CalibrationFile {
+fn file(sigma: f64) -> Calibration {
     let csv = "label,ax,ay,az\n-x,-9.43,-0.27,0.92\n+x,10.20,-0.04,-0.10\n\
                -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
     let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default()).unwrap()];
@@ -175,12 +175,12 @@ fn diagonal(sigma: f64, per: f64) -> Covariance {
     Covariance::new::<12>(from_fn(|i| from_fn(|k| variance(i, k))))
 }
 
-fn compared(a: &CalibrationFile, b: &CalibrationFile) -> Comparison {
+fn compared(a: &Calibration, b: &Calibration) -> Comparison {
     compare(a, b, ["a.json", "b.json"]).unwrap()
 }
 
 /// The same calibration for a board that is turned in its case.
-fn turned(file: &CalibrationFile, by: [f64; 3]) -> CalibrationFile {
+fn turned(file: &Calibration, by: [f64; 3]) -> Calibration {
     let q = nalgebra::Rotation3::new(nalgebra::Vector3::from(by));
     // Columns of q are rows of its transpose.
     let transposed: [[f64; 3]; 3] = (*q.matrix()).into();

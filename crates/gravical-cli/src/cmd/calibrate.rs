@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use gravical::Result;
 use gravical::calibrate::{CalibrateOptions, EstimateOptions, RecordOptions};
-use gravical::calibration_file::{CalibrationFile, Grade};
+use gravical::calibration_file::{Calibration, Grade};
 use gravical::escape::path_word;
 use gravical::poses::SegmentOptions;
 use gravical::recording::ReadOptions;
@@ -135,7 +135,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
         Ok(outcome(&file))
     };
     each::run(&plan, calibrate, |result, session| {
-        let file = CalibrationFile::read(result).ok()?;
+        let file = Calibration::read(result).ok()?;
         let mut inputs = file.inputs.iter();
         let is_own = inputs.any(|input| Path::new(&input.path).starts_with(session));
         is_own.then(|| outcome(&file))
@@ -148,7 +148,7 @@ const COLUMNS: &str = "sensor_id input_unit bias_x bias_y bias_z bias_x_sd bias_
     predicted_mps2 left_out_rms_mps2 poses temperature_c sha256";
 
 /// A row of the summary; a cell is empty where there is no value.
-fn outcome(file: &CalibrationFile) -> Outcome {
+fn outcome(file: &Calibration) -> Outcome {
     let (a, r) = (&file.accelerometer, &file.reliability);
     let verdict = file.verdict();
     let sd = a.deviations();

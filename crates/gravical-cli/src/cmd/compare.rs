@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::compare::compare;
 use gravical_report::report::comparison;
 
@@ -34,8 +34,8 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     args.result.check(None, [&args.first, &args.second])?;
-    let (a, first) = CalibrationFile::read_with_input(&args.first)?;
-    let (b, second) = CalibrationFile::read_with_input(&args.second)?;
+    let (a, first) = Calibration::read_with_input(&args.first)?;
+    let (b, second) = Calibration::read_with_input(&args.second)?;
     let result = compare(&a, &b, [&first.path, &second.path])?;
     let document = with_origin(comparison(&result), &[first, second]);
     args.result.present(&result, &document)?;

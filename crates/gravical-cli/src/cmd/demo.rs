@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use clap::Parser as _;
 use gravical::Error;
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::core::matrix3::{norm, sub};
 use gravical::escape::path_word;
 use gravical::motion::{Calibrated, MotionOptions, motion};
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// The three main numbers and the reports.
 fn summary(folder: &Path) -> anyhow::Result<String> {
-    let (file, input) = CalibrationFile::read_with_input(&folder.join("calibration.json"))?;
+    let (file, input) = Calibration::read_with_input(&folder.join("calibration.json"))?;
     let calibration = Calibrated {
         file: &file,
         name: &input.path,

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use gravical::Error;
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::export::{ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::noise::read_noise;
 use gravical::output::write_text;
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let written = if target.name == "kalibr" {
         kalibr(&read_noise(calibration)?, args.options.upper_limit)?
     } else {
-        export(&CalibrationFile::read(calibration)?, target, &args.options)?
+        export(&Calibration::read(calibration)?, target, &args.options)?
     };
     match output {
         Some(path) => write_text(path, args.force, &written.text)?,

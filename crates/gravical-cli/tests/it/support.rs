@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use serde_json::Value;
 
 /// What a run of the program left behind.
@@ -68,7 +68,7 @@ impl Run {
     /// The calibration on stdout, held against the schema.
     pub fn calibration(&self) -> Value {
         let value = self.json();
-        if let Err(error) = jsonschema::validate(&CalibrationFile::schema(), &value) {
+        if let Err(error) = jsonschema::validate(&Calibration::schema(), &value) {
             panic!("{error} at {}", error.instance_path());
         }
         value

@@ -1,6 +1,6 @@
 //! The gyroscope at rest: bias, g-sensitivity, drift.
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 
@@ -16,7 +16,7 @@ const CHANCE: f64 = 1e-3;
 /// same in all of them.
 pub(super) fn at_rest(
     intervals: &[StaticInterval],
-    accelerometer: &Calibration<f64>,
+    accelerometer: &LinearCalibration<f64>,
     options: &GyroOptions,
 ) -> Option<GyroRest> {
     let forces: Vec<Vector3<f64>> = intervals

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 /// Readings are calibrated already.
-const IDENTITY: Calibration<f64> = Calibration {
+const IDENTITY: LinearCalibration<f64> = LinearCalibration {
     matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
     bias: [0.0; 3],
 };

@@ -1,6 +1,6 @@
 //! A simulated sensor in a hand that follows the events of a session.
 
-use gravical_calibrate::calibration_file::{CalibrationFile, Grade};
+use gravical_calibrate::calibration_file::{Calibration, Grade};
 use gravical_calibrate::poses::face::Face;
 use gravical_core::matrix3;
 use gravical_fit::model::sphere;
@@ -54,7 +54,7 @@ impl Clumsiness {
 
 /// The end of a session.
 pub struct Ended {
-    pub file: Option<CalibrationFile>,
+    pub file: Option<Calibration>,
     pub messages: Vec<Message>,
     /// Time at which the grade became good, s.
     pub good_s: Option<f64>,

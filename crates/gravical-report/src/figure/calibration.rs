@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use gravical::calibration_file::{CalibrationFile, PoseResult};
+use gravical::calibration_file::{Calibration, PoseResult};
 use gravical::core::matrix3::{norm as length, unit};
 use gravical::numfmt::{self, milli_g};
 use gravical::poses::Segmentation;
@@ -13,10 +13,7 @@ use super::svg::extent;
 
 /// All figures that a calibration allows; with its recordings and how they were cut those, too. What
 /// the data do not show is left out.
-pub fn figures(
-    file: &CalibrationFile,
-    session: Option<(&[Recording], &Segmentation)>,
-) -> Vec<Figure> {
+pub fn figures(file: &Calibration, session: Option<(&[Recording], &Segmentation)>) -> Vec<Figure> {
     let mut all = Vec::new();
     if !file.poses.is_empty() {
         all.extend([norm(file), sphere(file)]);
@@ -27,7 +24,7 @@ pub fn figures(
 
 /// ‖a‖ of each pose before and after, and what is left of its error, with the pose in the fit and
 /// left out.
-fn norm(file: &CalibrationFile) -> Figure {
+fn norm(file: &Calibration) -> Figure {
     let (poses, g) = (&file.poses, file.gravity_mps2);
     let off = |p: &PoseResult| length(&p.calibrated) - g;
     let errors = poses.iter().map(|p| milli_g(off(p)));
@@ -66,7 +63,7 @@ fn norm(file: &CalibrationFile) -> Figure {
 }
 
 /// Where the poses point, and where the next ones would help: two hemispheres.
-fn sphere(file: &CalibrationFile) -> Figure {
+fn sphere(file: &Calibration) -> Figure {
     let caption = "Direction of specific force (up, in sensor axes) at each pose: two hemispheres in equal-area projection, circles at 30° and 60°.";
     let sides = [(1.0, "seen from +z"), (-1.0, "seen from −z")];
     let panels = sides.map(|(side, title)| hemisphere(file, side, title));
@@ -81,7 +78,7 @@ fn project(d: [f64; 3], side: f64) -> (f64, f64) {
     (side * d[0] * k, d[1] * k)
 }
 
-fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
+fn hemisphere(file: &Calibration, side: f64, title: &str) -> Panel {
     // Circles at 30°, 60° and 90° from the pole.
     let circles = [30.0_f64, 60.0, 90.0].map(|off_deg| {
         let (sine, cosine) = off_deg.to_radians().sin_cos();
@@ -123,7 +120,7 @@ fn hemisphere(file: &CalibrationFile, side: f64, title: &str) -> Panel {
 
 /// Raw readings along each axis, the recordings one after the other, with the poses' windows.
 fn captures(
-    file: &CalibrationFile,
+    file: &Calibration,
     recordings: &[Recording],
     segmentation: &Segmentation,
 ) -> Option<Figure> {
@@ -190,7 +187,7 @@ mod tests {
     };
 
     /// A calibration and its figures.
-    fn simulated(scenario: Scenario) -> (CalibrationFile, Vec<Figure>) {
+    fn simulated(scenario: Scenario) -> (Calibration, Vec<Figure>) {
         let folder = tempfile::tempdir().unwrap();
         let options = SimulateOptions::new(scenario);
         let (_, mut files) = simulate_to(&options, folder.path(), false).unwrap();

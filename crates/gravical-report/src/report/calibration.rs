@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use gravical::calibration_file::{
-    CalibrationFile, Grade, GravitySource, GyroMethod, GyroscopeSection, InputFile, Method,
-    PoseKind, PoseResult,
+    Calibration, Grade, GravitySource, GyroMethod, Gyroscope, InputFile, Method, PoseKind,
+    PoseResult,
 };
 use gravical::escape::path_word;
 use gravical::export;
@@ -24,7 +24,7 @@ use crate::figure::{Figure, XYZ};
 /// ([`figure::calibration::figures`](crate::figure::calibration::figures)); `saved` is the path
 /// of its file, if it was written.
 pub fn calibration<'a>(
-    file: &CalibrationFile,
+    file: &Calibration,
     saved: Option<&Path>,
     figures: &'a [Figure],
 ) -> Document<'a> {
@@ -60,7 +60,7 @@ pub fn calibration<'a>(
 }
 
 /// " of board 3 (MPU6050)", or the file name.
-fn named_sensor(file: &CalibrationFile) -> String {
+fn named_sensor(file: &Calibration) -> String {
     let recordings: Vec<&InputFile> = file.recordings().collect();
     match (&file.sensor.id, &file.sensor.model, &recordings[..]) {
         (Some(id), Some(model), _) => format!(" of {id} ({model})"),
@@ -71,7 +71,7 @@ fn named_sensor(file: &CalibrationFile) -> String {
 }
 
 /// Input, poses, unit, gravity and tilt in two lines.
-fn subject(file: &CalibrationFile) -> Vec<String> {
+fn subject(file: &Calibration) -> Vec<String> {
     let a = &file.accelerometer;
     let recordings: Vec<&InputFile> = file.recordings().collect();
     let inputs = match &recordings[..] {
@@ -104,7 +104,7 @@ fn subject(file: &CalibrationFile) -> Vec<String> {
 }
 
 /// The verdict in one sentence; none where the first reason says it.
-fn conclusion(file: &CalibrationFile, grade: Grade) -> Option<String> {
+fn conclusion(file: &Calibration, grade: Grade) -> Option<String> {
     let r = &file.reliability;
     let error = r.worst_direction.as_ref()?.error_mps2;
     let within = format!("within {} mg (95 %)", mg(error));
@@ -124,7 +124,7 @@ fn conclusion(file: &CalibrationFile, grade: Grade) -> Option<String> {
 }
 
 /// Next steps.
-fn next(file: &CalibrationFile, grade: Grade, saved: Option<&Path>) -> Vec<String> {
+fn next(file: &Calibration, grade: Grade, saved: Option<&Path>) -> Vec<String> {
     if grade == Grade::Poor {
         return vec!["Fix what is named above, then calibrate again.".to_owned()];
     }
@@ -149,7 +149,7 @@ fn next(file: &CalibrationFile, grade: Grade, saved: Option<&Path>) -> Vec<Strin
 }
 
 /// Equation, table, matrices, block to paste.
-fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
+fn accelerometer<'a>(file: &Calibration) -> Section<'a> {
     let a = &file.accelerometer;
     let raw = &a.input_unit.to_string();
     let sd = a.deviations();
@@ -167,7 +167,7 @@ fn accelerometer<'a>(file: &CalibrationFile) -> Section<'a> {
 }
 
 /// Equation, table, matrices, residuals.
-fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
+fn gyroscope<'a>(g: &Gyroscope) -> Section<'a> {
     let raw = &g.input_unit.to_string();
     let how = match g.method {
         GyroMethod::Turns => "From a full turn about each axis and the six faces (Ferraris).",
@@ -196,7 +196,7 @@ fn gyroscope<'a>(g: &GyroscopeSection) -> Section<'a> {
 }
 
 /// How well the motions between poses are explained.
-fn motions(g: &GyroscopeSection) -> Option<String> {
+fn motions(g: &Gyroscope) -> Option<String> {
     let (residual, motions) = (digits(g.residual_deg?, 2), g.motions?);
     let left_out = g.leave_one_out_deg.map_or_else(
         || "too few motions for leave-one-out".to_owned(),
@@ -258,7 +258,7 @@ fn matrices(orientation: &[[f64; 3]; 3], matrix: &[[f64; 3]; 3], name: &str) -> 
 }
 
 /// Every pose before and after calibration.
-fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
+fn poses<'a>(file: &Calibration) -> Section<'a> {
     let a = &file.accelerometer;
     // The closed form has only errors of the vectors.
     let exact = a.method == Method::Ferraris;
@@ -299,7 +299,7 @@ fn poses<'a>(file: &CalibrationFile) -> Section<'a> {
 }
 
 /// Errors of the fitted poses by the nominal scale, if that is known, and with the calibration.
-fn before_and_after(file: &CalibrationFile) -> Table {
+fn before_and_after(file: &Calibration) -> Table {
     let a = &file.accelerometer;
     let fitted: Vec<&PoseResult> = file.poses.iter().filter(|p| p.fitted).collect();
     let cells = |values: Vec<[f64; 3]>| {
@@ -336,7 +336,7 @@ fn vector_errors(errors: &[[f64; 3]]) -> [f64; 3] {
     [rms, largest, norms / errors.len() as f64]
 }
 
-fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
+fn temperature<'a>(file: &Calibration) -> Section<'a> {
     let poses = file.temperature_c.as_ref().map(|t| {
         Block::Paragraph(format!(
             "Temperature of the poses: {:.1} °C on average, from {:.1} to {:.1} °C.",
@@ -357,7 +357,7 @@ fn temperature<'a>(file: &CalibrationFile) -> Section<'a> {
 }
 
 /// Method and uncertainty budget.
-fn method<'a>(file: &CalibrationFile) -> Section<'a> {
+fn method<'a>(file: &Calibration) -> Section<'a> {
     let a = &file.accelerometer;
     let fit = file.reliability.fit.as_ref();
     let agrees = fit.and_then(|fit| {
@@ -380,7 +380,7 @@ fn method<'a>(file: &CalibrationFile) -> Section<'a> {
         .with(budget(file).map(Block::Table))
 }
 
-fn budget(file: &CalibrationFile) -> Option<Table> {
+fn budget(file: &Calibration) -> Option<Table> {
     let budget = file.reliability.budget.as_ref()?;
     // Digits according to the combined uncertainty.
     let n = decimals_of(milli_g(budget.combined_mps2), 2);

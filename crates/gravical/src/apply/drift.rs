@@ -3,7 +3,7 @@
 use gravical_recording::Piece;
 use serde::Serialize;
 
-use crate::calibration_file::{CHANNELS, CalibrationFile, TemperatureModel};
+use crate::calibration_file::{CHANNELS, Calibration, TemperatureModel};
 use crate::finding::finding;
 use crate::recording::{Finding, LineSpans, Recording};
 use crate::temperature::not_applied;
@@ -37,7 +37,7 @@ impl Drift {
     /// `None` if the calibration has no drift, or if the recording has no temperatures; a finding
     /// then reports the possible error.
     pub fn new(
-        calibration: &CalibrationFile,
+        calibration: &Calibration,
         recording: &Recording,
         findings: &mut Vec<Finding>,
     ) -> Option<Self> {

@@ -10,7 +10,7 @@ use gravical_recording::bytes::from_reader;
 use std::io;
 
 /// A calibration in imucal's format, which is the shortest; no gyroscope.
-fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> CalibrationFile {
+fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> Calibration {
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let k = identity.map(|row: [f64; 3]| row.map(|v| v * scale));
     let value = serde_json::json!({
@@ -19,14 +19,14 @@ fn calibration(unit: Option<&str>, scale: f64, bias: [f64; 3]) -> CalibrationFil
         "R_a": [[1.0, 0.01, -0.02], [0.0, 1.0, 0.03], [0.01, 0.0, 1.0]],
         "K_g": identity, "b_g": [0, 0, 0], "R_g": identity, "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
     });
-    CalibrationFile::parse(value.to_string().as_bytes()).unwrap()
+    Calibration::parse(value.to_string().as_bytes()).unwrap()
 }
 
-fn si() -> CalibrationFile {
+fn si() -> Calibration {
     calibration(Some("m/s^2"), 1.02, [0.1, -0.2, 0.05])
 }
 
-fn with_gyro(unit: &str) -> CalibrationFile {
+fn with_gyro(unit: &str) -> Calibration {
     let mut file = si();
     let value = serde_json::json!({
         "input_unit": unit, "output_unit": "rad/s", "bias": [0.5, -0.25, 0.125],
@@ -43,7 +43,7 @@ fn options() -> ApplyOptions {
 }
 
 fn run_with(
-    cal: &CalibrationFile,
+    cal: &Calibration,
     bytes: &[u8],
     options: &ApplyOptions,
 ) -> Result<(String, ApplySummary)> {
@@ -53,13 +53,13 @@ fn run_with(
     Ok((String::from_utf8_lossy(&out).into_owned(), summary))
 }
 
-fn run(cal: &CalibrationFile, text: &str) -> (String, ApplySummary) {
+fn run(cal: &Calibration, text: &str) -> (String, ApplySummary) {
     let (out, summary) = run_with(cal, text.as_bytes(), &options()).unwrap();
     assert_balances(&summary);
     (out, summary)
 }
 
-fn refused(cal: &CalibrationFile, text: &str, options: &ApplyOptions) -> Error {
+fn refused(cal: &Calibration, text: &str, options: &ApplyOptions) -> Error {
     run_with(cal, text.as_bytes(), options).unwrap_err()
 }
 

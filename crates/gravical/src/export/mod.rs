@@ -9,7 +9,7 @@ mod kalibr;
 mod sensor;
 mod template;
 
-use crate::calibration_file::{CalibrationFile, to_imucal};
+use crate::calibration_file::{Calibration, to_imucal};
 use crate::escape::shown_json;
 use crate::numfmt;
 use crate::recording::units::AccelUnit;
@@ -43,7 +43,7 @@ enum Form {
     /// something says what is done instead.
     Nominal(&'static str, Option<&'static str>),
     /// A text of its own.
-    Text(fn(&CalibrationFile) -> Result<String>),
+    Text(fn(&Calibration) -> Result<String>),
     /// Noise, which no calibration holds.
     Noise,
 }
@@ -69,7 +69,7 @@ pub static TARGETS: [Target; 9] = [
         holds: "imu.yaml: noise density and random walk, of the result of noise" },
     Target { name: "imucal", options: &[], form: Text(to_imucal),
         holds: "JSON of the Python library imucal, format 2.0: accelerometer and gyroscope in full, no uncertainty" },
-    Target { name: "gravical", options: &[], form: Text(CalibrationFile::to_json),
+    Target { name: "gravical", options: &[], form: Text(Calibration::to_json),
         holds: "calibration file of gravical: everything (converts a file of imucal)" },
 ];
 
@@ -174,8 +174,8 @@ fn check_name(name: &str) -> Result<()> {
 /// a name that is no identifier; `export-unit` (input) where the target takes m/s² and the nominal
 /// scale of the counts is unknown, or where it is clearly another than the options say;
 /// `noise-unknown` (input) for `kalibr`; `calibration-values` (input) as
-/// [`CalibrationFile::to_json`].
-pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) -> Result<Export> {
+/// [`Calibration::to_json`].
+pub fn export(file: &Calibration, target: &Target, options: &ExportOptions) -> Result<Export> {
     target.check(options)?;
     let mut accelerometer = Sensor::accelerometer(file);
     let mut gyroscope = Sensor::gyroscope(file);
@@ -235,7 +235,7 @@ pub fn export(file: &CalibrationFile, target: &Target, options: &ExportOptions) 
 }
 
 /// Lines about the calibration, for a comment.
-fn describe(file: &CalibrationFile, target: &Target, notes: &[String]) -> Vec<String> {
+fn describe(file: &Calibration, target: &Target, notes: &[String]) -> Vec<String> {
     let a = &file.accelerometer;
     let sensor = [&file.sensor.model, &file.sensor.id].into_iter().flatten();
     let sensor: String = sensor.map(|name| format!(" {name}")).collect();
@@ -280,7 +280,7 @@ fn in_comment(text: &str) -> String {
 /// The calibration as code to paste: its language, the mark of that language in Markdown, and the
 /// text.
 #[doc(hidden)]
-pub fn snippets(file: &CalibrationFile) -> [(&'static str, &'static str, String); 3] {
+pub fn snippets(file: &Calibration) -> [(&'static str, &'static str, String); 3] {
     let fill = |template: &str, write: fn(f64) -> String| {
         let mut values = Values::new(write);
         let mut accelerometer = Sensor::accelerometer(file);

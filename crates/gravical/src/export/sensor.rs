@@ -4,7 +4,7 @@ use gravical_core::matrix3::{mul, mul_vec, row_norms};
 use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 
 use super::template::Values;
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::Calibration;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
@@ -38,7 +38,7 @@ pub(super) struct Sensor {
 }
 
 impl Sensor {
-    pub fn accelerometer(file: &CalibrationFile) -> Self {
+    pub fn accelerometer(file: &Calibration) -> Self {
         let a = &file.accelerometer;
         Sensor {
             matrix: a.matrix,
@@ -54,7 +54,7 @@ impl Sensor {
         }
     }
 
-    pub fn gyroscope(file: &CalibrationFile) -> Option<Self> {
+    pub fn gyroscope(file: &Calibration) -> Option<Self> {
         let g = file.gyroscope.as_ref()?;
         Some(Sensor {
             matrix: g.matrix,

@@ -44,7 +44,7 @@ use gravical_motion::{
     Samples, estimate_motion,
 };
 
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::Calibration;
 use crate::finding::finding;
 use crate::gravity::Gravity;
 use crate::recording::{Finding, Meter, Recording, why_calibrated};
@@ -81,7 +81,7 @@ pub struct Motion {
 #[derive(Debug, Clone, Copy)]
 pub struct Calibrated<'a> {
     /// The file's content.
-    pub file: &'a CalibrationFile,
+    pub file: &'a Calibration,
     /// Its name, for messages.
     pub name: &'a str,
 }
@@ -207,7 +207,7 @@ pub fn motion(
 /// What a computation is of.
 struct Work<'a> {
     recording: &'a Recording,
-    file: Option<&'a CalibrationFile>,
+    file: Option<&'a Calibration>,
     options: &'a MotionOptions,
     gravity: Gravity,
     gyro_calibrated: bool,

@@ -10,7 +10,7 @@ use gravical_core::matrix3;
 use gravical_motion::Samples;
 
 use super::options::{MotionOptions, Procedure};
-use crate::calibration_file::CalibrationFile;
+use crate::calibration_file::Calibration;
 use crate::finding::finding;
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
@@ -37,7 +37,7 @@ pub(super) struct Prepared {
 /// `unit-mismatch`, `unit-unknown`; `rate-unknown` without time stamps and rate, `no-samples` with fewer than two.
 pub(super) fn prepare(
     recording: &Recording,
-    file: Option<&CalibrationFile>,
+    file: Option<&Calibration>,
     options: &MotionOptions,
     findings: &mut Vec<Finding>,
 ) -> Result<Prepared> {
@@ -66,7 +66,7 @@ pub(super) fn prepare(
     } else {
         (None, None)
     };
-    let drift = file.and_then(CalibrationFile::drift_model);
+    let drift = file.and_then(Calibration::drift_model);
     let temperatures = recording.temperature_c.iter().flatten();
     if let (Some(model), false) = (drift, temperatures.copied().any(f64::is_finite)) {
         findings.push(not_applied(model, "the recording has no temperatures"));
@@ -109,7 +109,7 @@ pub(super) fn prepare(
 /// used.
 fn gyroscope(
     recording: &Recording,
-    file: Option<&CalibrationFile>,
+    file: Option<&Calibration>,
     rests: &[Range<usize>],
     findings: &mut Vec<Finding>,
 ) -> (Option<f64>, Option<GyroscopeCalibration<f64>>) {
@@ -138,7 +138,7 @@ fn gyroscope(
         findings.push(unused.advise("gyro_unit", "").advise("gyro_range", ""));
         return (None, None);
     };
-    let mut own = file.and_then(CalibrationFile::gyroscope_calibration);
+    let mut own = file.and_then(Calibration::gyroscope_calibration);
     if let Some(why) = section.and_then(|section| mismatch(section, &scale)) {
         findings.push(finding!(UnitMismatch, "{why}; it is used uncalibrated"));
         own = None;
@@ -164,7 +164,7 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
 /// Holds the unit against the calibration, by the magnitude of the stills.
 fn judge_unit(
     recording: &Recording,
-    file: &CalibrationFile,
+    file: &Calibration,
     rests: &[Range<usize>],
     options: &MotionOptions,
     findings: &mut Vec<Finding>,

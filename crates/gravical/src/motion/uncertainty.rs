@@ -15,7 +15,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::estimate::Estimate;
-use crate::calibration_file::{AccelerometerSection, CalibrationFile, GyroMethod};
+use crate::calibration_file::{Accelerometer, Calibration, GyroMethod};
 use crate::poses::face::AxisMap;
 
 /// Data sheet of the MPU6050, which is that of most cheap parts: ±3 % and ±0.6 m/s² are limits, between
@@ -42,7 +42,7 @@ pub(super) const UNSTATED: ElementErrors = ElementErrors {
 
 /// Uncertainty of an accelerometer by the covariance of its parameters.
 pub(super) fn by_covariance(
-    section: &AccelerometerSection,
+    section: &Accelerometer,
     covariance: &Covariance,
     axes: &AxisMap,
 ) -> ForceCovariance {
@@ -52,7 +52,7 @@ pub(super) fn by_covariance(
 
 /// That of the gyroscope that was calibrated by `file`: by its covariance where it has one of M, else by how it
 /// was calibrated.
-pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> RateCovariance {
+pub(super) fn of_gyroscope(file: Option<&Calibration>, axes: &AxisMap) -> RateCovariance {
     let Some(section) = file.and_then(|f| f.gyroscope.as_ref()) else {
         return GYRO_DATA_SHEET.rate();
     };
@@ -71,7 +71,7 @@ pub(super) fn of_gyroscope(file: Option<&CalibrationFile>, axes: &AxisMap) -> Ra
 /// What the calibration changes in samples of `nominal` counts per m/s²: by so much samples are off
 /// that were calibrated already when they came.
 pub(super) fn applied_twice(
-    section: &AccelerometerSection,
+    section: &Accelerometer,
     nominal: f64,
     axes: &AxisMap,
 ) -> ForceCovariance {

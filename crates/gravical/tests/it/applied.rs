@@ -1,7 +1,7 @@
 //! `apply` reads a file as `calibrate` does: real recordings and the cases of the reader.
 
 use gravical::apply::{ApplyOptions, apply};
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
 use gravical::recording::{AccelUnit, ReadOptions, Recording, read, source};
@@ -9,7 +9,7 @@ use gravical::recording::{AccelUnit, ReadOptions, Recording, read, source};
 use crate::support::{data, files};
 
 /// A calibration that only converts the unit of a recording to m/s².
-fn nominal(recording: &Recording) -> CalibrationFile {
+fn nominal(recording: &Recording) -> Calibration {
     let scale = recording.units.accel.nominal().unwrap_or(1.0);
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let unit = match recording.units.accel.unit {
@@ -23,7 +23,7 @@ fn nominal(recording: &Recording) -> CalibrationFile {
         "K_a": identity.map(|row| row.map(|v| v * scale)), "b_a": bias, "R_a": identity,
         "K_g": identity, "b_g": [0, 0, 0], "R_g": identity, "K_ga": [[0, 0, 0], [0, 0, 0], [0, 0, 0]],
     });
-    CalibrationFile::parse(file.to_string().as_bytes()).unwrap()
+    Calibration::parse(file.to_string().as_bytes()).unwrap()
 }
 
 /// Calibrated acceleration of the rows that have one.

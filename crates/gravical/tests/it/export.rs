@@ -10,7 +10,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::export::{Export, ExportOptions, TARGETS, Target, export, kalibr};
 use gravical::finding::Advice;
 use gravical::noise::NoiseResult;
@@ -23,12 +23,12 @@ use calibration::{G, made};
 type Vector = [f64; 3];
 
 /// An MPU6050 at ±2 g and ±250 °/s, in counts.
-fn in_counts() -> CalibrationFile {
+fn in_counts() -> Calibration {
     calibration::in_counts(16384.0, 131.0)
 }
 
 /// A sensor that reads g and °/s.
-fn in_g() -> CalibrationFile {
+fn in_g() -> Calibration {
     let mut file = made(1.0 / G, 1.0);
     file.accelerometer.input_unit = AccelUnit::StandardGravity;
     file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::DegreePerSecond;
@@ -43,14 +43,14 @@ fn options_with(change: impl FnOnce(&mut ExportOptions)) -> ExportOptions {
 }
 
 fn export_to(
-    file: &CalibrationFile,
+    file: &Calibration,
     target: &str,
     options: &ExportOptions,
 ) -> gravical::Result<Export> {
     export(file, Target::find(target).unwrap(), options)
 }
 
-fn written(file: &CalibrationFile, target: &str) -> Export {
+fn written(file: &Calibration, target: &str) -> Export {
     export_to(file, target, &ExportOptions::default()).unwrap()
 }
 
@@ -62,7 +62,7 @@ fn vectors(seed: u64, size: f64) -> Vec<Vector> {
 }
 
 /// What the library makes of them.
-fn calibrated(file: &CalibrationFile, accel: &[Vector], gyro: &[Vector]) -> Vec<[Vector; 2]> {
+fn calibrated(file: &Calibration, accel: &[Vector], gyro: &[Vector]) -> Vec<[Vector; 2]> {
     let g = file.gyroscope_calibration().unwrap();
     let a = file.accelerometer_calibration();
     let both = |(accel, gyro): (&Vector, &Vector)| {

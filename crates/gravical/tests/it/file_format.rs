@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gravical::Category;
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::noise::NoiseResult;
 use serde_json::json;
 
@@ -14,7 +14,7 @@ use crate::support::*;
 fn the_schema_files_are_up_to_date() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
     for (name, schema) in [
-        ("calibration-3", CalibrationFile::schema()),
+        ("calibration-3", Calibration::schema()),
         ("noise-1", NoiseResult::schema()),
     ] {
         let text = serde_json::to_string_pretty(&schema).unwrap() + "\n";
@@ -27,7 +27,7 @@ fn the_schema_files_are_up_to_date() {
     }
 }
 
-fn sample() -> CalibrationFile {
+fn sample() -> Calibration {
     calibrated(&six_files(&Sensor::default(), 600), &given_gravity()).file
 }
 
@@ -41,13 +41,13 @@ fn fields_of_later_and_of_earlier_versions() {
     value["accelerometer"]["scale"] = json!(null);
     let model = value.as_object_mut().unwrap().remove("drift");
     assert!(model.is_some());
-    let schema = CalibrationFile::schema();
+    let schema = Calibration::schema();
     assert!(jsonschema::is_valid(&schema, &value), "open to new fields");
-    let back = CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
+    let back = Calibration::parse(value.to_string().as_bytes()).unwrap();
     assert_eq!(file, back);
     assert_eq!(back.to_json().unwrap(), file.to_json().unwrap());
     value["inputs"][0]["role"] = json!("of-2030");
-    CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
+    Calibration::parse(value.to_string().as_bytes()).unwrap();
 }
 
 /// The places of `/2`.
@@ -69,7 +69,7 @@ fn a_file_of_the_version_before_is_read() {
     older["format"] = json!("gravical-calibration/2");
     let beside = older["accelerometer"].as_object_mut().unwrap();
     beside.extend(moved.as_object().unwrap().clone());
-    let back = CalibrationFile::parse(value.to_string().as_bytes()).unwrap();
+    let back = Calibration::parse(value.to_string().as_bytes()).unwrap();
     assert_eq!(back, file);
 }
 
@@ -116,12 +116,12 @@ fn what_cannot_be_applied_is_refused_with_its_field() {
             "values": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
         }
     });
-    CalibrationFile::parse(plain.to_string().as_bytes()).unwrap();
+    Calibration::parse(plain.to_string().as_bytes()).unwrap();
     for row in REFUSED.lines() {
         let [field, value, said] = row.split(" | ").collect::<Vec<_>>().try_into().unwrap();
         let mut changed = plain.clone();
         *changed.pointer_mut(field).unwrap() = serde_json::from_str(value).unwrap();
-        let error = CalibrationFile::parse(changed.to_string().as_bytes()).unwrap_err();
+        let error = Calibration::parse(changed.to_string().as_bytes()).unwrap_err();
         assert_eq!(error.category(), Category::Input, "{field}: {error}");
         let named = error.message().split(':').next().unwrap();
         let code = error.code().strip_prefix("calibration-").unwrap();

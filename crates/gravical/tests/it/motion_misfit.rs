@@ -1,7 +1,7 @@
 //! Motion with a calibration that does not describe the sensor: the bands say so.
 
 use gravical::calibrate::{CalibrateOptions, calibrate};
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::motion::{Calibrated, MotionOptions, MotionResult, motion};
 use gravical::recording::{ReadOptions, Recording, read};
 use gravical::simulate::{LineOptions, PosesOptions, Scenario, SimulateOptions, simulate_to};
@@ -23,7 +23,7 @@ fn recorded(scenario: Scenario, seed: u64) -> Recording {
     read(csv.unwrap(), &ReadOptions::default()).unwrap()
 }
 
-fn calibration(seed: u64) -> CalibrationFile {
+fn calibration(seed: u64) -> Calibration {
     let poses = PosesOptions {
         free: 8,
         ..PosesOptions::default()
@@ -49,7 +49,7 @@ fn named_calibrated(recording: &Recording, map: impl Fn([f64; 3]) -> [f64; 3]) -
     support::read(text.as_bytes())
 }
 
-fn moved(recording: &Recording, file: &CalibrationFile) -> MotionResult {
+fn moved(recording: &Recording, file: &Calibration) -> MotionResult {
     let name = "cal.json";
     let calibration = Some(Calibrated { file, name });
     let options = MotionOptions::default();

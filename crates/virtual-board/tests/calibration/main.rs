@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use board::{at_rest, build_with, notices, on, rows};
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::export::{ExportOptions, Target, export};
 use gravical::recording::{AccelUnit, BoardSettings, GyroUnit, ReadOptions, read_bytes};
 use made::G;
@@ -22,12 +22,12 @@ use virtual_board::sensor::Reading;
 const LSB_PER_G: f64 = 16384.0;
 const LSB_PER_DEG_S: f64 = 65.5;
 
-fn calibration() -> CalibrationFile {
+fn calibration() -> Calibration {
     made::in_counts(LSB_PER_G, LSB_PER_DEG_S)
 }
 
 /// The header of a sketch for a range of the accelerometer.
-fn header(file: &CalibrationFile, counts_per_g: Option<f64>) -> String {
+fn header(file: &Calibration, counts_per_g: Option<f64>) -> String {
     let options = ExportOptions {
         counts_per_g,
         counts_per_deg_s: counts_per_g.map(|_| LSB_PER_DEG_S),

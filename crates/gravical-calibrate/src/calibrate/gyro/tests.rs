@@ -35,33 +35,33 @@ fn part_of(
     read_bytes(text.as_bytes(), &file.name, &ReadOptions::default()).unwrap()
 }
 
-fn true_accelerometer(simulation: &Simulation) -> Calibration<f64> {
+fn true_accelerometer(simulation: &Simulation) -> LinearCalibration<f64> {
     let truth = &simulation.truth.accelerometer;
-    Calibration {
+    LinearCalibration {
         matrix: matrix3::inverse(&truth.matrix).unwrap(),
         bias: truth.bias_mps2,
     }
 }
 
 /// The gyroscope of the whole recording, of which `gyro` makes the rates.
-fn fitted(simulation: &Simulation, gyro: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Gyroscope {
+fn fitted(simulation: &Simulation, gyro: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> FittedGyroscope {
     let rows = simulation.files[0].rows.len();
     fitted_to_all(simulation, &[part_of(simulation, 0..rows, gyro)])
 }
 
-fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> Gyroscope {
+fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> FittedGyroscope {
     let session = segment(recordings, &SegmentOptions::default()).unwrap();
     let readings = Readings::new(recordings, &session);
     gyroscope(readings, &true_accelerometer(simulation))
 }
 
-fn found<'a>(fit: &'a Gyroscope, kind: &str) -> &'a Finding {
+fn found<'a>(fit: &'a FittedGyroscope, kind: &str) -> &'a Finding {
     let found = fit.findings.iter().find(|f| f.kind.name() == kind);
     found.unwrap_or_else(|| panic!("{kind} of {:?}", fit.findings))
 }
 
 /// The first of the elements of M and b are within 4 standard deviations.
-fn assert_true(simulation: &Simulation, section: &GyroscopeSection, elements: usize) {
+fn assert_true(simulation: &Simulation, section: &Gyroscope, elements: usize) {
     let truth = &simulation.truth.gyroscope;
     let covariance = &section.covariance.as_ref().unwrap().values;
     let model = matrix3::inverse(&section.matrix).unwrap().concat();

@@ -3,14 +3,14 @@
 use std::array::from_fn;
 use std::f64::consts::TAU;
 
-use gravical_core::calibration::Calibration;
+use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
 use gravical_fit::Motion;
 
 use super::readings::{Place, Readings};
 use super::{SCALE_OFF, section};
 use crate::calibrate::session::Session;
-use crate::calibration_file::{GyroMethod, GyroscopeSection};
+use crate::calibration_file::{GyroMethod, Gyroscope};
 use crate::poses::face::Face;
 use crate::poses::{Turn, sum_of_rows};
 
@@ -33,8 +33,8 @@ const MAX_OFF: f64 = TAU / 6.0;
 pub(super) fn by_turns(
     session: &Session<'_>,
     readings: &Readings<'_>,
-    accelerometer: &Calibration<f64>,
-) -> Option<GyroscopeSection> {
+    accelerometer: &LinearCalibration<f64>,
+) -> Option<Gyroscope> {
     let (cut, recordings) = (session.segmentation, session.recordings);
     let mut turns = cut.turns.clone();
     if turns.is_empty() {
@@ -72,7 +72,7 @@ pub(super) fn by_turns(
         }
     }
     let matrix = matrix3::inverse(&model)?;
-    let section = GyroscopeSection {
+    let section = Gyroscope {
         g_sensitivity,
         ..section(readings, GyroMethod::Turns, matrix, bias)
     };

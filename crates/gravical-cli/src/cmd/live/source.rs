@@ -4,7 +4,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use gravical::calibration_file::CalibrationFile;
+use gravical::calibration_file::Calibration;
 use gravical::core::matrix3::{add, mul_vec, norm};
 use gravical::fit::model::sphere;
 use gravical::gravity::Gravity;
@@ -72,7 +72,7 @@ pub trait Source {
         Ok(())
     }
     /// The true error of a simulated sensor with the result, and its sentence; for a recording in m/s².
-    fn truth(&self, _file: &CalibrationFile) -> Option<(Event, String)> {
+    fn truth(&self, _file: &Calibration) -> Option<(Event, String)> {
         None
     }
 }
@@ -203,7 +203,7 @@ impl Source for Simulated {
         Ok(true)
     }
 
-    fn truth(&self, file: &CalibrationFile) -> Option<(Event, String)> {
+    fn truth(&self, file: &Calibration) -> Option<(Event, String)> {
         let truth = self.sensor.truth();
         let sensor = &truth.accelerometer;
         let calibration = file.accelerometer_calibration();

@@ -4,7 +4,7 @@ use super::*;
 
 /// Identity, bias 0.1 of x; ax drifts by 0.01 per °C and az by −0.002 about 25 °C, measured from 0
 /// to 50 °C; ay was refused.
-fn drifting() -> CalibrationFile {
+fn drifting() -> Calibration {
     let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut file = with_gyro("rad/s");
     (file.accelerometer.matrix, file.accelerometer.bias) = (identity, [0.1, 0.0, 0.0]);

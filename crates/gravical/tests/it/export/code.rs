@@ -28,7 +28,7 @@ const STRICT: &str =
     "-Wall -Wextra -Werror -pedantic -Wdouble-promotion -Wshadow -Wno-unused-function";
 
 /// Compiles as C99 and as C++11, runs the first, and compares.
-fn compiles_and_agrees(file: &CalibrationFile, header: &str, raw: &str, calls: &str) {
+fn compiles_and_agrees(file: &Calibration, header: &str, raw: &str, calls: &str) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     save(path, "cal.h", header);
@@ -51,7 +51,7 @@ fn compiles_and_agrees(file: &CalibrationFile, header: &str, raw: &str, calls: &
 }
 
 /// Compares what the program that was compiled into the folder makes of vectors of these sizes.
-fn agrees(file: &CalibrationFile, sizes: [f64; 2], path: &Path) {
+fn agrees(file: &Calibration, sizes: [f64; 2], path: &Path) {
     let (accel, gyro) = (vectors(1, sizes[0]), vectors(2, sizes[1]));
     let out = run_main(path, &lines(&accel, &gyro));
     agree(&out, &calibrated(file, &accel, &gyro));

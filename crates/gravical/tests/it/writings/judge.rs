@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use gravical::calibrate::{Calibrated, calibrate};
-use gravical::calibration_file::{CalibrationFile, Grade, GyroscopeSection, Source};
+use gravical::calibration_file::{Calibration, Grade, Gyroscope, Source};
 use gravical::finding::Advice;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
@@ -274,8 +274,8 @@ fn calibrations(
     writing: &Writing,
     sigma_mps2: f64,
     own: &Outcome,
-    p: &CalibrationFile,
-    o: &CalibrationFile,
+    p: &Calibration,
+    o: &Calibration,
 ) -> Vec<String> {
     let mut wrong = Vec::new();
     let [step, _] = steps(writing);
@@ -337,7 +337,7 @@ fn calibrations(
     wrong
 }
 
-fn gyroscopes(writing: &Writing, p: &GyroscopeSection, o: &GyroscopeSection) -> Vec<String> {
+fn gyroscopes(writing: &Writing, p: &Gyroscope, o: &Gyroscope) -> Vec<String> {
     let mut wrong = Vec::new();
     let per_rad_s = match o.input_unit {
         GyroUnit::RadianPerSecond => 1.0,
