@@ -175,7 +175,7 @@ fn check_recording(r: &Recording) {
 
 fn check_findings(findings: &[Finding], lines: u64) {
     for finding in findings {
-        assert!(!finding.kind.name().is_empty() && !finding.message.is_empty());
+        assert!(!finding.kind.is_empty() && !finding.message.is_empty());
         let mut before = 0;
         for &[from, to] in &finding.lines {
             assert!(before < from && from <= to && to <= lines, "{finding:?}");

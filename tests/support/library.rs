@@ -39,12 +39,12 @@ pub fn finding<'a>(recording: &'a Recording, kind: &str) -> &'a Finding {
     recording
         .findings
         .iter()
-        .find(|f| f.kind.name() == kind)
+        .find(|f| f.kind == kind)
         .unwrap_or_else(|| panic!("no {kind} among {:?}", kinds(recording)))
 }
 
 pub fn kinds(recording: &Recording) -> Vec<&str> {
-    recording.findings.iter().map(|f| f.kind.name()).collect()
+    recording.findings.iter().map(|f| &*f.kind).collect()
 }
 
 pub fn mean(values: &[f64]) -> f64 {

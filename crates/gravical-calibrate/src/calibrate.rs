@@ -39,7 +39,7 @@ use crate::calibration_file::{
 use crate::finding::after;
 use crate::gravity::Gravity;
 use crate::poses::{SegmentOptions, Segmentation, segment};
-use crate::recording::{Finding, FindingKind, Recording, Severity, after_losses, common_serial};
+use crate::recording::{Finding, Recording, Severity, after_losses, common_serial};
 use crate::temperature::{enough_poses, for_calibration, from_poses};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -157,8 +157,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         options,
     };
     let estimate = accelerometer(&session, fits_drift)
-        .map_err(|error| after(error, &segmentation.findings, FindingKind::NoStaticInterval))
-        .map_err(|error| after(error, &segmentation.findings, FindingKind::UnusedPauses))
+        .map_err(|error| after(error, &segmentation.findings, "no-static-interval"))
+        .map_err(|error| after(error, &segmentation.findings, "unused-pauses"))
         .map_err(lost)?;
     if let Some(test) = estimate.drift_test {
         drift = from_poses(recordings, test, estimate.drift(), &mut segmentation);

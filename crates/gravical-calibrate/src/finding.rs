@@ -2,7 +2,14 @@
 
 use crate::Error;
 
+pub use gravical_recording::finding::{Case as RecordingCase, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, FindingKind, LineSpans, Severity, format_spans};
+
+gravical_recording::findings! {
+    "large-bias" Gate "a bias above 0.35 g" / "used" / "check unit and zero offset; the sensor may be damaged":
+        LargeBias { bias: String } =>
+            "a bias above 0.35 g ({bias}): no sensor of this kind has that; was every side that is named really up, and is the unit right?";
+}
 
 /// `finding!(Kind, "text {}", value)`: a [`Finding`] that matters as its kind does.
 #[doc(hidden)]
@@ -16,7 +23,7 @@ macro_rules! __finding {
 pub use __finding as finding;
 
 /// Adds the findings of `kind` to an error: a file that was left out can be its cause.
-pub(crate) fn after(error: Error, findings: &[Finding], kind: FindingKind) -> Error {
+pub(crate) fn after(error: Error, findings: &[Finding], kind: &str) -> Error {
     let of_kind = findings.iter().filter(|f| f.kind == kind);
     of_kind.fold(error, |error, finding| {
         let file = finding.file.as_deref().unwrap_or("-");

@@ -33,7 +33,7 @@ use serde::Deserialize;
 
 use crate::finding::{after, finding};
 use crate::recording::units::GyroScale;
-use crate::recording::{AccelUnit, Finding, FindingKind, Recording};
+use crate::recording::{AccelUnit, Finding, Recording};
 use crate::stats::mean_of_finite;
 use crate::{Error, Result};
 
@@ -176,7 +176,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     if intervals.is_empty() {
         let error = found::never_still(&recordings[0]);
-        return Err(after(error, &findings, FindingKind::NoStaticInterval));
+        return Err(after(error, &findings, "no-static-interval"));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
@@ -272,8 +272,11 @@ pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> R
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let kinds = [FindingKind::WithoutGravity, FindingKind::UnitUnknown];
-    let why = recording.findings.iter().find(|f| kinds.contains(&f.kind));
+    let kinds = ["without-gravity", "unit-unknown"];
+    let why = recording
+        .findings
+        .iter()
+        .find(|f| kinds.contains(&&*f.kind));
     let text = why.map_or("the unit is not known", |f| f.message.as_str());
     let error = Error::input("unit-unknown", text)
         .at(recording.name.as_ref(), None)

@@ -315,7 +315,9 @@ pub fn read_session(
         (_, _, gyroscopes) => {
             let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
             for path in gyroscopes {
-                let finding = Finding::note(FindingKind::GyroLeftOut, note).advise("gyro", "");
+                let finding = Finding::new(FindingKind::GyroLeftOut, note)
+                    .as_note()
+                    .advise("gyro", "");
                 left_out.push(finding.in_file(&path.display().to_string()));
             }
         }

@@ -13,7 +13,7 @@ use gravical_calibrate::numfmt::{self, count, milli_g};
 use gravical_calibrate::poses::face::{Face, angle_deg, in_words};
 use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
-use gravical_calibrate::recording::{FindingKind, Follow, Recording};
+use gravical_calibrate::recording::{Follow, Recording};
 use gravical_calibrate::stats::mean_of_finite;
 use gravical_recording::{Error, Result};
 
@@ -447,7 +447,7 @@ impl Session {
         let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
         for finding in &recording.findings {
-            if !finding.kind.is_of_samples() {
+            if !finding.is_of_samples() {
                 text += &format!(" {}", sentence(&finding.message));
             }
         }
@@ -528,7 +528,7 @@ impl Session {
             format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
         self.emit(Event::Floor, &text);
         for finding in &recording.findings {
-            if finding.kind == FindingKind::FrozenAxis {
+            if finding.kind == "frozen-axis" {
                 self.warn(&finding.message);
             }
         }

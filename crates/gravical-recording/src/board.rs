@@ -131,7 +131,7 @@ mod tests {
     }
 
     fn kinds(recording: &Recording) -> Vec<&str> {
-        recording.findings.iter().map(|f| f.kind.name()).collect()
+        recording.findings.iter().map(|f| &*f.kind).collect()
     }
 
     #[test]

@@ -1,14 +1,33 @@
-//! What is wrong, or merely worth knowing, in a recording: typed, with its
-//! lines and with what was done about it.
+//! What is wrong, or merely worth knowing, in a recording or a result: its kind, its numbers, its lines and what was
+//! done about it.
+//!
+//! Each crate has one enum of what it finds, made by [`findings!`](crate::findings): the sentences stand there and
+//! nowhere else. What was found is told, and never looked up to decide something.
 
 mod kinds;
 
+use std::fmt::Display;
+
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
-pub use kinds::{FindingKind, Severity};
+pub use kinds::{Case, FindingKind};
+#[doc(hidden)]
+pub type Map = serde_json::Map<String, Value>;
+
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Worth knowing; the result does not suffer.
+    Note,
+    /// The result may suffer, or an assumption was made that can be wrong.
+    Warning,
+}
 
 /// One thing that was found, its lines, and what was done.
 #[must_use = "a finding is told"]
@@ -17,12 +36,17 @@ pub use kinds::{FindingKind, Severity};
 pub struct Finding {
     /// Kebab-case name of the case, stable, for scripts: `unit-mismatch`,
     /// `repeated-header`, `torn-line` …; `docs/recording.md` lists all.
-    #[cfg_attr(feature = "schema", schemars(with = "String"))]
-    pub kind: FindingKind,
+    pub kind: String,
     /// How much it matters.
     pub severity: Severity,
+    /// True for what makes a calibration poor.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub gate: bool,
     /// What was found, with numbers, and what was done.
     pub message: String,
+    /// What the message says, by name.
+    #[serde(default, skip_serializing_if = "Map::is_empty")]
+    pub values: Map,
     /// Options that help, or that are better left out, as the message says.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<Advice>,
@@ -38,13 +62,28 @@ pub struct Finding {
     pub count: u64,
 }
 
+fn is_false(is_it: &bool) -> bool {
+    !is_it
+}
+
 impl Finding {
     /// A finding that matters as its kind does.
     pub fn new(kind: FindingKind, message: impl Into<String>) -> Self {
+        Finding::of(&kind.row(), &message.into(), Map::new())
+    }
+
+    /// What [`findings!`](crate::findings) makes of a case.
+    #[doc(hidden)]
+    pub fn of(kind: &Kind, message: &dyn Display, values: Map) -> Self {
         Finding {
-            kind,
-            severity: kind.severity(),
-            message: message.into(),
+            kind: kind.name.to_owned(),
+            severity: match kind.weight {
+                Weight::Note => Severity::Note,
+                Weight::Warning | Weight::Gate => Severity::Warning,
+            },
+            gate: kind.weight == Weight::Gate,
+            message: message.to_string(),
+            values,
             options: Vec::new(),
             file: None,
             lines: Vec::new(),
@@ -52,12 +91,10 @@ impl Finding {
         }
     }
 
-    /// A finding of a kind that matters little here.
-    pub fn note(kind: FindingKind, message: impl Into<String>) -> Self {
-        Finding {
-            severity: Severity::Note,
-            ..Self::new(kind, message)
-        }
+    /// Of a case that matters little here.
+    pub fn as_note(mut self) -> Self {
+        self.severity = Severity::Note;
+        self
     }
 
     /// Adds an option that helps, or that is better left out; the value as of [`Advice`].
@@ -69,6 +106,12 @@ impl Finding {
     /// The message with its options, in the words of a surface.
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         with_options(&self.message, &self.options, word)
+    }
+
+    /// True for what the values show once there are enough: a channel that does not change, the end of the range.
+    pub fn is_of_samples(&self) -> bool {
+        let kinds = ["clipped", "frozen-axis", "repeated-rows", "sensor-hung"];
+        kinds.contains(&&*self.kind)
     }
 
     /// Adds the lines it concerns.
@@ -89,4 +132,93 @@ impl Finding {
         self.file = Some(file.to_owned());
         self
     }
+}
+
+/// How much a kind matters.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    Note,
+    Warning,
+    /// A warning that makes a calibration poor.
+    Gate,
+}
+
+/// A row of the tables of `docs/recording.md`, which are made of these.
+#[doc(hidden)]
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    pub name: &'static str,
+    pub weight: Weight,
+    /// When it is found.
+    pub meaning: &'static str,
+    /// What was done about it.
+    pub done: &'static str,
+    /// What the user should do.
+    pub remedy: &'static str,
+}
+
+/// A value of a finding; what JSON cannot say is null.
+#[doc(hidden)]
+pub fn value(of: &impl Serialize) -> Value {
+    serde_json::to_value(of).unwrap_or_default()
+}
+
+/// The enum `Case` of what a crate finds, `Case::KINDS` for the tables of the documents, and `Case::finding`.
+///
+/// ```ignore
+/// findings! {
+///     "name-of-the-kind" Warning "when it is found" / "what was done" / "what the user should do":
+///         // One sentence or more, each with the values that it says.
+///         OneCase { count: u64 } => "{count} of them";
+///         AnotherCase { part: f64 } => "{:.0} %", 100.0 * part;
+/// }
+/// ```
+#[doc(hidden)]
+#[macro_export]
+macro_rules! findings {
+    ($($name:literal $weight:ident $meaning:literal / $done:literal / $remedy:literal:
+        $($case:ident $({ $($field:ident: $of:ty),* $(,)? })? => $said:literal $(, $part:expr)*;)+
+    )*) => {
+        /// What is found.
+        #[derive(Debug, Clone)]
+        pub enum Case {
+            $($(#[doc = $said] $case $({ $(#[allow(missing_docs)] $field: $of),* })?,)+)*
+        }
+
+        impl Case {
+            /// The kinds, in the order of the documents.
+            pub const KINDS: &'static [$crate::finding::Kind] = &[$($crate::finding::Kind {
+                name: $name,
+                weight: $crate::finding::Weight::$weight,
+                meaning: $meaning,
+                done: $done,
+                remedy: $remedy,
+            },)*];
+
+            fn kind(&self) -> &'static $crate::finding::Kind {
+                let name = match self { $($(Case::$case { .. } => $name,)+)* };
+                Case::KINDS.iter().find(|kind| kind.name == name).expect("a row for each case")
+            }
+
+            /// The finding, to which place and options are added.
+            pub fn finding(self) -> $crate::finding::Finding {
+                #[allow(unused_mut)]
+                let mut values = $crate::finding::Map::new();
+                match &self {
+                    $($(Case::$case { $($($field),*)? } => {
+                        $($(values.insert(stringify!($field).to_owned(), $crate::finding::value($field));)*)?
+                    })+)*
+                }
+                $crate::finding::Finding::of(self.kind(), &self, values)
+            }
+        }
+
+        impl std::fmt::Display for Case {
+            #[allow(unused_variables)]
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self { $($(Case::$case { $($($field),*)? } => write!(f, $said $(, $part)*),)+)* }
+            }
+        }
+    };
 }

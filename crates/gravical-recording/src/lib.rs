@@ -37,7 +37,8 @@ mod cwa;
 mod date;
 mod error;
 pub mod escape;
-mod finding;
+#[doc(hidden)]
+pub mod finding;
 mod follow;
 mod foreign;
 pub mod full_scale;

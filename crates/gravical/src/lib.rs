@@ -49,6 +49,7 @@ pub mod convert;
 pub mod denoise;
 #[doc(hidden)]
 pub mod export;
+pub mod finding;
 pub mod inspect;
 pub mod motion;
 pub mod noise;
@@ -59,7 +60,7 @@ pub mod targets;
 
 #[doc(inline)]
 pub use gravical_calibrate::{
-    calibrate, calibration_file, check, compare, finding, gravity, poses, recording,
+    calibrate, calibration_file, check, compare, gravity, poses, recording,
 };
 #[doc(hidden)]
 pub use gravical_calibrate::{numfmt, temperature};

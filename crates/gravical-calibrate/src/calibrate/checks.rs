@@ -4,7 +4,7 @@ use gravical_core::matrix3::unit;
 use gravical_fit::{Fit, FittedPose};
 
 use crate::calibration_file::{Calibration, Method, PoseKind, PoseResult, TiltSource};
-use crate::finding::{Finding, finding};
+use crate::finding::{Case, Finding, finding};
 use crate::numfmt::milli_g;
 use crate::poses::Pose;
 use crate::poses::face::{AXES, AxisMap, Claim, Face};
@@ -56,10 +56,7 @@ pub(super) fn accelerometer(
     if let Some(large) = beyond(bias_mps2, BIAS_GATE_MPS2, |v| format!("{v:+.2} m/s²"))
         && offset == 0.0
     {
-        findings.push(finding!(
-            LargeBias,
-            "a bias above 0.35 g ({large}): no sensor of this kind has that; was every side that is named really up, and is the unit right?"
-        ));
+        findings.push(Case::LargeBias { bias: large }.finding());
     }
     // Placements that took no part in the fit and contradict it.
     if let Some(predicted) = reliability.predicted_mps2

@@ -73,7 +73,7 @@ impl Calibration {
 
     /// Findings that no good result has.
     fn gates(&self) -> impl Iterator<Item = &Finding> {
-        self.findings.iter().filter(|f| f.kind.is_gate())
+        self.findings.iter().filter(|f| f.gate)
     }
 
     /// The grade of the verdict alone.

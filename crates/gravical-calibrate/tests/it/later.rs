@@ -61,7 +61,7 @@ fn at(mean: f64) -> Option<TemperatureRange> {
 }
 
 fn has(findings: &[Finding], kind: &str) -> bool {
-    findings.iter().any(|f| f.kind.name() == kind)
+    findings.iter().any(|f| f.kind == kind)
 }
 
 fn says(reasons: &[String], words: &str) -> bool {

@@ -1,7 +1,7 @@
 //! Pauses that are not used as poses are reported, and nothing else is.
 
 use gravical_calibrate::calibrate::{CalibrateOptions, calibrate};
-use gravical_calibrate::recording::{AccelUnit, FindingKind};
+use gravical_calibrate::recording::AccelUnit;
 
 use crate::support::{FACES, GRAVITY, Noise, read_options, read_with};
 
@@ -61,7 +61,7 @@ fn pauses_that_are_not_used_are_reported() {
         let recording = read_with(session.as_bytes(), &options);
         let calibrated = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
         let mut findings = calibrated.file.findings;
-        findings.retain(|f| f.kind == FindingKind::UnusedPauses);
+        findings.retain(|f| f.kind == "unused-pauses");
         let said = |says| format!("{findings:?}").contains(says);
         assert_eq!(findings.len(), usize::from(says.is_some()), "{findings:?}");
         assert!(

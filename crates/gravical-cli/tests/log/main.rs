@@ -30,7 +30,7 @@ fn recording(path: &std::path::Path) -> Recording {
 }
 
 fn kinds(recording: &Recording) -> Vec<&str> {
-    recording.findings.iter().map(|f| f.kind.name()).collect()
+    recording.findings.iter().map(|f| &*f.kind).collect()
 }
 
 #[test]

@@ -3,67 +3,45 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use super::{Kind, Weight};
 
-/// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "kebab-case")]
-pub enum Severity {
-    /// Worth knowing; the result does not suffer.
-    Note,
-    /// The result may suffer, or an assumption was made that can be wrong.
-    Warning,
-}
-
-/// How much a kind matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Weight {
-    Note,
-    Warning,
-    /// A warning: samples were lost or could not be read.
-    Loss,
-    /// A warning that makes a calibration poor.
-    Gate,
+crate::findings! {
+    "nul-bytes" Warning "NUL bytes in lines" / "removed" / "the file may be damaged; close it before unplugging the board":
+        NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
 }
 
 macro_rules! kinds {
     ($($kind:ident $name:literal $weight:ident $meaning:literal;)*) => {
         /// What is odd, as a case that scripts and commands can tell from others.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        #[non_exhaustive]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum FindingKind {
-            $(#[doc = $meaning] #[serde(rename = $name)] $kind,)*
-            /// A kind of another version of this program, out of a file.
-            #[serde(other, rename = "other")]
-            Other,
+            $(#[doc = $meaning] $kind,)*
         }
 
         impl FindingKind {
             /// All of them, in the order of the documents.
             pub const ALL: &'static [FindingKind] = &[$(FindingKind::$kind,)*];
 
-            fn row(self) -> (&'static str, Weight) {
-                match self {
+            pub(crate) fn row(self) -> Kind {
+                let (name, weight) = match self {
                     $(FindingKind::$kind => ($name, Weight::$weight),)*
-                    FindingKind::Other => ("other", Weight::Warning),
-                }
+                };
+                Kind { name, weight, meaning: "", done: "", remedy: "" }
             }
         }
     };
 }
 
 kinds! {
-    NamedGap "named-gap" Loss "a line `# gap: …`: [the logger](logging.md) reports rows that were lost";
+    NamedGap "named-gap" Warning "a line `# gap: …`: [the logger](logging.md) reports rows that were lost";
     BlankRows "blank-rows" Note "empty lines, or lines of delimiters only";
     RepeatedHeader "repeated-header" Warning "the header once more in the middle";
-    TornLine "torn-line" Loss "fewer fields than the other rows";
-    TooManyFields "too-many-fields" Loss "more fields than the other rows";
-    NotANumber "not-a-number" Loss "a value that is not a number";
-    ZeroRows "zero-rows" Loss "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
+    TornLine "torn-line" Warning "fewer fields than the other rows";
+    TooManyFields "too-many-fields" Warning "more fields than the other rows";
+    NotANumber "not-a-number" Warning "a value that is not a number";
+    ZeroRows "zero-rows" Warning "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
     SensorHung "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows";
-    NulBytes "nul-bytes" Warning "NUL bytes in lines";
-    TruncatedFile "truncated-file" Loss "a truncated gzip file";
+    TruncatedFile "truncated-file" Warning "a truncated gzip file";
     CorruptBlock "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end";
     LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
     SamplesAveraged "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file";
@@ -89,7 +67,7 @@ kinds! {
     DuplicateTime "duplicate-time" Warning "time stamps repeat";
     BurstTime "burst-time" Warning "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet";
     Gap "gap" Warning "more than four consecutive samples are missing";
-    MissingSamples "missing-samples" Loss "more than 0.1 % of the samples are missing";
+    MissingSamples "missing-samples" Warning "more than 0.1 % of the samples are missing";
     RateMismatch "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps";
     RateUnknown "rate-unknown" Note "neither time stamps nor `--rate`";
     UnitMismatch "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns";
@@ -101,9 +79,9 @@ kinds! {
     GyroUnitByNoise "gyro-unit-by-noise" Warning "no rotation shows the unit of the gyroscope, and the header has none or is wrong about the accelerometer; the noise at rest distinguishes rad/s and °/s";
     UnitUnverified "unit-unverified" Note "the unit of a recording, soak or calibration is unknown";
     Clipped "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`";
-    FrozenAxis "frozen-axis" Loss "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
+    FrozenAxis "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
     RepeatedRows "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)";
-    EmptyCells "empty-cells" Loss "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
+    EmptyCells "empty-cells" Warning "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";
@@ -133,7 +111,6 @@ kinds! {
     PoseTilt "pose-tilt" Warning "the tilt of the face poses exceeds 1.6 times the usual 1°";
     ClippedPose "clipped-pose" Gate "clipped samples in a pose";
     ScaleOff "scale-off" Gate "a scale factor differs by more than 10 % from nominal";
-    LargeBias "large-bias" Gate "a bias above 0.35 g";
     GyroMotionGap "gyro-motion-gap" Warning "motions between poses of more than 60 s, with a break, or without a reading for more than 4.5 periods";
     GyroMotionClipped "gyro-motion-clipped" Warning "motions in which the gyroscope reaches the end of its range";
     GyroMotionOutlier "gyro-motion-outlier" Warning "motions that contradict the others";
@@ -163,66 +140,13 @@ kinds! {
     NoiseBelowResolution "noise-below-resolution" Warning "`noise`: the noise is smaller than a third of the resolution of a channel";
     NoiseMisfit "noise-misfit" Warning "`noise`: the Allan variance deviates from the model by more than chance";
     NoiseDrift "noise-drift" Warning "`noise`: the bias of a channel drifts steadily, as it does while a sensor warms up";
-    NoiseTemperature "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C";
     SameRecordings "same-recordings" Warning "both calibrations share recordings, or `check` was given a recording of the calibration";
     GravityDiffers "gravity-differs" Warning "two values of gravity";
     FramesMirrored "frames-mirrored" Warning "`compare`: one calibration is the mirror image of the other";
 }
 
-impl FindingKind {
-    /// Its stable name for scripts: `unit-mismatch`, `torn-line` ….
-    pub fn name(self) -> &'static str {
-        self.row().0
-    }
-
-    /// The usual severity; where it is found it may differ.
-    pub fn severity(self) -> Severity {
-        match self.row().1 {
-            Weight::Note => Severity::Note,
-            _ => Severity::Warning,
-        }
-    }
-
-    /// True for a kind that makes a calibration poor.
-    pub fn is_gate(self) -> bool {
-        self.row().1 == Weight::Gate
-    }
-
-    /// True if samples were lost or could not be read.
-    pub fn is_loss(self) -> bool {
-        self.row().1 == Weight::Loss
-    }
-
-    /// True for what the values show once there are enough: a channel that does not change, the end
-    /// of the range.
-    pub fn is_of_samples(self) -> bool {
-        use FindingKind as K;
-        matches!(
-            self,
-            K::FrozenAxis | K::Clipped | K::RepeatedRows | K::SensorHung
-        )
-    }
-
-    /// The kind of that name.
-    pub fn of_name(name: &str) -> Option<Self> {
-        let is_it = |kind: &&FindingKind| kind.name() == name;
-        FindingKind::ALL.iter().find(is_it).copied()
-    }
-}
-
 impl fmt::Display for FindingKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_kind_of_a_later_version_is_read() {
-        let kind: FindingKind = serde_json::from_str("\"of-tomorrow\"").unwrap();
-        assert_eq!(kind, FindingKind::Other);
+        f.write_str(self.row().name)
     }
 }

@@ -1,6 +1,6 @@
 //! What columns and lines tell.
 
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding, FindingKind};
 use crate::judge;
 use crate::role::Role;
 use crate::spans::LineSpans;
@@ -140,7 +140,9 @@ pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> 
     let mut findings = Vec::new();
     for (reason, aside) in &ledger.reasons {
         // Kinds have the names of the reasons.
-        let kind = FindingKind::of_name(reason.name());
+        let kind = FindingKind::ALL
+            .iter()
+            .find(|k| k.to_string() == reason.name());
         let Some(kind) = kind.filter(|_| blanks || *reason != Reason::Blank) else {
             continue;
         };
@@ -155,11 +157,11 @@ pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> 
         let n = aside.lines.count();
         let plural = if n == 1 { "" } else { "s" };
         let text = format!("{n} {noun}{plural}: {}{example}", reason.meaning());
-        findings.push(Finding::new(kind, text).at_lines(&aside.lines));
+        findings.push(Finding::new(*kind, text).at_lines(&aside.lines));
     }
     if !nul_lines.is_empty() {
-        let text = format!("NUL bytes in {} lines; removed", nul_lines.count());
-        findings.push(Finding::new(FindingKind::NulBytes, text).at_lines(nul_lines));
+        let lines = nul_lines.count();
+        findings.push(Case::NulBytes { lines }.finding().at_lines(nul_lines));
     }
     findings
 }

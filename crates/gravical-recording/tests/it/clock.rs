@@ -1,7 +1,7 @@
 //! Times and rates of stamps.
 
+use gravical_recording::Recording;
 use gravical_recording::judge::{ClockOptions, Times, clock};
-use gravical_recording::{FindingKind, Recording};
 
 use crate::support::{Row, finding, has, has_rate, is_near, read, six_faces};
 
@@ -130,7 +130,7 @@ fn file(header: &str, separator: &str, row: impl Fn(usize) -> [String; 2]) -> St
 }
 
 fn gaps(recording: &Recording) -> usize {
-    finding(recording, FindingKind::Gap).map_or(0, |f| f.lines.len())
+    finding(recording, "gap").map_or(0, |f| f.lines.len())
 }
 
 /// 10 Hz from 23:59:50 on the last of March.
@@ -184,17 +184,17 @@ fn date_and_time_in_two_columns_are_one_clock() {
 /// Columns in front of the acceleration, and the cells of a row in them.
 type Clock = (&'static str, fn(usize) -> String);
 
-const CLOCKS: [(Clock, f64, usize, Option<FindingKind>); 8] = [
+const CLOCKS: [(Clock, f64, usize, Option<&str>); 8] = [
     // Bursts of 300 ms, and pauses of 72 s.
-    (("time_s,", bursts), 10.0, 5, Some(FindingKind::BurstTime)),
+    (("time_s,", bursts), 10.0, 5, Some("burst-time")),
     (("Time (h),", hours), 10.0, 0, None),
     // A run of absurd stamps.
-    (("time_ms,", absurd), 10.0, 0, Some(FindingKind::BadStamps)),
+    (("time_ms,", absurd), 10.0, 0, Some("bad-stamps")),
     (
         ("Time [frames],", tenths_ms),
         10.0,
         0,
-        Some(FindingKind::TimeUnitUnknown),
+        Some("time-unit-unknown"),
     ),
     (("# Data Rate: 100 Hz\n", |_| String::new()), 100.0, 0, None),
     (
@@ -250,8 +250,7 @@ fn clocks_of_many_writings_are_read() {
         let start = recording.recorded_at().map(|t| t.to_string());
         let is_dated = start.is_some_and(|s| s.starts_with("2024-03-31T23:59:10"));
         assert_eq!(is_dated, header.starts_with("year"), "{header}");
-        use FindingKind::{BadStamps, BurstTime, TimeUnitUnknown};
-        for kind in [BurstTime, BadStamps, TimeUnitUnknown] {
+        for kind in ["burst-time", "bad-stamps", "time-unit-unknown"] {
             assert_eq!(has(&recording, kind), odd == Some(kind), "{header}{kind:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! The first lines of loggers and apps as they write them.
 
-use gravical_recording::{AccelUnit, FindingKind, ReadOptions, read_bytes};
+use gravical_recording::{AccelUnit, ReadOptions, read_bytes};
 
 use crate::support::{RATE_HZ, Row, has, has_rate, is_near, read, six_faces};
 
@@ -317,7 +317,7 @@ fn a_magnetic_field_and_a_magnitude_are_neither_rate_nor_temperature() {
         assert_eq!(recording.gyro.is_some(), has_gyro, "{text:.80}");
         assert_eq!(recording.temperature_c, None);
         assert!(has_rate(&recording, RATE_HZ));
-        assert_eq!(has(&recording, FindingKind::ColumnsUnread), !has_gyro);
+        assert_eq!(has(&recording, "columns-unread"), !has_gyro);
     }
 }
 
@@ -378,10 +378,10 @@ fn stamps_that_are_no_clock_are_told_and_not_used() {
     let out_of_order: fn(usize) -> usize = |k| 40 * (k ^ 1) + 1000;
     for (header, stamp, kind, has_rate) in [
         // … the last one first, standing still, milliseconds.
-        ("ms", out_of_order, FindingKind::BadStamps, false),
-        ("ms", |k| 1_000_000 - 40 * k, FindingKind::FrozenTime, false),
-        ("ms", |_| 40, FindingKind::FrozenTime, false),
-        ("t (s)", |k| 40 * k, FindingKind::TimeUnitAssumed, true),
+        ("ms", out_of_order, "bad-stamps", false),
+        ("ms", |k| 1_000_000 - 40 * k, "frozen-time", false),
+        ("ms", |_| 40, "frozen-time", false),
+        ("t (s)", |k| 40 * k, "time-unit-assumed", true),
     ] {
         let recording = stamped(header, stamp);
         assert_eq!(recording.clock.rate_hz().is_some(), has_rate, "{kind:?}");

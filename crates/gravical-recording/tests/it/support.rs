@@ -1,6 +1,6 @@
 //! Samples of a sensor on its six faces, and the reader.
 
-use gravical_recording::{Error, Finding, FindingKind, ReadOptions, Recording, read_bytes};
+use gravical_recording::{Error, Finding, ReadOptions, Recording, read_bytes};
 
 pub const RATE_HZ: f64 = 25.0;
 pub const FACE_ROWS: usize = 50;
@@ -48,11 +48,11 @@ pub fn try_read(bytes: Vec<u8>, file_name: &str) -> Result<Recording, Error> {
 }
 
 /// The first finding of a kind.
-pub fn finding(recording: &Recording, kind: FindingKind) -> Option<&Finding> {
+pub fn finding<'a>(recording: &'a Recording, kind: &str) -> Option<&'a Finding> {
     recording.findings.iter().find(|f| f.kind == kind)
 }
 
-pub fn has(recording: &Recording, kind: FindingKind) -> bool {
+pub fn has(recording: &Recording, kind: &str) -> bool {
     finding(recording, kind).is_some()
 }
 

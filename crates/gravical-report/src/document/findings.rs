@@ -28,12 +28,12 @@ impl Remark {
         let first = named.next();
         let several_files = several_files || named.any(|file| Some(file) != first);
         let mut sorted: Vec<&Finding> = findings.iter().collect();
-        sorted.sort_by_key(|f| (Reverse(f.severity), !f.kind.is_gate()));
+        sorted.sort_by_key(|f| (Reverse(f.severity), !f.gate));
         // Findings of one message up to its numbers, and the files that have them.
         let key = |f: &Finding| {
             let mut text = f.worded(flag);
             text.retain(|c| !c.is_ascii_digit() && !matches!(c, '.' | '-'));
-            (f.kind, text)
+            (f.kind.clone(), text)
         };
         let mut files: HashMap<_, Vec<&Option<String>>> = HashMap::new();
         for finding in &sorted {

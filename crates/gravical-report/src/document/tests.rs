@@ -185,9 +185,13 @@ fn long_tables_are_cut_and_say_so() {
 
 #[test]
 fn findings_that_files_share_are_listed_once() {
-    use gravical::recording::{Finding, FindingKind};
-    let finding =
-        |file: &str, n: u32| Finding::new(FindingKind::Gap, format!("{n} gaps")).in_file(file);
+    use gravical::recording::Finding;
+    let finding = |file: &str, n: u32| -> Finding {
+        let json = serde_json::json!({
+            "kind": "gap", "severity": "warning", "message": format!("{n} gaps"), "file": file,
+        });
+        serde_json::from_value(json).unwrap()
+    };
     let all = Remark::all(&[finding("a/x.csv", 1), finding("a/y.csv", 2)], true);
     let text: String = all.iter().map(Remark::to_text).collect();
     assert_eq!(text, "  ! gap: 1 gaps [x.csv; also in 1 other file]\n");

@@ -4,7 +4,7 @@ use crate::figure::{Axis, Figure, Panel, Role, Series};
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::{InputFile, InputRole};
 use gravical::motion::{Motion, MotionOptions};
-use gravical::recording::{Finding, FindingKind, ReadOptions, Recording, read, read_bytes};
+use gravical::recording::{ReadOptions, Recording, read, read_bytes};
 
 /// A push along x between two rests.
 fn push() -> Recording {
@@ -52,8 +52,13 @@ fn names_are_no_markup() {
     let evil = "</script><img src=x onerror=alert(1)>\"'&|`\u{0}\n# a";
     let recording = push();
     let mut motion = moved(&recording);
-    let finding = Finding::new(FindingKind::Other, evil).in_file(evil);
-    motion.result.findings.push(finding);
+    let json = serde_json::json!({
+        "kind": evil, "severity": "note", "message": evil, "file": evil,
+    });
+    motion
+        .result
+        .findings
+        .push(serde_json::from_value(json).unwrap());
     motion.result.frame = evil.to_owned();
     motion.result.moves[0].unusable = Some(evil.to_owned());
     let line = Series::line(evil, Role::Raw, [(0.0, 0.0), (1.0, 1.0)]);

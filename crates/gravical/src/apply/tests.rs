@@ -69,7 +69,7 @@ fn assert_balances(summary: &ApplySummary) {
 }
 
 fn finding<'a>(summary: &'a ApplySummary, kind: &str) -> &'a Finding {
-    let found = summary.findings.iter().find(|f| f.kind.name() == kind);
+    let found = summary.findings.iter().find(|f| f.kind == kind);
     found.unwrap_or_else(|| panic!("no {kind} in {:?}", summary.findings))
 }
 

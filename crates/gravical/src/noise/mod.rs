@@ -45,7 +45,7 @@ use gravical_signal::{
 };
 
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
-use crate::finding::{Finding, LineSpans, finding};
+use crate::finding::{Case, Finding, LineSpans, finding};
 use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
@@ -148,10 +148,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     findings.extend(of_rests(&recording, &ranges, period_s));
     let changed_c = temperature.as_ref().map(TemperatureRange::span_c);
     if let Some(changed_c) = changed_c.filter(|changed_c| *changed_c > MAX_CHANGE_C) {
-        findings.push(finding!(
-            NoiseTemperature,
-            "the temperature moved by {changed_c:.1} °C: drift of the bias with temperature looks like bias instability and random walk"
-        ));
+        findings.push(Case::NoiseTemperature { changed_c }.finding());
     }
     let in_file = findings.into_iter().map(|f| f.in_file(&recording.name));
     Ok(NoiseResult {

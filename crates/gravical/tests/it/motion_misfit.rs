@@ -65,7 +65,7 @@ fn worst_error(result: &MotionResult) -> f64 {
 }
 
 fn has(result: &MotionResult, kind: &str) -> bool {
-    result.findings.iter().any(|f| f.kind.name() == kind)
+    result.findings.iter().any(|f| f.kind == kind)
 }
 
 sampled! {

@@ -62,7 +62,7 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
     let fitted = |text: &str| calibrated(&[named("means.csv", text)], &given_gravity());
     let result = fitted(&rows.concat());
     assert_eq!(result.segmentation.poses[3].label, "line 5");
-    let mut kinds = result.file.findings.iter().map(|f| f.kind.name());
+    let mut kinds = result.file.findings.iter().map(|f| &*f.kind);
     assert!(kinds.any(|kind| kind == "rows-as-poses"));
     let bias = fitted(labelled).file.accelerometer.bias;
     assert_eq!(result.file.accelerometer.bias, bias);
@@ -156,7 +156,7 @@ fn the_same_session_is_the_same_by_every_route() {
     for (route, session, options) in routes {
         let result = calibrated(&session, options);
         let (found, _) = parameters(&result);
-        let mut kinds = result.file.findings.iter().map(|f| f.kind.name());
+        let mut kinds = result.file.findings.iter().map(|f| &*f.kind);
         assert!(route != "labels" || kinds.any(|k| k == "labels-left-out"));
         for ((found, expected), sd) in found.iter().zip(&expected).zip(&sd) {
             let off = (found - expected).abs();

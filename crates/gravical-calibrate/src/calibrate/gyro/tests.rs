@@ -56,7 +56,7 @@ fn fitted_to_all(simulation: &Simulation, recordings: &[Recording]) -> FittedGyr
 }
 
 fn found<'a>(fit: &'a FittedGyroscope, kind: &str) -> &'a Finding {
-    let found = fit.findings.iter().find(|f| f.kind.name() == kind);
+    let found = fit.findings.iter().find(|f| f.kind == kind);
     found.unwrap_or_else(|| panic!("{kind} of {:?}", fit.findings))
 }
 

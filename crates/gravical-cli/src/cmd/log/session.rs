@@ -25,7 +25,7 @@ pub struct Session {
     pub file: LogFile,
     /// Rows that were looked at, and kinds of what was found in them.
     observed_rows: u64,
-    found: BTreeSet<&'static str>,
+    found: BTreeSet<String>,
     /// The device that is open, or was.
     target: Option<PortInfo>,
     serial: Option<Serial>,
@@ -177,7 +177,7 @@ impl Session {
         {
             status.observe(&recording);
             for finding in recording.findings {
-                if finding.kind.is_of_samples() && self.found.insert(finding.kind.name()) {
+                if finding.is_of_samples() && self.found.insert(finding.kind.clone()) {
                     recorder.say(Event::Finding(finding));
                 }
             }

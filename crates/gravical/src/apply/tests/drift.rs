@@ -43,7 +43,7 @@ fn ride(temperatures: &[&str]) -> String {
 }
 
 fn kinds(summary: &ApplySummary) -> Vec<&str> {
-    let all = summary.findings.iter().map(|f| f.kind.name());
+    let all = summary.findings.iter().map(|f| &*f.kind);
     all.filter(|k| k.starts_with("temperature")).collect()
 }
 
