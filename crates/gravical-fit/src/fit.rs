@@ -6,8 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{BENDS, BIAS, DRIFT, Parameters, matrix, median};
 use crate::pose::{Face, Pose};
-use crate::rows::{Held, Linear, Placed};
-use crate::search::{Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, least_known};
+use crate::rows::{Hyperparameters, Linear, Placed};
+use crate::search::{
+    Found, MAX_SESSION, Search, USUAL_BEND, USUAL_TILT_DEG, assign_first_roles, least_known,
+};
 use crate::sensor::{Gravity, Sensor};
 use crate::sphere::centre;
 
@@ -220,7 +222,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
         place_of,
         scale,
         reference_c,
-        held: Held {
+        held: Hyperparameters {
             gravity: options.gravity,
             // Exact faces; a tilt of zero would divide by it.
             tilt: options
@@ -241,7 +243,7 @@ pub(crate) fn prepare(poses: &[Pose], options: &Options) -> Option<Search> {
             _ => 0.0,
         }),
     };
-    search.assign_first_roles();
+    assign_first_roles(&mut search.poses, &search.x);
     Some(search)
 }
 

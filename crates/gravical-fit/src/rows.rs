@@ -34,7 +34,7 @@ pub(crate) struct Placed {
 
 /// What is held while the parameters are fitted.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Held {
+pub(crate) struct Hyperparameters {
     pub gravity: f64,
     /// Standard deviation of each of the two components of a face's tilt, rad.
     pub tilt: f64,
@@ -48,10 +48,10 @@ pub(crate) struct Held {
     pub drift: bool,
 }
 
-impl Held {
+impl Hyperparameters {
     /// Without model error and bends: what noise alone explains.
-    pub fn bare(&self) -> Held {
-        Held {
+    pub fn bare(&self) -> Hyperparameters {
+        Hyperparameters {
             model_error: 0.0,
             bend: 0.0,
             ..*self
@@ -135,14 +135,14 @@ pub(crate) struct Row {
 
 impl Row {
     /// Covariance by noise, model error and tilt.
-    pub fn parts(&self, held: &Held) -> [Matrix3<f64>; 3] {
+    pub fn parts(&self, held: &Hyperparameters) -> [Matrix3<f64>; 3] {
         let tilt = held.tilt.powi(2);
         let tilts = Matrix3::from_diagonal(&Vector3::new(0.0, tilt, tilt));
         [self.noise, self.error * held.model_error.powi(2), tilts]
     }
 
     /// L⁻¹ of the covariance L Lᵀ; of a free pose only its first row counts.
-    pub fn whitener(&self, held: &Held) -> Option<Matrix3<f64>> {
+    pub fn whitener(&self, held: &Hyperparameters) -> Option<Matrix3<f64>> {
         let [noise, error, tilt] = self.parts(held);
         if self.face.is_none() {
             let variance = noise[(0, 0)] + error[(0, 0)];
@@ -203,7 +203,7 @@ impl Linear {
         poses: &[Placed],
         x: &Parameters,
         (oriented, free): (bool, &[usize]),
-        held: &Held,
+        held: &Hyperparameters,
     ) -> Option<Linear> {
         let face = |pose: &Placed| pose.face.filter(|_| oriented);
         let residuals = |x: &Parameters| {
@@ -248,7 +248,7 @@ impl Linear {
     }
 
     /// Sums over the poses that are `kept`.
-    pub fn normal(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Normal> {
+    pub fn normal(&self, held: &Hyperparameters, keep: impl Fn(usize) -> bool) -> Option<Normal> {
         let mut sum = Normal::default();
         for row in self.kept(keep) {
             let whitener = row.whitener(held)?;
@@ -271,7 +271,7 @@ impl Linear {
 
     /// The least squares with the data sheet and the bends as `held` has them. None where some
     /// parameter is not determined at all.
-    pub fn solve(&self, normal: &Normal, held: &Held) -> Option<Solution> {
+    pub fn solve(&self, normal: &Normal, held: &Hyperparameters) -> Option<Solution> {
         let mut normal = normal.clone();
         if held.prior {
             let (residual, derivatives) = &self.sheet;
@@ -322,14 +322,18 @@ impl Linear {
     }
 
     /// The least squares of the poses that are `kept`.
-    pub fn solve_poses(&self, held: &Held, keep: impl Fn(usize) -> bool) -> Option<Solution> {
+    pub fn solve_poses(
+        &self,
+        held: &Hyperparameters,
+        keep: impl Fn(usize) -> bool,
+    ) -> Option<Solution> {
         self.solve(&self.normal(held, keep)?, held)
     }
 
     /// Lengths alone show what the model misses: the angles of a face have a deviation of their own.
     pub fn lengths(
         &self,
-        held: &Held,
+        held: &Hyperparameters,
         solution: &Solution,
         keep: impl Fn(usize) -> bool,
     ) -> Lengths {
@@ -346,7 +350,7 @@ impl Linear {
     }
 
     /// Sum of squares at another point, weights as at this one; none where it is not finite.
-    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Held) -> Option<f64> {
+    pub fn cost_at(&self, poses: &[Placed], x: &Parameters, held: &Hyperparameters) -> Option<f64> {
         let point = Point::new(x)?;
         let mut sum = 0.0;
         for (pose, row) in poses.iter().zip(&self.rows).filter(|(_, r)| r.counts) {
@@ -368,7 +372,11 @@ const MIN_PIVOT: f64 = 1e-7;
 
 /// Which parameters are fitted: without faces on two axes the frame of the case is open, and M is
 /// upper triangular in the axes of the channels (`channel_of` names that of each axis of the case).
-pub(crate) fn free_parameters(oriented: bool, channel_of: [usize; 3], held: &Held) -> Vec<usize> {
+pub(crate) fn free_parameters(
+    oriented: bool,
+    channel_of: [usize; 3],
+    held: &Hyperparameters,
+) -> Vec<usize> {
     let is_free = |i: &usize| match *i {
         0..BIAS => oriented || i / 3 <= channel_of[i % 3],
         DRIFT..BENDS => held.drift,

@@ -11,7 +11,7 @@ use crate::model::{
     BIAS, Covariance, DIRECTIONS, Parameters, bend, bias, inverse, matrix, median, sensitivity,
     sphere,
 };
-use crate::rows::{Held, Placed, Row, force};
+use crate::rows::{Hyperparameters, Placed, Row, force};
 use crate::search::{USUAL_CHI2, USUAL_FREEDOM};
 use crate::sensor::{Sensor, WorstDirection};
 
@@ -219,7 +219,7 @@ impl Fit {
 
     fn state(&self) -> Option<State> {
         let held = &self.search.held;
-        let straight = Held { bend: 0.0, ..*held };
+        let straight = Hyperparameters { bend: 0.0, ..*held };
         let linear = &self.linear;
         let solution = linear.solve_poses(&straight, |_| true)?;
         let test = |(k, row): (usize, &Row)| {
