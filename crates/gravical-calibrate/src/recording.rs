@@ -40,7 +40,7 @@ pub use gravical_recording::{
     Recording, TableColumn, TimeUnit, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
     read_head, read_joined, read_samples,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
 
 /// Size of one m/s² in the numbers of the accelerometer.
 ///

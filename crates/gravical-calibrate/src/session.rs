@@ -69,7 +69,8 @@ pub const ENDINGS: [&str; 7] = ["csv", "txt", "tsv", "log", "dat", "gz", "cwa"];
 /// # Errors
 ///
 /// What the file system says; `no-recordings` when there is none.
-pub fn files_in(folder: &Path) -> Result<Vec<PathBuf>> {
+pub fn files_in(folder: impl AsRef<Path>) -> Result<Vec<PathBuf>> {
+    let folder = folder.as_ref();
     let paths = listed(folder)?;
     if paths.is_empty() {
         return Err(no_recordings(folder, &folders_in(folder)?));

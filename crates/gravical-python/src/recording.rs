@@ -64,7 +64,9 @@ pub fn read(
         Source::One(inputs) => task::run(py, move |meter| {
             let reading = Reading::new(inputs, &mut keywords, meter)?;
             keywords.end()?;
-            Ok(Arc::unwrap_or_clone(reading.one(recording::read)?))
+            Ok(Arc::unwrap_or_clone(
+                reading.one(|path, how| recording::read(path, how))?,
+            ))
         })?,
         Source::Bytes(bytes) => task::run(py, move |meter| {
             let options = keywords.reading(meter)?;

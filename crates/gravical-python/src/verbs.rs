@@ -78,7 +78,7 @@ pub fn run(
 
 fn inspect(mut call: Call) -> Result<Outcome> {
     let options: SegmentOptions = call.keywords.last()?;
-    let rows = call.reading.one(read)?;
+    let rows = call.reading.one(|path, how| read(path, how))?;
     let found = inspect::inspect(&rows, &options.axes);
     let inputs = InputFile::of(from_ref(&*rows));
     Outcome::new(Kind::Plain(report::inspection(&found)), &found, inputs)
@@ -125,7 +125,7 @@ fn apply(mut call: Call) -> Result<Outcome> {
             return Err(Error::usage("usage", what).with_hint("it needs output="));
         }
         None => {
-            let rows = call.reading.one(read_samples)?;
+            let rows = call.reading.one(|path, how| read_samples(path, how))?;
             let done = apply::apply_recording(&file, &rows, &options)?;
             let table = Table::of_applied(&done, rows.time_s.as_deref());
             (done.summary, Some(table))
@@ -170,7 +170,8 @@ fn apply_to_file(
 fn denoise(mut call: Call) -> Result<Outcome> {
     let options: denoise::DenoiseOptions = call.keywords.last()?;
     options.validate()?;
-    let mut recording = Arc::unwrap_or_clone(call.reading.one(read_samples)?);
+    let mut recording =
+        Arc::unwrap_or_clone(call.reading.one(|path, how| read_samples(path, how))?);
     let inputs = InputFile::of(from_ref(&recording));
     let summary = denoise::denoise(&mut recording, &options)?;
     let kind = Kind::Plain(report::denoise(&summary));
@@ -181,7 +182,7 @@ fn denoise(mut call: Call) -> Result<Outcome> {
 
 fn estimate_noise(call: Call) -> Result<Outcome> {
     call.keywords.end()?;
-    let rows = call.reading.one(read_samples)?;
+    let rows = call.reading.one(|path, how| read_samples(path, how))?;
     let result = Arc::new(noise::noise_of(Arc::unwrap_or_clone(rows))?);
     let inputs = result.inputs.clone();
     Outcome::new(Kind::Noise(result.clone()), &*result, inputs)
@@ -224,7 +225,7 @@ fn motion(mut call: Call) -> Result<Outcome> {
     options.validate()?;
     let truth = call.keywords.path("truth")?;
     call.keywords.end()?;
-    let rows = call.reading.one(read_samples)?;
+    let rows = call.reading.one(|path, how| read_samples(path, how))?;
     let calibration = call.calibrations.first();
     let calibrated = calibration.map(|(file, name)| motion::Calibrated { file, name });
     let mut motion = motion::motion(&rows, calibrated, &options)?;

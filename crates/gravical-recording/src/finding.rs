@@ -181,6 +181,7 @@ macro_rules! findings {
         $($case:ident $({ $($field:ident: $of:ty),* $(,)? })? => $said:literal $(, $part:expr)*;)+
     )*) => {
         /// What is found.
+        #[doc(hidden)]
         #[derive(Debug, Clone)]
         pub enum Case {
             $($(#[doc = $said] $case $({ $(#[allow(missing_docs)] $field: $of),* })?,)+)*

@@ -36,7 +36,7 @@ pub fn read_joined(
     path: &Path,
     gyro: Option<&Path>,
     options: &ReadOptions,
-    read: fn(&Path, &ReadOptions) -> Result<Recording>,
+    read: impl Fn(&Path, &ReadOptions) -> Result<Recording>,
 ) -> Result<Recording> {
     let Some(gyro) = gyro else {
         return read(path, options);
@@ -58,7 +58,12 @@ pub fn read_joined(
 /// `gyro-twice` if the recording has a gyroscope, `no-gyroscope` if the file has none,
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
-pub fn join_gyroscope(recording: &mut Recording, path: &Path, options: &ReadOptions) -> Result<()> {
+pub fn join_gyroscope(
+    recording: &mut Recording,
+    path: impl AsRef<Path>,
+    options: &ReadOptions,
+) -> Result<()> {
+    let path = path.as_ref();
     join_input(recording, open(path, options)?, &path_name(path), options)
 }
 

@@ -24,7 +24,8 @@ use crate::text::{Format, sniff};
 /// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
 /// `columns-unknown`, `all-zero`, `too-large` …, each with the file and a hint. Lesser faults are
 /// [`Finding`]s of the recording.
-pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
+pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
+    let path = path.as_ref();
     read_input(open(path, options)?, &path_name(path), options, true)
 }
 
@@ -33,7 +34,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// # Errors
 ///
 /// As [`read`].
-pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
+pub fn read_samples(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
+    let path = path.as_ref();
     read_input(open(path, options)?, &path_name(path), options, false)
 }
 
@@ -43,7 +45,8 @@ pub fn read_samples(path: &Path, options: &ReadOptions) -> Result<Recording> {
 /// # Errors
 ///
 /// As [`read`].
-pub fn read_head(path: &Path, options: &ReadOptions) -> Result<Recording> {
+pub fn read_head(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
+    let path = path.as_ref();
     read_input(open_head(path, options)?, &path_name(path), options, true)
 }
 

@@ -162,9 +162,10 @@ fn planned(options: &SimulateOptions, max: usize) -> Result<(Truth, Vec<Plan>)> 
 /// target exists and `force` is false; otherwise errors of the file system, with the path.
 pub fn simulate_to(
     options: &SimulateOptions,
-    dir: &Path,
+    dir: impl AsRef<Path>,
     force: bool,
 ) -> Result<(Truth, Vec<PathBuf>)> {
+    let dir = dir.as_ref();
     let (mut truth, plans) = planned(options, MAX_WRITTEN)?;
     let names = plans.iter().map(|plan| plan.truth.name.as_str());
     let paths: Vec<PathBuf> = names

@@ -1,7 +1,10 @@
 //! What is found in recordings and results.
 
 use gravical_calibrate::finding::Case as CalibrationCase;
+#[doc(hidden)]
 pub use gravical_calibrate::finding::*;
+#[doc(inline)]
+pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 
 gravical_recording::findings! {
     "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C" / "B and K are not corrected" / "record at constant temperature, after half an hour of warming":

@@ -8,8 +8,10 @@ use crate::gravity::Gravity;
 use crate::live::folder::{calibrate_session, is_session};
 use crate::recording::{ReadOptions, Recording};
 
-#[doc(inline)]
+#[doc(hidden)]
 pub use gravical_calibrate::session::*;
+#[doc(inline)]
+pub use gravical_calibrate::session::{SessionFiles, read_session};
 
 /// Reads the files of a session, one folder, or the folder of a guided session, and calibrates; what was
 /// left out of a folder is among the findings. `gyro` is the gyroscope of the one recording in a second file;

@@ -76,7 +76,8 @@ impl Calibration {
     /// # Errors
     ///
     /// As [`to_json`](Self::to_json), [`parse`](Self::parse) and [`write_text`].
-    pub fn write(&self, path: &Path, force: bool) -> Result<()> {
+    pub fn write(&self, path: impl AsRef<Path>, force: bool) -> Result<()> {
+        let path = path.as_ref();
         let text = self.to_json()?;
         Self::parse(text.as_bytes())?;
         write_text(path, force, &text)
@@ -88,7 +89,8 @@ impl Calibration {
     ///
     /// `calibration-syntax`, `calibration-format` and `calibration-values`
     /// (input) with the file and, where known, the line.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
         Self::read_with_input(path).map(|(file, _)| file)
     }
 
@@ -97,7 +99,8 @@ impl Calibration {
     /// # Errors
     ///
     /// As [`read`](Self::read).
-    pub fn read_with_input(path: &Path) -> Result<(Self, InputFile)> {
+    pub fn read_with_input(path: impl AsRef<Path>) -> Result<(Self, InputFile)> {
+        let path = path.as_ref();
         InputFile::read(path, InputRole::Calibration, Self::parse)
     }
 

@@ -1,6 +1,6 @@
 //! `gravical inspect`: the content of a recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use gravical::Error;
@@ -64,8 +64,11 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     }
     let (mut found, mut failed, mut is_bad) = (Vec::new(), Vec::new(), false);
     for (path, listed) in &files {
-        let read = if *listed { read_listed } else { read };
-        let recording = match read_joined(path, args.gyro.as_deref(), &options, read) {
+        let read_one = |path: &Path, how: &ReadOptions| match listed {
+            true => read_listed(path, how),
+            false => read(path, how),
+        };
+        let recording = match read_joined(path, args.gyro.as_deref(), &options, read_one) {
             Ok(recording) => recording,
             Err(error) if *listed && is_something_else(&error) && !json => {
                 text::print(&format!("{}\n\n", error.worded(flag)))?;

@@ -81,7 +81,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     });
 
     let gyro = args.gyro.as_deref();
-    let recording = read_joined(&args.input, gyro, &read_options, read_samples)?;
+    let recording = read_joined(&args.input, gyro, &read_options, |path, how| {
+        read_samples(path, how)
+    })?;
     let mut motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|(_, input)| input.clone()));

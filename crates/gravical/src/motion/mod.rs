@@ -32,6 +32,7 @@ mod prepare;
 mod result;
 mod summary;
 mod track;
+#[doc(hidden)]
 pub mod truth;
 mod uncertainty;
 

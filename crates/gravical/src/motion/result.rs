@@ -150,6 +150,7 @@ pub struct FinalState {
 }
 
 /// Comparison with a reference.
+#[doc(hidden)]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// The reference as it was given.
@@ -178,6 +179,7 @@ pub struct Comparison {
 }
 
 /// One move beside the reference.
+#[doc(hidden)]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MoveComparison {
     /// Number of the move, from 1.

@@ -116,6 +116,7 @@ impl Motion {
 }
 
 /// Names of the columns of the table of a motion.
+#[doc(hidden)]
 pub fn table_columns(motion: &Motion) -> impl Iterator<Item = &'static str> {
     let bands = motion.bands.then_some(BANDS).into_iter();
     COLUMNS

@@ -86,7 +86,8 @@ const MAX_CHANGE_C: f64 = 1.0;
 ///
 /// As [`read_samples`](crate::recording::read_samples); `unit-unknown`; `rate-unknown` (usage) without
 /// time stamps and rate; `not-at-rest` without a static interval of ten seconds.
-pub fn noise(path: &Path, read: &ReadOptions) -> Result<NoiseResult> {
+pub fn noise(path: impl AsRef<Path>, read: &ReadOptions) -> Result<NoiseResult> {
+    let path = path.as_ref();
     noise_of(recording::read_samples(path, read)?)
 }
 
@@ -169,6 +170,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
 
 /// Noise of one channel from samples in memory, `period_s` apart. Samples must be finite; a name that
 /// begins with `g` is a gyroscope.
+#[doc(hidden)]
 pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> ChannelNoise {
     noise_of_segments(channel, &[samples.to_vec()], period_s)
 }

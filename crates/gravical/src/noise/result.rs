@@ -11,6 +11,7 @@ use crate::finding::Finding;
 use crate::{Error, Result};
 
 /// Value of `format`.
+#[doc(hidden)]
 pub const NOISE_FORMAT: &str = "gravical-noise/1";
 
 /// Noise of a sensor.
@@ -56,7 +57,8 @@ impl NoiseResult {
 /// # Errors
 ///
 /// `not-noise` for any other file; errors of the file system.
-pub fn read_noise(path: &Path) -> Result<NoiseResult> {
+pub fn read_noise(path: impl AsRef<Path>) -> Result<NoiseResult> {
+    let path = path.as_ref();
     InputFile::read(path, InputRole::Noise, parse).map(|(result, _)| result)
 }
 
@@ -228,6 +230,7 @@ impl Unit {
 }
 
 /// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
+#[doc(hidden)]
 pub fn duration_text(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < 120.0 => (s, "s"),
