@@ -104,7 +104,7 @@ impl Journal {
     /// Those of reading; `recording-changed`.
     pub fn verify(&self, options: &ReadOptions) -> Result<()> {
         if !self.poses.is_empty() {
-            self.sections(&read(&self.folder.join(RECORDING), options)?)?;
+            self.sections(&read(self.folder.join(RECORDING), options)?)?;
         }
         Ok(())
     }
@@ -156,7 +156,7 @@ pub fn calibrate_session(
     given: Option<Gravity>,
 ) -> Result<(Vec<Recording>, Calibrated)> {
     let (journal, input) = Journal::read_with_input(folder)?;
-    let recording = read(&folder.join(RECORDING), read_options)?;
+    let recording = read(folder.join(RECORDING), read_options)?;
     let mut options = options.clone();
     options.segment.sections = Some(journal.sections(&recording)?);
     options.gravity = given.unwrap_or(journal.gravity);

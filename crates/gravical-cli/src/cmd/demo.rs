@@ -99,12 +99,12 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// The three main numbers and the reports.
 fn summary(folder: &Path) -> anyhow::Result<String> {
-    let (file, input) = Calibration::read_with_input(&folder.join("calibration.json"))?;
+    let (file, input) = Calibration::read_with_input(folder.join("calibration.json"))?;
     let calibration = Calibrated {
         file: &file,
         name: &input.path,
     };
-    let line = read(&folder.join("line/line.csv"), &ReadOptions::default())?;
+    let line = read(folder.join("line/line.csv"), &ReadOptions::default())?;
     let moved = motion(&line, Some(calibration), &MotionOptions::default())?.result;
     let classical = motion(&line, Some(calibration), &MotionOptions::report())?.result;
     let json = std::fs::read_to_string(folder.join("line/truth.json"))?;

@@ -50,7 +50,7 @@ fn real_recordings_are_read_as_their_owners_describe_them() {
         let [file, rows, unit, gyro, rate_hz] = words[..] else {
             panic!("{line}")
         };
-        let own = read(&data.join(file), &ReadOptions::default()).unwrap();
+        let own = read(data.join(file), &ReadOptions::default()).unwrap();
         assert_eq!(own.rows().to_string(), rows, "{file}");
         assert_eq!(own.rows() + own.ledger.total(), own.ledger.lines, "{file}");
         assert_eq!(own.units.accel.unit.name(), unit, "{file}");

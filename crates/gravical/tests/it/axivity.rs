@@ -55,7 +55,7 @@ fn real_files_have_the_samples_and_times_of_another_decoder() {
         [("ax3", 197.2, "51888", ax3), ("ax6", 98.4, "6011802", ax6)]
     {
         let file = |end: &str| data.join(format!("skdh-axivity/{name}_{end}"));
-        let recording = read(&file("sample.cwa"), &ReadOptions::default()).unwrap();
+        let recording = read(file("sample.cwa"), &ReadOptions::default()).unwrap();
         let packed = std::fs::File::open(file("decoded.csv.gz")).unwrap();
         let text = std::io::read_to_string(flate2::read::GzDecoder::new(packed)).unwrap();
         let mut lines = text.lines().skip(1);
