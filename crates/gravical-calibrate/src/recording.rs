@@ -101,7 +101,7 @@ pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
     }
     let losses = losses.join(", ");
     error
-        .with_detail(&format!("; {name} has {losses}"))
+        .with_detail(&format!("; in {name}: {losses}"))
         .with_hint(hint)
 }
 

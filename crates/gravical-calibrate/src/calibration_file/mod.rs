@@ -10,7 +10,6 @@ mod derived;
 mod folder;
 mod imucal;
 mod input;
-mod older;
 mod readable;
 mod types;
 mod unit;
@@ -27,8 +26,6 @@ use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
 use gravical_recording::output::write_text;
-
-use older::{OLDER, upgraded};
 
 pub use folder::{find_calibration, json_files};
 pub use gravical_fit::{Deviations, FitQuality, Grade, NextPose, Undetected, WorstDirection};
@@ -135,10 +132,10 @@ impl Calibration {
         match value.get("format").and_then(serde_json::Value::as_str) {
             _ if value.get("K_a").is_some() => return from_imucal(&value),
             Some(FORMAT) => {}
-            Some(OLDER) => {
-                let file: Self = serde_json::from_value(upgraded(value)).map_err(|e| syntax(&e))?;
-                file.check()?;
-                return Ok(file);
+            Some(other) if other.starts_with("gravical-calibration/") => {
+                let what = format!("this is {other} of another version; this one reads {FORMAT}");
+                return Err(Error::input("calibration-format", what)
+                    .with_hint("calibrate again from the recordings"));
             }
             Some(other) => {
                 return foreign(format!(

@@ -50,29 +50,6 @@ fn fields_of_later_and_of_earlier_versions() {
     Calibration::parse(value.to_string().as_bytes()).unwrap();
 }
 
-/// The places of `/2`.
-#[test]
-fn a_file_of_the_version_before_is_read() {
-    let file = sample();
-    let mut value = serde_json::to_value(&file).unwrap();
-    let older = value.as_object_mut().unwrap();
-    let mut moved = older.remove("reliability").unwrap();
-    for next in moved["next_poses"].as_array_mut().unwrap() {
-        next["predicted_norm_error_mps2"] = next["predicted_mps2"].take();
-    }
-    moved["leave_one_out_rms_mps2"] = moved["left_out_rms_mps2"].take();
-    moved["predicted_norm_error_mps2"] = moved["predicted_mps2"].take();
-    moved["poses"] = older.remove("poses").unwrap();
-    moved["gravity_sd_mps2"] = older.remove("gravity_sd_mps2").unwrap();
-    let drift = older.remove("drift").unwrap();
-    older.insert("temperature_model".to_owned(), drift);
-    older["format"] = json!("gravical-calibration/2");
-    let beside = older["accelerometer"].as_object_mut().unwrap();
-    beside.extend(moved.as_object().unwrap().clone());
-    let back = Calibration::parse(value.to_string().as_bytes()).unwrap();
-    assert_eq!(back, file);
-}
-
 /// Fields, values that cannot be applied, and the code or the field that the error names.
 const REFUSED: &str = "\
 /drift/range_c | [50, -10] | drift
