@@ -275,3 +275,42 @@ pub(crate) fn cut_hint(head_lines: usize, line: usize) -> String {
         "cut the file and read the parts: `sed '{line},$d' FILE > before.csv`, `{after} > after.csv`"
     )
 }
+
+/// The enum `Problem` of what a crate refuses, `Problem::CODES` for the documents, and `Problem::error`.
+///
+/// ```ignore
+/// errors! {
+///     "code-for-scripts" input:
+///         // One sentence or more, each with the values that it says; behind `=>` what helps.
+///         OneProblem { rows: usize } => "{rows} rows are too few" => "record for longer";
+///         OtherProblem => "nothing was written";
+/// }
+/// ```
+#[doc(hidden)]
+#[macro_export]
+macro_rules! errors {
+    ($($code:literal $category:ident:
+        $($case:ident $({ $($field:ident: $of:ty),* $(,)? })?
+            => $said:literal $(, $part:expr)* $(=> $hint:literal $(, $hint_part:expr)*)?;)+
+    )*) => {
+        /// What is refused.
+        #[derive(Debug, Clone)]
+        pub(crate) enum Problem {
+            $($(#[doc = $said] $case $({ $($field: $of),* })?,)+)*
+        }
+
+        impl Problem {
+            /// The error, to which place and options are added.
+            #[allow(unused_variables)]
+            pub(crate) fn error(self) -> $crate::Error {
+                match self {
+                    $($(Problem::$case { $($($field),*)? } => {
+                        let error = $crate::Error::$category($code, format!($said $(, $part)*));
+                        $(let error = error.with_hint(format!($hint $(, $hint_part)*));)?
+                        error
+                    })+)*
+                }
+            }
+        }
+    };
+}

@@ -83,7 +83,13 @@ fn codes(text: &str) -> Vec<String> {
         let (name, _) = rest.trim_start().strip_prefix('"')?.split_once('"')?;
         Some(name.to_owned())
     };
-    made.filter_map(literal).collect()
+    // Rows of `errors!`.
+    let row = |line: &str| {
+        let (name, category) = line.trim().strip_prefix('"')?.split_once("\" ")?;
+        ["input:", "usage:", "device:"].contains(&category).then(|| name.to_owned())
+    };
+    let rows = code.lines().filter_map(row);
+    made.filter_map(literal).chain(rows).collect()
 }
 
 #[test]
