@@ -124,6 +124,7 @@ pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> 
     let mut findings = Vec::new();
     for (reason, aside) in &ledger.reasons {
         let (lines, first) = (aside.lines.count(), aside.first.clone());
+        let blocks = lines;
         let case = match reason {
             Reason::NamedGap => Case::NamedGap { lines, first },
             Reason::Blank if blanks => Case::BlankRows { lines },
@@ -133,14 +134,8 @@ pub(crate) fn of_lines(ledger: &Ledger, nul_lines: &LineSpans, blanks: bool) -> 
             Reason::NotANumber => Case::NotANumber { lines, first },
             Reason::Zeros => Case::ZeroRows { lines },
             Reason::Hung => Case::SensorHung { lines },
-            Reason::CorruptBlock => Case::CorruptBlock {
-                blocks: lines,
-                first,
-            },
-            Reason::LateBlock => Case::LateBlock {
-                blocks: lines,
-                first,
-            },
+            Reason::CorruptBlock => Case::CorruptBlock { blocks, first },
+            Reason::LateBlock => Case::LateBlock { blocks, first },
             _ => continue,
         };
         findings.push(case.finding().at_lines(&aside.lines));

@@ -151,7 +151,7 @@ impl JudgedTime {
         });
         let stated = stated.filter(|_| times.bursty_steps.is_none());
         let other_rate = stated.map(|stated_hz| Case::RateMismatch { stated_hz, rate_hz });
-        let missing = (missing_share > MISSING).then(|| Case::MissingSamples {
+        let missing = (missing_share > MISSING).then_some(Case::MissingSamples {
             samples: times.missing,
             percent: 100.0 * missing_share,
         });
