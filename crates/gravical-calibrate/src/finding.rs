@@ -2,7 +2,7 @@
 
 use crate::Error;
 
-pub use gravical_recording::finding::{Case as RecordingCase, Kind, Weight};
+pub use gravical_recording::finding::{Case as RecordingCase, GyroMismatch, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, FindingKind, LineSpans, Severity, format_spans};
 
 gravical_recording::findings! {

@@ -272,11 +272,7 @@ pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> R
 }
 
 fn unknown_unit(recording: &Recording) -> Error {
-    let kinds = ["without-gravity", "unit-unknown"];
-    let why = recording
-        .findings
-        .iter()
-        .find(|f| kinds.contains(&&*f.kind));
+    let why = recording.units.unknown.as_ref();
     let text = why.map_or("the unit is not known", |f| f.message.as_str());
     let error = Error::input("unit-unknown", text)
         .at(recording.name.as_ref(), None)

@@ -4,6 +4,7 @@
 //! Each crate has one enum of what it finds, made by [`findings!`](crate::findings): the sentences stand there and
 //! nowhere else. What was found is told, and never looked up to decide something.
 
+mod cases;
 mod kinds;
 
 use std::fmt::Display;
@@ -14,7 +15,8 @@ use serde_json::Value;
 use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
-pub use kinds::{Case, FindingKind};
+pub use cases::{Case, EmptyCells, GyroMismatch};
+pub use kinds::FindingKind;
 #[doc(hidden)]
 pub type Map = serde_json::Map<String, Value>;
 

@@ -2,7 +2,7 @@
 
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::spans::LineSpans;
 use crate::units::{AccelScale, AccelUnit, GyroScale, GyroUnit, LSB_PER_DEG_S};
 
@@ -128,11 +128,10 @@ impl Clipping {
 
     /// What was found; `None` without clipping.
     pub fn finding(&self, channel: &str) -> Option<Finding> {
-        let count = self.count();
-        let text = format!(
-            "{channel} reaches the end of its range in {count} rows: the true value is larger; record at a wider range"
-        );
-        (count > 0).then(|| Finding::new(FindingKind::Clipped, text).at_lines(&self.lines))
+        let rows = self.count();
+        let channel = channel.to_owned();
+        let clipped = || Case::Clipped { channel, rows }.finding();
+        (rows > 0).then(|| clipped().at_lines(&self.lines))
     }
 }
 

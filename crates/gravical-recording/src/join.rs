@@ -13,7 +13,7 @@ use std::path::Path;
 
 use crate::bytes::Input;
 use crate::error::{Error, Result};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::options::ReadOptions;
 use crate::read::{open_head, read_gyroscope};
 use crate::recording::{JoinedFile, Recording};
@@ -128,8 +128,7 @@ fn join_input(
         }
         _ => {
             check_rows(recording, &gyro)?;
-            let text = "one of the files has no time stamps: joined row by row";
-            let finding = Finding::new(FindingKind::GyroRowByRow, text).in_file(name);
+            let finding = Case::GyroRowByRow.finding().in_file(name);
             (channels, Some(finding))
         }
     };
@@ -243,14 +242,14 @@ fn by_stamps(
         return Err(error.with_hint(hint).advise("time_unit", ""));
     }
     let finding = (!uncovered.is_empty()).then(|| {
-        let text = format!(
-            "{} of {rows} rows of the accelerometer ({:.1} %) have no reading of the gyroscope within {:.0} ms: before it starts, after it ends, or in its gaps; left empty there",
-            uncovered.count(),
-            100.0 * uncovered.count() as f64 / rows as f64,
-            1e3 * GAP_PERIODS * period_s
-        );
-        let finding = Finding::new(FindingKind::GyroUncovered, text);
-        finding.at_lines(&uncovered).in_file(&recording.name)
+        let case = Case::GyroUncovered {
+            uncovered: uncovered.count(),
+            rows,
+            percent: 100.0 * uncovered.count() as f64 / rows as f64,
+            within_ms: 1e3 * GAP_PERIODS * period_s,
+        };
+        let finding = case.finding().at_lines(&uncovered);
+        finding.in_file(&recording.name)
     });
     Ok((joined, finding))
 }

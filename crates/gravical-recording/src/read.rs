@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::bytes::{self, Input, peek};
 use crate::cwa::{self, Samples};
 use crate::error::{Error, Result};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::Case;
 use crate::foreign;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
@@ -23,7 +23,7 @@ use crate::text::{Format, sniff};
 ///
 /// Errors that prevent reading: `not-found`, `empty-file`, `no-rows`, `no-accelerometer`,
 /// `columns-unknown`, `all-zero`, `too-large` …, each with the file and a hint. Lesser faults are
-/// [`Finding`]s of the recording.
+/// [`Finding`](crate::Finding)s of the recording.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
     let path = path.as_ref();
     read_input(open(path, options)?, &path_name(path), options, true)
@@ -130,12 +130,8 @@ pub(crate) fn attach_metadata(recording: &mut Recording, input: &Input) {
     recording.sha256 = input.sha256();
     if input.is_cut_off() {
         let rows = recording.ledger.rows();
-        let text = format!(
-            "the packed file is damaged or ends in the middle; {rows} rows could be unpacked"
-        );
-        let cut_off = Finding::new(FindingKind::TruncatedFile, text);
-        let cut_off = cut_off.in_file(&recording.name);
-        recording.findings.push(cut_off);
+        let cut_off = Case::TruncatedFile { rows }.finding();
+        recording.findings.push(cut_off.in_file(&recording.name));
     }
 }
 

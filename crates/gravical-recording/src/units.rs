@@ -5,6 +5,8 @@ use std::fmt;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
+use crate::finding::Finding;
+
 /// Sampling rates (Hz) and full-scale ranges (g, °/s) that are accepted: much wider than any real
 /// sensor, so that windows, scales and durations computed from them are finite.
 pub const POSSIBLE: std::ops::RangeInclusive<f64> = 1e-6..=1e9;
@@ -327,8 +329,10 @@ impl GyroScale {
 /// Units of a recording, as judged by what the user says, by gravity, and by the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Units {
-    /// Unit of the accelerometer; a finding says why it is unknown
+    /// Unit of the accelerometer
     pub accel: AccelScale,
+    /// Why it is unknown
+    pub unknown: Option<Finding>,
     /// Unit of the gyroscope; `None` without one
     pub gyro: Option<GyroScale>,
     /// Value subtracted from the accelerometer's counts

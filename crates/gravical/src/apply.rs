@@ -495,10 +495,10 @@ fn judge_gyroscope(
     let Some(scale) = gyro_unit::judge(recording, Some(section), &rests, findings) else {
         return Ok(None);
     };
-    let Some(why) = gyro_unit::mismatch(section, &scale) else {
+    let Some(mismatch) = gyro_unit::mismatch(section, &scale) else {
         return Ok(Some(section.input_unit));
     };
-    Err(Error::input("unit-mismatch", why)
+    Err(Error::input("unit-mismatch", mismatch.to_string())
         .at(Path::new(&recording.name), None)
         .with_hint("give its unit, if this is the right one")
         .advise("gyro_unit", section.input_unit.name()))

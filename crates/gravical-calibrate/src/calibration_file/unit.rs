@@ -5,7 +5,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::{Accelerometer, Calibration};
-use crate::finding::finding;
+use crate::finding::{RecordingCase, finding};
 use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 use crate::{Error, Result};
 
@@ -60,21 +60,27 @@ pub fn judge_unit(
             &format!("a calibration from recordings in {unit}"),
         );
     }
-    let measured = match norm_mps2 {
-        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
-        None => "no row is complete".to_owned(),
-    };
     let is_gravity = |norm: f64| (norm / gravity_mps2 - 1.0).abs() <= TOLERANCE;
-    let (message, other) = if let Some([lsb, expected]) = other_range(section, scale) {
-        let what = format!(
-            "the recording has {lsb:.0} counts per g, the calibration is for {expected:.0}: another range"
-        );
-        (what, "a calibration for this range")
-    } else if norm_mps2.is_some_and(|norm| !is_gravity(norm)) {
-        let what =
-            format!("{measured}, gravity is {gravity_mps2:.2}: another sensor, range or unit");
-        (what, "the calibration of this sensor at this setting")
+    let other_gravity = norm_mps2.filter(|norm| !is_gravity(*norm));
+    let (mismatch, other) = if let Some([lsb_per_g, wanted_lsb_per_g]) = other_range(section, scale)
+    {
+        let mismatch = RecordingCase::OtherRange {
+            lsb_per_g,
+            wanted_lsb_per_g,
+        };
+        (mismatch, "a calibration for this range")
+    } else if let Some(norm_mps2) = other_gravity {
+        let mismatch = RecordingCase::OtherGravity {
+            at_rest: at_rest.to_owned(),
+            norm_mps2,
+            gravity_mps2,
+        };
+        (mismatch, "the calibration of this sensor at this setting")
     } else {
+        let measured = match norm_mps2 {
+            Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
+            None => "no row is complete".to_owned(),
+        };
         let unverified = finding!(
             UnitUnverified,
             "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
@@ -83,11 +89,11 @@ pub fn judge_unit(
         return Ok(());
     };
     if scale.origin != Origin::Given {
-        return refuse(message, other);
+        return refuse(mismatch.to_string(), other);
     }
     // Already reported if the given unit itself has the wrong size.
     if !recording.units.contradicts_given {
-        findings.push(finding!(UnitMismatch, "{message}").in_file(name));
+        findings.push(mismatch.finding().in_file(name));
     }
     Ok(())
 }

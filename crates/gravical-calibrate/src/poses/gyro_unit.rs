@@ -19,7 +19,7 @@ use super::face::angle_deg;
 use super::nominal::MAX_NOISE_RAD_S;
 use super::rests::{find_rests, with_slow_ends};
 use crate::calibration_file::Gyroscope;
-use crate::finding::finding;
+use crate::finding::{GyroMismatch, RecordingCase, finding};
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
 use crate::stats::{floors, moments};
@@ -204,12 +204,9 @@ impl Evidence {
                         || found.lsb_per_deg_s == claimed.lsb_per_deg_s);
             let is_doubted = header.is_some() || section.is_some();
             if (!is_given || is_as_claimed) && (agrees || !is_doubted || votes >= ENOUGH) {
-                if let Some(said) = header.filter(|_| !is_as_claimed) {
-                    tell(finding!(
-                        UnitMismatch,
-                        "the header says {said} for the gyroscope, but its rotations agree with gravity only in {}, which is used",
-                        found.unit
-                    ));
+                if let Some(stated) = header.filter(|_| !is_as_claimed) {
+                    let unit = found.unit;
+                    tell(RecordingCase::GyroUnitOfHeader { stated, unit }.finding());
                 }
                 return Some(found);
             }
@@ -234,11 +231,11 @@ impl Evidence {
             }
             if is_other {
                 tell(match header {
-                    Some(said) => finding!(
-                        UnitMismatch,
-                        "the gyroscope is read in {wanted}, the unit of the calibration, although the header says {said}: its noise at rest, or the accelerometer, contradicts the header; give the unit if it is another"
-                    )
-                    .advise("gyro_unit", ""),
+                    Some(stated) => {
+                        let unit = wanted;
+                        let mismatch = RecordingCase::GyroUnitOfCalibration { unit, stated };
+                        mismatch.finding().advise("gyro_unit", "")
+                    }
                     None => finding!(
                         GyroUnitUnverified,
                         "the gyroscope is read in {wanted}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals"
@@ -336,23 +333,20 @@ fn noise(gyro: &[Vec<f64>; 3], rests: &[Range<usize>]) -> Option<f64> {
 
 /// Why a calibration is not for a gyroscope of this scale; none where it is.
 #[doc(hidden)]
-pub fn mismatch(section: &Gyroscope, scale: &GyroScale) -> Option<String> {
+pub fn mismatch(section: &Gyroscope, scale: &GyroScale) -> Option<GyroMismatch> {
     /// Beyond what any sensor is off, below the next range.
     const ANOTHER_RANGE: f64 = 1.25;
     match (scale.unit, section.input_unit) {
         (_, GyroUnit::Unknown) => None,
-        (GyroUnit::Unknown, wanted) => (wanted == GyroUnit::Counts).then(|| {
-            "the gyroscope has values with fractions, the calibration is for counts".to_owned()
-        }),
-        (unit, wanted) if unit != wanted => Some(format!(
-            "the gyroscope is in {unit}, the calibration is for {wanted}"
-        )),
+        (GyroUnit::Unknown, wanted) => {
+            (wanted == GyroUnit::Counts).then_some(GyroMismatch::Fractions)
+        }
+        (unit, wanted) if unit != wanted => Some(GyroMismatch::Unit(unit, wanted)),
         (unit, _) => {
             let lsb = scale.lsb_per_deg_s.filter(|_| unit == GyroUnit::Counts)?;
             let expected = section.mean_per_deg_s();
-            ((lsb / expected).ln().abs() > ANOTHER_RANGE.ln()).then(|| format!(
-                "the gyroscope has {lsb:.1} counts per °/s, the calibration is for {expected:.1}: another range"
-            ))
+            let is_other = (lsb / expected).ln().abs() > ANOTHER_RANGE.ln();
+            is_other.then_some(GyroMismatch::Range(lsb, expected))
         }
     }
 }

@@ -4,7 +4,7 @@ use std::io::Read;
 
 use super::samples::Samples;
 use crate::error::Error;
-use crate::finding::{Finding, FindingKind};
+use crate::finding::Case;
 use crate::memory::Budget;
 use crate::recording::Recording;
 use crate::text::{Format, Ledger, Rows};
@@ -21,7 +21,7 @@ const MAX_STEP_PERIODS: f64 = 4.5;
 
 /// Judges all samples of a file, or, of more than `max_samples`, their means at 2.5 Hz or faster; of less than
 /// 5 Hz two become a mean. Blocks carry clock and unit, so that means are judged as samples are; a note
-/// says so ([`FindingKind::SamplesAveraged`]).
+/// says so (`samples-averaged`).
 ///
 /// # Errors
 ///
@@ -77,12 +77,12 @@ pub fn read_means<R: Read>(
         ..format.clone()
     };
     let mut recording = Recording::judge(&format, rows)?;
-    let text = format!(
-        "{samples} samples are too many to hold: they are used as {} means of {count} neighbours",
-        recording.rows(),
-    );
-    let finding = Finding::new(FindingKind::SamplesAveraged, text);
-    recording.findings.push(finding);
+    let case = Case::SamplesAveraged {
+        samples,
+        means: recording.rows(),
+        neighbours: count,
+    };
+    recording.findings.push(case.finding());
     Ok(recording)
 }
 

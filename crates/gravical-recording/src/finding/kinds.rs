@@ -5,11 +5,6 @@ use std::fmt;
 
 use super::{Kind, Weight};
 
-crate::findings! {
-    "nul-bytes" Warning "NUL bytes in lines" / "removed" / "the file may be damaged; close it before unplugging the board":
-        NulBytes { lines: u64 } => "NUL bytes in {lines} lines; removed";
-}
-
 macro_rules! kinds {
     ($($kind:ident $name:literal $weight:ident $meaning:literal;)*) => {
         /// What is odd, as a case that scripts and commands can tell from others.
@@ -33,59 +28,16 @@ macro_rules! kinds {
 }
 
 kinds! {
-    NamedGap "named-gap" Warning "a line `# gap: …`: [the logger](logging.md) reports rows that were lost";
-    BlankRows "blank-rows" Note "empty lines, or lines of delimiters only";
-    RepeatedHeader "repeated-header" Warning "the header once more in the middle";
-    TornLine "torn-line" Warning "fewer fields than the other rows";
-    TooManyFields "too-many-fields" Warning "more fields than the other rows";
-    NotANumber "not-a-number" Warning "a value that is not a number";
-    ZeroRows "zero-rows" Warning "the accelerometer reads zero on all axes, together with the gyroscope or in five consecutive rows";
-    SensorHung "sensor-hung" Warning "all channels repeat to the last digit for longer than noise allows";
-    TruncatedFile "truncated-file" Warning "a truncated gzip file";
-    CorruptBlock "corrupt-block" Warning "blocks of a [file of a wearable](wearables.md) with a wrong checksum, an unknown coding, no date, or cut off at the end";
-    LateBlock "late-block" Warning "blocks of such a file that are not later than the one before: repeated or out of order";
-    SamplesAveraged "samples-averaged" Note "more than 2²⁰ samples of a `.cwa` file";
-    ColumnsGuessed "columns-guessed" Warning "no header, or a header that does not fit the columns";
-    ColumnsUnread "columns-unread" Note "columns of changing numbers that are used for nothing, whose names tell no other quantity";
-    NotAnAccelerometer "not-an-accelerometer" Warning "columns recognised from their values behave like a gyroscope";
-    SeveralSensors "several-sensors" Warning "more than one accelerometer, in columns side by side or in rows distinguished by a column (`I`, `instance`, `type`)";
-    UnnamedClock "unnamed-clock" Warning "no column is named as time, and one or several increase steadily";
-    WithoutGravity "without-gravity" Warning "at rest the acceleration is near zero, or the column is named linear and its magnitude is not gravity: the device has subtracted gravity";
     NoRecording "no-recording" Note "a file of the folder is not a recording: a text such as a licence, or other columns";
     FolderLeftOut "folder-left-out" Note "a subfolder contains files that may be recordings";
     GyroJoined "gyro-joined" Note "one recording, and one file with only a gyroscope beside it";
     GyroLeftOut "gyro-left-out" Warning "a file with only a gyroscope beside several recordings, or one whose time does not match";
-    GyroRowByRow "gyro-row-by-row" Note "`--gyro`: at least one of the files has no time stamps";
-    GyroUncovered "gyro-uncovered" Warning "`--gyro`: rows of the accelerometer without a reading of the gyroscope nearby";
-    TimeUnitAssumed "time-unit-assumed" Warning "the unit of the time stamps is not stated, and more than one fits; or the stated one gives less than 0.9 Hz or more than 20 kHz";
-    TimeUnitUnknown "time-unit-unknown" Warning "the steps fit no unit, or no usual sampling rate; or the header names a unit that is not known (`Time [frames]`)";
-    FrozenTime "frozen-time" Warning "the time stamps never advance";
-    AbsentTime "absent-time" Warning "some rows have no time stamp";
-    RestartedTime "restarted-time" Warning "the time stamps restart: the board was reset, or its clock set";
-    BadStamps "bad-stamps" Warning "time stamps far off the line of their neighbours, or that run backwards";
-    StampsUnread "stamps-unread" Warning "a column of time holds text that is no date; the message quotes the first";
-    DuplicateTime "duplicate-time" Warning "time stamps repeat";
-    BurstTime "burst-time" Warning "many rows share a time stamp, followed by a long step: arrival times, whole seconds, or rounding by a spreadsheet";
-    Gap "gap" Warning "more than four consecutive samples are missing";
-    MissingSamples "missing-samples" Warning "more than 0.1 % of the samples are missing";
-    RateMismatch "rate-mismatch" Warning "the stated sampling rate differs by more than 2 % from the time stamps";
-    RateUnknown "rate-unknown" Note "neither time stamps nor `--rate`";
-    UnitMismatch "unit-mismatch" Warning "the unit of header, option or calibration contradicts gravity or the turns";
-    UnitAssumed "unit-assumed" Note "the magnitude at rest fits mg and cm/s²";
-    UnitUnknown "unit-unknown" Warning "the magnitude at rest fits no unit, or several; if it is gravity times a power of two, the sensor was set to another range than the program assumed";
-    RangeMismatch "range-mismatch" Warning "the range of `--accel-range` or of the board's header contradicts gravity at rest";
-    UnsignedCounts "unsigned-counts" Note "16-bit values written as unsigned: around 32768, or 65535 for −1";
     GyroUnitUnverified "gyro-unit-unverified" Note "no rotation between static intervals shows the unit of the gyroscope";
     GyroUnitByNoise "gyro-unit-by-noise" Warning "no rotation shows the unit of the gyroscope, and the header has none or is wrong about the accelerometer; the noise at rest distinguishes rad/s and °/s";
     UnitUnverified "unit-unverified" Note "the unit of a recording, soak or calibration is unknown";
-    Clipped "clipped" Warning "values at the end of the range: counts from 32764; in physical units repeats of the largest value at a usual full scale, or at `--gyro-range`";
-    FrozenAxis "frozen-axis" Warning "an axis keeps one value for 100 rows while another axis of the sensor varies by more than its last digit (coarse digits at rest are not reported)";
-    RepeatedRows "repeated-rows" Warning "throughout the recording rows repeat the row before in every channel (repeats at rest due to coarse digits are not reported)";
-    EmptyCells "empty-cells" Warning "cells without a value, counts of -32768 alone between ordinary ones, and temperatures that no sensor can have (below −60 or above 150 °C)";
     TemperatureRefused "temperature-refused" Warning "the temperature changes at rest, but the drift of no channel can be predicted";
     TemperatureOutside "temperature-outside" Warning "rows, poses or static intervals are outside the temperatures of the calibration or its model";
     TemperatureNotApplied "temperature-not-applied" Warning "the calibration has a temperature model, the recording (or some of its rows) no temperatures";
-    TemperatureUnit "temperature-unit" Note "the temperature column is not in °C, e.g. raw counts";
     RowsAsPoses "rows-as-poses" Note "rows that point everywhere and are similar in magnitude";
     LabelsLeftOut "labels-left-out" Note "labels that name neither a pose nor a turn, or turns that cannot be used";
     EmptyPose "empty-pose" Warning "a pose given by a section or label has no value of one axis in all its rows";

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::cells::median;
 use super::unit::quiet_norm;
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::spans::LineSpans;
 
 /// Rows for which all channels may repeat by chance.
@@ -115,11 +115,11 @@ pub fn frozen_axes(
             }
         }
         if longest > 0 {
-            let name = names[axis];
-            let text = format!(
-                "{name} keeps exactly one value for {longest} rows while the other axes change"
-            );
-            findings.push(Finding::new(FindingKind::FrozenAxis, text).at_lines(&spans));
+            let frozen = Case::FrozenAxis {
+                channel: names[axis].to_owned(),
+                rows: longest,
+            };
+            findings.push(frozen.finding().at_lines(&spans));
         }
     }
     findings
@@ -148,13 +148,13 @@ pub fn repeated_rows(channels: &[&[f64]], resolution: &[f64], lines: &[u32]) -> 
             flipped += 1;
         }
     }
-    let count = spans.count();
-    (jumped > flipped && jumped * ROWS_OF_RUN > rows && count >= MIN_REPEATS).then(|| {
-        let share = 100.0 * count as f64 / rows.max(1) as f64;
-        let text = format!(
-            "{count} rows ({share:.0} %) repeat the row before in every channel: the sensor was read faster than it measures"
-        );
-        Finding::new(FindingKind::RepeatedRows, text).at_lines(&spans)
+    let repeated = spans.count();
+    (jumped > flipped && jumped * ROWS_OF_RUN > rows && repeated >= MIN_REPEATS).then(|| {
+        let case = Case::RepeatedRows {
+            rows: repeated,
+            percent: 100.0 * repeated as f64 / rows.max(1) as f64,
+        };
+        case.finding().at_lines(&spans)
     })
 }
 

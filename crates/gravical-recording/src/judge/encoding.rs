@@ -1,9 +1,12 @@
 //! Integers of 16 bits that were printed as unsigned.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::Serialize;
 
 /// How numbers of the converter were written.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Encoding {
     /// 65535 is −1
     TwosComplement,
@@ -28,13 +31,6 @@ impl Encoding {
         share_is(12_288.0, 53_248.0, |share| share > 0.5).then_some(Encoding::OffsetBinary)
     }
 
-    pub(crate) fn meaning(self) -> &'static str {
-        match self {
-            Encoding::TwosComplement => "unsigned numbers of 16 bits: 65535 is -1",
-            Encoding::OffsetBinary => "unsigned numbers of 16 bits: 32768 is 0",
-        }
-    }
-
     /// The numbers that were written.
     pub(crate) fn undo(self, values: &mut [f64]) {
         let (from, zero) = match self {
@@ -43,6 +39,15 @@ impl Encoding {
         };
         let written = values.iter_mut().filter(|v| **v >= from);
         written.for_each(|v| *v -= zero);
+    }
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Encoding::TwosComplement => "65535 is -1",
+            Encoding::OffsetBinary => "32768 is 0",
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::cells::median;
 use crate::error::{Error, cut_hint};
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::full_scale::range_of_16_bits;
 use crate::options::ReadOptions;
 use crate::units::{AccelScale, AccelUnit, Origin, Units};
@@ -66,8 +66,8 @@ pub fn shows_gravity(accel: [&[f64]; 3]) -> bool {
 
 /// The unit in which rows at rest show gravity. What the head claims holds unless gravity is off
 /// by more than 10 %; what the user says always does. `is_unsigned`: counts of unknown range, whose
-/// middle was subtracted. Sets `units.contradicts_given` and
-/// `units.is_without_gravity`.
+/// middle was subtracted. Sets `units.contradicts_given`,
+/// `units.is_without_gravity` and `units.unknown`.
 pub fn accel_unit(
     accel: [&[f64]; 3],
     is_unsigned: bool,
@@ -123,15 +123,10 @@ pub fn accel_unit(
         Evidence::Unit(unit, lsb) => return rest.read_as(unit, lsb),
         _ if claim.without_gravity || norm < MIN_GRAVITY => {
             units.is_without_gravity = true;
-            let advice = "a calibration needs gravity; use the raw data (phyphox: \"Acceleration (with g)\"; Sensor Logger: TotalAcceleration.csv; Android: TYPE_ACCELEROMETER)";
             if norm < MIN_GRAVITY || has_rest(accel) {
-                let text = format!("gravity was removed from this acceleration, but {advice}");
-                at_rest(norm, FindingKind::WithoutGravity, &text, &[])
+                Case::WithoutGravity { norm }.finding()
             } else {
-                let text = format!(
-                    "the columns are named as acceleration without gravity, and the sensor is never at rest to show another; {advice}"
-                );
-                Finding::new(FindingKind::WithoutGravity, text)
+                Case::NamedLinear.finding()
             }
         }
         // A given range, or a claim for one of the matching units decides.
@@ -141,14 +136,14 @@ pub fn accel_unit(
             Some(unit @ AccelUnit::Counts) => return rest.read_as(unit, Some(1024.0)),
             None if !integers => {
                 // cm/s² is rare, and a calibration of one serves for the other.
-                let text = "read as mg; cm/s² would fit as well: give the unit if it is that";
-                let assumed = at_rest(norm, FindingKind::UnitAssumed, text, &[""]);
-                rest.findings.push(assumed);
+                let assumed = Case::UnitAssumed { norm }.finding();
+                rest.findings.push(assumed.advise("accel_unit", ""));
                 return rest.read_as(AccelUnit::MilliGravity, None);
             }
             _ => {
-                let text = "mg, cm/s² or counts at 1024 per g; give the unit";
-                at_rest(norm, FindingKind::UnitUnknown, text, &["mg", "counts"])
+                let unknown = Case::UnitAmbiguous { norm }.finding();
+                let unknown = unknown.advise("accel_unit", "mg");
+                unknown.advise("accel_unit", "counts")
             }
         },
         Evidence::None if claim.unit == Some(AccelUnit::Counts) || range_lsb.is_some() => {
@@ -167,29 +162,17 @@ pub fn accel_unit(
                 ..=3000.0 => "mg",
                 _ => "counts",
             };
-            let text = format!(
-                "the sensor is never at rest, and the magnitude where it is quietest, {}, need not be gravity: give the unit, likely this one",
-                short(norm)
-            );
-            Finding::new(FindingKind::UnitUnknown, text).advise("accel_unit", likely)
+            let unknown = Case::NeverAtRest { norm }.finding();
+            unknown.advise("accel_unit", likely)
         }
         Evidence::None => {
-            let text = "gravity in no known unit; check the factor in the program that wrote the file, or give counts as the unit, which uses the values as they are";
-            let text = wrong_full_scale(norm).unwrap_or_else(|| text.to_owned());
-            at_rest(norm, FindingKind::UnitUnknown, &text, &["counts"])
+            let unknown = wrong_full_scale(norm).unwrap_or(Case::UnitUnknown { norm });
+            unknown.finding().advise("accel_unit", "counts")
         }
     };
+    units.unknown = Some(unknown.clone());
     findings.push(unknown);
     AccelScale::default()
-}
-
-/// What the magnitude may mean; `units`: those that the user may give.
-fn at_rest(norm: f64, kind: FindingKind, what: &str, units: &[&str]) -> Finding {
-    let text = format!("the magnitude at rest is {}: {what}", short(norm));
-    let found = Finding::new(kind, text);
-    units
-        .iter()
-        .fold(found, |found, unit| found.advise("accel_unit", *unit))
 }
 
 /// What gravity shows; claims hold unless it contradicts them.
@@ -268,66 +251,51 @@ impl AtRest<'_> {
     fn read_as(&mut self, unit: AccelUnit, measured_lsb: Option<f64>) -> AccelScale {
         let is_counts = unit == AccelUnit::Counts;
         let lsb = self.given_lsb.or(measured_lsb).filter(|_| is_counts);
-        if let Some(claim) = self.claim.unit.filter(|claim| *claim != unit) {
-            let norm = short(self.norm);
-            let text = format!(
-                "the header gives {claim}, but the magnitude at rest is {norm}: the values are read as {unit}"
-            );
-            self.findings
-                .push(Finding::new(FindingKind::UnitMismatch, text));
+        let norm = self.norm;
+        if let Some(stated) = self.claim.unit.filter(|stated| *stated != unit) {
+            let mismatch = Case::UnitOfHeader { stated, norm, unit };
+            self.findings.push(mismatch.finding());
         }
         let stated = self.given_lsb.or(self.claim.lsb_per_g);
         if let (true, Some(stated), Some(measured)) = (is_counts, stated, measured_lsb)
             && (stated / measured - 1.0).abs() > MAX_OFF
         {
-            let text = if self.given_lsb.is_some() {
-                let given_g = short(32_768.0 / stated);
-                let shown = match range_of_16_bits(measured) {
-                    Some(shown_g) => format!("±{} g", short(shown_g)),
-                    None => format!("{} counts per g", short(measured)),
-                };
-                format!(
-                    "±{given_g} g was given, but the magnitude at rest corresponds to {shown}; the given range is used"
-                )
-            } else {
-                let [claimed, shown] = [stated, measured].map(short);
-                format!(
-                    "the file claims {claimed} counts per g, the magnitude at rest is that of {shown}; that of gravity is used"
-                )
+            let given_g = 32_768.0 / stated;
+            let mismatch = match range_of_16_bits(measured) {
+                _ if self.given_lsb.is_none() => Case::RangeOfHeader {
+                    stated_lsb_per_g: stated,
+                    lsb_per_g: measured,
+                },
+                Some(shown_g) => Case::RangeGiven { given_g, shown_g },
+                None => Case::RangeGivenForCounts {
+                    given_g,
+                    lsb_per_g: measured,
+                },
             };
-            let mismatch = Finding::new(FindingKind::RangeMismatch, text);
-            self.findings.push(mismatch);
+            self.findings.push(mismatch.finding());
         }
         AccelScale::new(unit, lsb, Origin::Data)
     }
 }
 
 fn given_disagrees(scale: &AccelScale, norm: f64) -> Option<Finding> {
-    let g = norm / scale.nominal()? / STANDARD_GRAVITY_MPS2;
-    (!(0.75..=1.25).contains(&g)).then(|| {
-        let text = format!(
-            "read as {} as given, but then the magnitude at rest is {g:.2} g, and should be 1",
-            scale.unit
-        );
-        Finding::new(FindingKind::UnitMismatch, text)
-    })
+    let norm_g = norm / scale.nominal()? / STANDARD_GRAVITY_MPS2;
+    let unit = scale.unit;
+    (!(0.75..=1.25).contains(&norm_g)).then(|| Case::UnitGiven { unit, norm_g }.finding())
 }
 
 /// Explanation of a magnitude that differs from gravity by a power of two: the converter ran at
 /// another range than its counts were converted with.
-fn wrong_full_scale(norm: f64) -> Option<String> {
-    [("m/s^2", 9.80665), ("g", 1.0)].into_iter().find_map(|(unit, gravity)| {
-        let is_it = |factor: &f64| (norm / gravity / factor - 1.0).abs() < 0.1;
-        let factor = [0.125, 0.25, 0.5, 2.0, 4.0, 8.0].into_iter().find(is_it)?;
-        Some(format!(
-            "it would be gravity in {unit} with the full-scale setting wrong by a factor of {factor}: was the sensor set to another range than the program assumed?"
-        ))
-    })
-}
-
-fn short(value: f64) -> String {
-    let digits = (3 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
-    format!("{value:.digits$}")
+fn wrong_full_scale(norm: f64) -> Option<Case> {
+    let units = [AccelUnit::MetrePerSecondSquared, AccelUnit::StandardGravity];
+    units
+        .into_iter()
+        .zip([9.80665, 1.0])
+        .find_map(|(unit, gravity)| {
+            let is_it = |factor: &f64| (norm / gravity / factor - 1.0).abs() < 0.1;
+            let factor = [0.125, 0.25, 0.5, 2.0, 4.0, 8.0].into_iter().find(is_it)?;
+            Some(Case::OtherFullScale { norm, unit, factor })
+        })
 }
 
 /// Variance over all axes and mean magnitude of the complete rows of a block.

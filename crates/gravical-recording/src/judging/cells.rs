@@ -1,7 +1,7 @@
 //! Empty cells.
 
 use super::clean::names;
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, EmptyCells, Finding};
 use crate::judge::{POSSIBLE_C, are_many};
 use crate::recording::Recording;
 
@@ -21,15 +21,21 @@ impl Recording {
         let impossible = temperatures.filter(|t| t.is_finite() && !POSSIBLE_C.contains(t));
         let impossible = impossible.map(|t| *t = f64::NAN).count();
         let rows = self.rows();
-        let (mut is_marked, mut total, mut parts) = (vec![false; rows], 0, Vec::new());
+        let mut is_marked = vec![false; rows];
+        let mut cells = EmptyCells {
+            rows,
+            invalid,
+            impossible,
+            ..EmptyCells::default()
+        };
         let channels = self.accel.iter().chain(self.gyro.iter().flatten());
         let named = names(&self.format).iter().copied().zip(channels);
         let temperature = self.temperature_c.iter().map(|t| ("temperature", t));
         for (name, channel) in named.chain(temperature) {
             let empty = (0..rows).filter(|row| channel[*row].is_nan());
             let count = empty.map(|row| is_marked[row] = true).count();
-            total += count;
-            parts.extend((count > 0).then(|| format!("{name} {count}")));
+            cells.count += count;
+            cells.channels.extend((count > 0).then_some((name, count)));
         }
         let sensors = [Some(&mut self.accel), self.gyro.as_mut()];
         let sensors = sensors.into_iter().flatten().zip(texts.chunks(3));
@@ -45,29 +51,20 @@ impl Recording {
                 channels.for_each(|(channel, text)| forward_fill(channel, distances, text));
             }
         }
-        if invalid > 0 {
-            parts.push(format!(
-                "{invalid} of them held -32768 alone, which marks an invalid sample"
-            ));
-        }
-        if impossible > 0 {
-            let (low, high) = (POSSIBLE_C.start(), POSSIBLE_C.end());
-            parts.push(format!("{impossible} of them outside {low} to {high} °C"));
-        }
         let is_sparse = self.read_as.is_sparse;
-        let done = if is_sparse {
-            "each channel is written when it arrives: its last value is held, that of the gyroscope for a few rows"
-        } else {
-            "they stay empty"
-        };
-        let parts = parts.join(", ");
-        let lacking = is_marked.iter().filter(|m| **m).count();
-        let text = format!("{total} empty cells in {lacking} of {rows} rows ({parts}); {done}");
+        cells.lacking = is_marked.iter().filter(|m| **m).count();
         // If cells are empty throughout the file, their lines are of no use.
         let lines = self.lines.iter().zip(is_marked);
         let lines = lines.filter(|(_, is_marked)| *is_marked && !is_sparse);
         let lines = lines.map(|(line, _)| u64::from(*line)).collect();
-        (total > 0).then(|| Finding::new(FindingKind::EmptyCells, text).at_lines(&lines))
+        (cells.count > 0).then(|| {
+            let case = if is_sparse {
+                Case::HeldCells { cells }
+            } else {
+                Case::EmptyCells { cells }
+            };
+            case.finding().at_lines(&lines)
+        })
     }
 }
 

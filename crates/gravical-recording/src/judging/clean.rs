@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::findings;
 use super::time::JudgedTime;
 use crate::error::Error;
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::judge::{self, Encoding};
 use crate::recording::{Labels, ReadAs, Recording};
 use crate::role::Role;
@@ -57,8 +57,7 @@ pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error>
     read_as.encoding = encoding.filter(|_| options.zero_offset.is_none());
     if let Some(encoding) = read_as.encoding {
         decode(format, &mut rows, encoding);
-        let text = encoding.meaning();
-        findings.push(Finding::new(FindingKind::UnsignedCounts, text));
+        findings.push(Case::UnsignedCounts { encoding }.finding());
     }
     let invalid = empty_invalid_counts(format, &mut rows);
     let tells_blanks = judge::regular_blanks(&rows.blanks, rows.rows()) == 0;
@@ -165,13 +164,12 @@ fn select_sensor(
     let other = sensors.iter().find(|name| *name != wanted);
     let other = other.filter(|_| format.options.sensor.is_none());
     let finding = other.map(|other| {
-        let name = format.names.get(column).map_or("", String::as_str);
-        let text = format!(
-            "rows of {} sensors, distinguished by column {name}: {}; those of {wanted} are read, unless another is chosen",
-            sensors.len(),
-            sensors.join(", ")
-        );
-        Finding::new(FindingKind::SeveralSensors, text).advise("sensor", other)
+        let case = Case::SensorsInRows {
+            column: format.names.get(column).cloned().unwrap_or_default(),
+            sensors: sensors.clone(),
+            read: wanted.clone(),
+        };
+        case.finding().advise("sensor", other)
     });
     let is_kept = |label: &u32| is_of(wanted, label);
     let keep: Vec<bool> = labels.of_row.iter().map(is_kept).collect();
@@ -280,11 +278,7 @@ fn take_temperature(
         return (Some((column, values)), None);
     }
     let middle = judge::median(values.iter().copied()).unwrap_or(f64::NAN);
-    let text = format!(
-        "the temperature column is around {middle:.0}, not °C (raw counts?); it is not used"
-    );
-    let unknown = Finding::new(FindingKind::TemperatureUnit, text);
-    (None, Some(unknown))
+    (None, Some(Case::TemperatureUnit { middle }.finding()))
 }
 
 /// Counts of the thermometer of our board as °C.
@@ -315,12 +309,9 @@ fn set_aside_defects(format: &Format, rows: &mut Rows) -> Option<Finding> {
     }
     let keep = judge::detect_stuck(&rows.slices(&channels));
     rows.keep(&keep, Reason::Hung);
-    let text = format!(
-        "the accelerometer reads zero on all axes in {} rows: it was not read; treated as empty",
-        emptied.len()
-    );
+    let rows = emptied.len();
     let lines: LineSpans = emptied.into_iter().collect();
-    (!lines.is_empty()).then(|| Finding::new(FindingKind::ZeroRows, text).at_lines(&lines))
+    (rows > 0).then(|| Case::ZeroAccel { rows }.finding().at_lines(&lines))
 }
 
 /// Empties cells that hold a failed reading: as in those of text no value before holds there.

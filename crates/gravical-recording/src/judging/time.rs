@@ -1,6 +1,6 @@
 //! Times of the rows, and what was found of them.
 
-use crate::finding::{Finding, FindingKind};
+use crate::finding::{Case, Finding};
 use crate::judge::{self, ClockFault, ClockOptions, Times};
 use crate::metadata;
 use crate::recording::Clock;
@@ -62,8 +62,7 @@ impl JudgedTime {
         }
         let needs_rate = rows.rows() >= MIN_ROWS && !format.options.is_gyroscope;
         if judged.clock.rate_hz().is_none() && needs_rate {
-            let text = "no time stamps and no rate: static intervals are counted in rows";
-            findings.push(Finding::new(FindingKind::RateUnknown, text).advise("rate", ""));
+            findings.push(Case::RateUnknown.finding().advise("rate", ""));
         }
         for (line, _) in &judged.clock.restarts {
             let row = rows.lines.partition_point(|l| l < line);
@@ -95,84 +94,69 @@ impl JudgedTime {
         let is_stated = stamps.unit_s.is_some() && given_s.is_none() && !stamps.is_dated;
         let is_odd =
             is_stated && rows.rows() >= MIN_ROWS && !judge::RATES_HZ.contains(&times.rate_hz);
-        let source = if is_odd { "stated" } else { "assumed" };
         let unknown = stamps.unknown_unit.filter(|_| options.unit_s.is_none());
         let is_unsure = is_odd || times.is_unit_assumed || unknown.is_some();
         self.clock.is_unit_unsure = is_unsure;
         let rate_hz = times.rate_hz;
         self.report(times, rows, findings);
-        let Some(unit) = self.clock.unit.filter(|_| is_unsure).map(TimeUnit::name) else {
+        let Some(unit) = self.clock.unit.filter(|_| is_unsure) else {
             return;
         };
-        let what = format!("{source} to be in {unit} ({rate_hz:.2} Hz)");
-        findings.push(match unknown {
-            Some(unknown) => {
-                let text = format!(
-                    "the unit of the time stamps, \"{unknown}\", is not known; they are {what}"
-                );
-                let unknown = Finding::new(FindingKind::TimeUnitUnknown, text);
-                unknown.advise("rate", "").advise("time_unit", "")
+        let unsure = match unknown {
+            Some(stated) => {
+                let case = Case::TimeUnitUnknown {
+                    stated,
+                    unit,
+                    rate_hz,
+                };
+                case.finding().advise("rate", "")
             }
-            None => {
-                let text = format!("the time stamps are {what}; give the unit if it is another");
-                Finding::new(FindingKind::TimeUnitAssumed, text).advise("time_unit", "")
-            }
-        });
+            None if is_odd => Case::TimeUnitStated { unit, rate_hz }.finding(),
+            None => Case::TimeUnitAssumed { unit, rate_hz }.finding(),
+        };
+        findings.push(unsure.advise("time_unit", ""));
     }
 
     fn report(&mut self, times: Times, rows: &Rows, findings: &mut Vec<Finding>) {
-        use FindingKind as Kind;
         let count = rows.rows() as f64;
         let rate_hz = times.rate_hz;
         let missing_share = times.missing / (times.missing + count);
         let is_off = |nominal: &f64| (rate_hz / nominal - 1.0).abs() > RATE_TOLERANCE;
         let stated = self.clock.nominal_rate_hz.filter(is_off);
-        let mut found = |kind, at: &[usize], text: String| {
+        let mut found = |at: &[usize], case: Case| {
             let lines = at.iter().map(|row| u64::from(rows.lines[*row])).collect();
             if !at.is_empty() {
-                findings.push(Finding::new(kind, text).at_lines(&lines));
+                findings.push(case.finding().at_lines(&lines));
             }
         };
         let restarts: Vec<usize> = times.restarts.iter().map(|r| r.0).collect();
-        let restarted = "the time stamps restart (the board was reset, or its clock set); a break";
-        found(Kind::RestartedTime, &restarts, restarted.to_owned());
-        let text = format!(
-            "{} time stamps are off the line of their neighbours, or run backwards; those between good ones are replaced, others are kept",
-            times.bad.len()
-        );
-        found(Kind::BadStamps, &times.bad, text);
-        let text = format!(
-            "{} time stamps repeat the one before ({:.1} % of the rows); the rows are kept",
-            times.duplicates.len(),
-            100.0 * times.duplicates.len() as f64 / count
-        );
-        found(Kind::DuplicateTime, &times.duplicates, text);
-        let text = format!("{} rows have no time stamp", times.absent.len());
-        found(Kind::AbsentTime, &times.absent, text);
+        found(&restarts, Case::RestartedTime);
+        let stamps = times.bad.len();
+        found(&times.bad, Case::BadStamps { stamps });
+        let stamps = times.duplicates.len();
+        let percent = 100.0 * stamps as f64 / count;
+        found(&times.duplicates, Case::DuplicateTime { stamps, percent });
+        let lacking = times.absent.len();
+        found(&times.absent, Case::AbsentStamps { rows: lacking });
         let (gaps, steps_s): (Vec<usize>, Vec<f64>) = times.gaps.iter().copied().unzip();
-        let plural = if gaps.len() == 1 { "" } else { "s" };
-        let text = format!(
-            "{} gap{plural} of more than four samples, the longest {:.3} s",
-            gaps.len(),
-            steps_s.into_iter().fold(0.0, f64::max)
-        );
-        found(Kind::Gap, &gaps, text);
-        let of_all = [
-            (Kind::BurstTime, times.bursty_steps.map(|bursty_steps| format!(
-                "{bursty_steps} of {} rows share their stamp with the row before or follow it far sooner than the mean: the stamps are coarser than the sampling (rounded by a spreadsheet), or times of arrival; the mean rate of {rate_hz:.2} Hz is used instead",
-                rows.rows() - 1
-            ))),
-            (Kind::RateMismatch, stated.filter(|_| times.bursty_steps.is_none()).map(|nominal| format!(
-                "the claimed rate is {nominal} Hz, the time stamps give {rate_hz:.2} Hz; the time stamps are used"
-            ))),
-            (Kind::MissingSamples, (missing_share > MISSING).then(|| format!(
-                "{:.0} samples ({:.1} %) are missing between the time stamps",
-                times.missing,
-                100.0 * missing_share
-            ))),
-        ];
-        let of_all = of_all.into_iter();
-        findings.extend(of_all.filter_map(|(kind, text)| Some(Finding::new(kind, text?))));
+        let gap = Case::Gap {
+            gaps: gaps.len(),
+            longest_s: steps_s.into_iter().fold(0.0, f64::max),
+        };
+        found(&gaps, gap);
+        let bursts = times.bursty_steps.map(|bursty_steps| Case::BurstTime {
+            bursty_steps,
+            steps: rows.rows() - 1,
+            rate_hz,
+        });
+        let stated = stated.filter(|_| times.bursty_steps.is_none());
+        let other_rate = stated.map(|stated_hz| Case::RateMismatch { stated_hz, rate_hz });
+        let missing = (missing_share > MISSING).then_some(Case::MissingSamples {
+            samples: times.missing,
+            percent: 100.0 * missing_share,
+        });
+        let of_all = [bursts, other_rate, missing].into_iter().flatten();
+        findings.extend(of_all.map(Case::finding));
         let line = |(row, start_s): (usize, f64)| (rows.lines[row], start_s);
         self.clock = Clock {
             median_rate_hz: Some(rate_hz),
@@ -191,22 +175,12 @@ impl JudgedTime {
 /// Why the stamps of so many rows are not used.
 fn not_used(fault: ClockFault, rows: usize) -> Finding {
     match fault {
-        ClockFault::Frozen => {
-            let text = "the time stamps never advance; they are not used";
-            Finding::new(FindingKind::FrozenTime, text)
+        ClockFault::Frozen => Case::FrozenTime.finding(),
+        ClockFault::NoUnit(step) => {
+            let unknown = Case::NoTimeUnit { step }.finding();
+            unknown.advise("time_unit", "")
         }
-        ClockFault::NoUnit(period) => {
-            let text = format!(
-                "steps of {period} give a plausible sampling rate in no unit of time; the time stamps are not used; give their unit"
-            );
-            Finding::new(FindingKind::TimeUnitUnknown, text).advise("time_unit", "")
-        }
-        ClockFault::Unordered(backwards) => {
-            let text = format!(
-                "{backwards} of {rows} time stamps run backwards: the rows are out of order, and the time stamps are not used; sort the rows by time"
-            );
-            Finding::new(FindingKind::BadStamps, text)
-        }
+        ClockFault::Unordered(backwards) => Case::UnorderedStamps { backwards, rows }.finding(),
     }
 }
 
@@ -302,8 +276,8 @@ fn usual_step(stamps: &[f64]) -> Option<f64> {
 fn unread_stamps(format: &Format, rows: &Rows) -> Option<Finding> {
     let mut columns = format.columns.iter().zip(&rows.words);
     let first = columns.find_map(|(c, words)| words.first().filter(|_| c.role == Role::Time))?;
-    let text = format!("time stamps like \"{first}\" are not understood; they are not used");
-    let unread = Finding::new(FindingKind::StampsUnread, text);
+    let first = first.clone();
+    let unread = Case::StampsUnread { first }.finding();
     Some(match format.options.rate_hz.or(format.rate_hz) {
         Some(_) => unread,
         None => unread.advise("rate", ""),

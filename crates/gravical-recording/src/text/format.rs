@@ -1,6 +1,8 @@
 //! What the head of a file says.
 
-use std::slice;
+use std::{fmt, slice};
+
+use serde::Serialize;
 
 use super::dialect::Dialect;
 use super::names::Column;
@@ -58,8 +60,8 @@ pub struct Format {
     pub(crate) chosen: usize,
     /// The columns were recognised by their numbers
     pub(crate) is_guessed: bool,
-    /// Why a line of names is no header, in words
-    pub(crate) misfit: Option<String>,
+    /// Why a line of names is no header
+    pub(crate) misfit: Option<Misfit>,
     /// Columns whose sum is one stamp: date, time of day or hours, minutes and seconds, and a fraction
     pub(crate) stamp_parts: Vec<StampPart>,
     /// Columns that could be the time beside none that is named so
@@ -72,6 +74,36 @@ pub struct Format {
     pub options: ReadOptions,
     /// Rate that the head states
     pub rate_hz: Option<f64>,
+}
+
+/// Why a line of names is no header.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Misfit {
+    /// It has not as many names as there are columns
+    Names {
+        line: usize,
+        names: usize,
+        columns: usize,
+    },
+    /// The columns that it names are no accelerometer
+    NoGravity,
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Misfit::Names {
+                line,
+                names,
+                columns,
+            } => write!(
+                f,
+                "line {line} has {names} names for {columns} columns, so it cannot be their header"
+            ),
+            Misfit::NoGravity => f.write_str("the columns named so hold no gravity"),
+        }
+    }
 }
 
 /// A column that holds a part of the stamps.

@@ -11,7 +11,7 @@ mod numbers;
 
 pub(crate) use clocks::is_counter;
 
-use super::format::Format;
+use super::format::{Format, Misfit};
 use super::names::sensor_of_file;
 use super::rows::Rows;
 use crate::error::Error;
@@ -93,7 +93,7 @@ fn choose_sensors(
             if let Some(other) = others.find(is_force) {
                 accel.insert(0, other);
                 format.is_guessed = !accel.is_empty();
-                format.misfit = Some("the columns named so hold no gravity".to_owned());
+                format.misfit = Some(Misfit::NoGravity);
             }
         }
     }

@@ -22,46 +22,34 @@ macro_rules! reasons {
                     $(Reason::$reason => $name,)*
                 }
             }
-
-            /// What such lines are, and what was done with them.
-            pub(crate) fn meaning(self) -> &'static str {
-                match self {
-                    $(Reason::$reason => $meaning,)*
-                }
-            }
         }
     };
 }
 
 reasons! {
     Header "header" "names the columns";
-    Metadata "metadata-lines" "before the header; kept out of the data";
-    Comment "comment-lines" "comment; kept out of the data";
-    NamedGap "named-gap" "the logger reports missing rows; treated as a break between segments";
+    Metadata "metadata-lines" "before the header";
+    Comment "comment-lines" "comment";
+    NamedGap "named-gap" "the logger reports missing rows";
     Rejected "rejected-samples" "no row; the logger rejected it";
-    Blank "blank-rows" "blank; a break between segments, unless it is a single line and the clock continues";
-    RepeatedHeader "repeated-header" "the header repeated; kept out of the data, and a break unless the clock continues";
-    OtherSensor "other-sensor" "rows of another sensor; not read";
-    TornLine "torn-line" "fewer fields than the other rows (half-written); set aside";
-    TooManyFields "too-many-fields" "more fields than the other rows (lines run together?); set aside";
-    NotANumber "not-a-number" "no number where the rows have numbers; set aside";
+    Blank "blank-rows" "blank";
+    RepeatedHeader "repeated-header" "the header repeated";
+    OtherSensor "other-sensor" "rows of another sensor";
+    TornLine "torn-line" "fewer fields than the other rows (half-written)";
+    TooManyFields "too-many-fields" "more fields than the other rows (lines run together?)";
+    NotANumber "not-a-number" "no number where the rows have numbers";
     Continuation "continuation-lines" "continues the row above";
-    Zeros "zero-rows" "all channels zero: the sensor was not read; set aside";
-    Hung "sensor-hung" "all channels repeat for longer than noise allows: the sensor or its bus hung; set aside like a gap";
-    CorruptBlock "corrupt-block" "damaged; skipped";
-    LateBlock "late-block" "not later than the one before (repeated or out of order); skipped";
-    ErasedBlock "erased-block" "never written; skipped";
+    Zeros "zero-rows" "all channels zero: the sensor was not read";
+    Hung "sensor-hung" "all channels repeat for longer than noise allows: the sensor or its bus hung";
+    CorruptBlock "corrupt-block" "damaged";
+    LateBlock "late-block" "not later than the one before (repeated or out of order)";
+    ErasedBlock "erased-block" "never written";
 }
 
 impl Reason {
     /// Whether it concerns a row that is not a measurement.
     pub(crate) fn is_of_row(self) -> bool {
         matches!(self, Reason::OtherSensor | Reason::Zeros | Reason::Hung)
-    }
-
-    /// Whether it concerns a block of a binary file.
-    pub(crate) fn is_block(self) -> bool {
-        self >= Reason::CorruptBlock
     }
 }
 

@@ -1,7 +1,7 @@
 //! From the head of a file to its format.
 
 use super::dialect::{Dialect, fields, is_blank, is_comment, uncommented};
-use super::format::Format;
+use super::format::{Format, Misfit};
 use super::header::{Header, names_sensor};
 use super::lines::trim_end;
 use super::names::{self, Column};
@@ -304,12 +304,14 @@ impl Format {
 }
 
 /// Why a line above the rows that names a sensor is no header.
-fn find_misfit(above: &[&str], dialect: Dialect) -> Option<String> {
+fn find_misfit(above: &[&str], dialect: Dialect) -> Option<Misfit> {
     let at = above.iter().rposition(|l| !is_blank(l))?;
     let names: Vec<&str> = fields(uncommented(above[at]), dialect.delimiter).collect();
-    let (line, count, columns) = (at + 1, names.len(), dialect.fields);
-    (count != columns && names_sensor(&names)).then(|| {
-        format!("line {line} has {count} names for {columns} columns, so it cannot be their header")
+    let (count, columns) = (names.len(), dialect.fields);
+    (count != columns && names_sensor(&names)).then_some(Misfit::Names {
+        line: at + 1,
+        names: count,
+        columns,
     })
 }
 

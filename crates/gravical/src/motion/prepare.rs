@@ -11,7 +11,7 @@ use gravical_motion::Samples;
 
 use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::Calibration;
-use crate::finding::finding;
+use crate::finding::{RecordingCase, finding};
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, Recording};
@@ -139,8 +139,8 @@ fn gyroscope(
         return (None, None);
     };
     let mut own = file.and_then(Calibration::gyroscope_calibration);
-    if let Some(why) = section.and_then(|section| mismatch(section, &scale)) {
-        findings.push(finding!(UnitMismatch, "{why}; it is used uncalibrated"));
+    if let Some(mismatch) = section.and_then(|section| mismatch(section, &scale)) {
+        findings.push(RecordingCase::GyroUncalibrated { mismatch }.finding());
         own = None;
     }
     (Some(per_rad_s), own)

@@ -45,7 +45,7 @@ use gravical_signal::{
 };
 
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
-use crate::finding::{Case, Finding, LineSpans, finding};
+use crate::finding::{Case, Finding, LineSpans, RecordingCase, finding};
 use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
@@ -127,11 +127,8 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
         segment_count = segment_count.max(segments.len() as u64);
         let mut channel = noise_of_segments(CHANNELS[i], &segments, period_s);
         if channel.adev.is_empty() {
-            findings.push(finding!(
-                EmptyCells,
-                "{}: hardly two samples at rest follow each other; its noise is left out",
-                channel.channel
-            ));
+            let channel = channel.channel;
+            findings.push(RecordingCase::NoNeighbours { channel }.finding());
             continue;
         }
         let step = recording.units.resolution[i / 3][i % 3] / per_si;
