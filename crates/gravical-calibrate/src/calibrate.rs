@@ -26,7 +26,7 @@
 mod checks;
 mod estimate;
 mod ferraris;
-mod gyro;
+pub(crate) mod gyro;
 mod section;
 mod session;
 

@@ -1,15 +1,13 @@
 //! Findings, and their addition to errors that they may have caused.
 
+mod cases;
+
 use crate::Error;
+
+pub use cases::{Case, LeftOut};
 
 pub use gravical_recording::finding::{Case as RecordingCase, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, FindingKind, LineSpans, Severity, format_spans};
-
-gravical_recording::findings! {
-    "large-bias" Gate "a bias above 0.35 g" / "used" / "check unit and zero offset; the sensor may be damaged":
-        LargeBias { bias: String } =>
-            "a bias above 0.35 g ({bias}): no sensor of this kind has that; was every side that is named really up, and is the unit right?";
-}
 
 /// `finding!(Kind, "text {}", value)`: a [`Finding`] that matters as its kind does.
 #[doc(hidden)]

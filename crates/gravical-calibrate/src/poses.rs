@@ -31,7 +31,7 @@ use std::ops::Range;
 use gravical_core::matrix3::sub;
 use serde::Deserialize;
 
-use crate::finding::{after, finding};
+use crate::finding::{Case, after};
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, Recording};
 use crate::stats::mean_of_finite;
@@ -352,12 +352,9 @@ fn without_spikes(
         values
     };
     let held = intervals.iter().map(take_out).collect();
-    for (recording, spikes) in recordings.iter().zip(counts) {
-        if spikes > 0 {
-            let spikes = finding!(
-                SpikesLeftOut,
-                "{spikes} samples at rest stand out from their neighbours by more than 6 standard deviations: left out"
-            );
+    for (recording, samples) in recordings.iter().zip(counts) {
+        if samples > 0 {
+            let spikes = Case::SpikesLeftOut { samples }.finding();
             findings.push(spikes.in_file(&recording.name));
         }
     }
@@ -420,13 +417,11 @@ pub(crate) fn leave_out_empty(poses: &mut Vec<Pose>, findings: &mut Vec<Finding>
         let Some(axis) = pose.mean.iter().position(|m| !m.is_finite()) else {
             return true;
         };
-        let empty = finding!(
-            EmptyPose,
-            "\"{}\" has no value of a{} in any of its rows; left out",
-            pose.label,
-            face::AXES[axis]
-        );
-        findings.push(empty.in_file(&pose.source));
+        let empty = Case::EmptyPose {
+            pose: pose.label.clone(),
+            axis: face::AXES[axis],
+        };
+        findings.push(empty.finding().in_file(&pose.source));
         false
     });
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::{Accelerometer, Calibration};
-use crate::finding::finding;
+use crate::finding::{Case, finding};
 use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 use crate::{Error, Result};
 
@@ -60,10 +60,6 @@ pub fn judge_unit(
             &format!("a calibration from recordings in {unit}"),
         );
     }
-    let measured = match norm_mps2 {
-        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
-        None => "no row is complete".to_owned(),
-    };
     let is_gravity = |norm: f64| (norm / gravity_mps2 - 1.0).abs() <= TOLERANCE;
     let (message, other) = if let Some([lsb, expected]) = other_range(section, scale) {
         let what = format!(
@@ -71,15 +67,18 @@ pub fn judge_unit(
         );
         (what, "a calibration for this range")
     } else if norm_mps2.is_some_and(|norm| !is_gravity(norm)) {
+        let measured = measured(at_rest, norm_mps2);
         let what =
             format!("{measured}, gravity is {gravity_mps2:.2}: another sensor, range or unit");
         (what, "the calibration of this sensor at this setting")
     } else {
-        let unverified = finding!(
-            UnitUnverified,
-            "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
-        );
-        findings.extend(unknown.then(|| unverified.in_file(name)));
+        let unverified = Case::UnitTaken {
+            unit,
+            wanted,
+            at_rest: at_rest.to_owned(),
+            norm_mps2,
+        };
+        findings.extend(unknown.then(|| unverified.finding().in_file(name)));
         return Ok(());
     };
     if scale.origin != Origin::Given {
@@ -90,4 +89,12 @@ pub fn judge_unit(
         findings.push(finding!(UnitMismatch, "{message}").in_file(name));
     }
     Ok(())
+}
+
+/// The magnitude of what is `at_rest`, in words.
+pub(crate) fn measured(at_rest: &str, norm_mps2: Option<f64>) -> String {
+    match norm_mps2 {
+        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
+        None => "no row is complete".to_owned(),
+    }
 }

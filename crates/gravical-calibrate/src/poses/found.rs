@@ -8,7 +8,7 @@ use std::path::Path;
 use gravical_core::matrix3;
 use gravical_fit::Sphere;
 
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
@@ -124,32 +124,25 @@ fn without_rest(
     segment: &Range<usize>,
     label: &str,
 ) -> (Option<(Range<usize>, bool)>, Finding) {
-    let lines = |rows: &Range<usize>| {
-        let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
-        format!("lines {first} to {last}")
-    };
+    let lines = |rows: &Range<usize>| [rows.start, rows.end - 1].map(|row| recording.line(row));
+    let pose = label.to_owned();
     let quiet = quiet.iter();
     let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
     if let Some(rows) = inside.max_by_key(|s| s.len()) {
         let (mean, variance) = moments(&recording.accel, rows.clone());
-        let unsteady = finding!(
-            UnsteadyPose,
-            "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
-            lines(rows),
-            1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
-        );
-        (Some((rows.clone(), true)), unsteady)
+        let unsteady = Case::UnsteadyPose {
+            pose,
+            lines: lines(rows),
+            rms_mg: 1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean),
+        };
+        (Some((rows.clone(), true)), unsteady.finding())
     } else if is_too_short(segment.len(), recording.working_rate_hz()) {
-        let count = segment.len();
-        let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
+        let rows = segment.len();
+        let short = Case::ShortPose { pose, rows }.finding();
         (Some((segment.clone(), false)), short)
     } else {
-        let never = finding!(
-            NoStaticInterval,
-            "{label} is never at rest in {}: left out",
-            lines(segment)
-        );
-        (None, never)
+        let lines = lines(segment);
+        (None, Case::PoseNeverAtRest { pose, lines }.finding())
     }
 }
 
@@ -184,10 +177,7 @@ fn rows_as_poses(
     findings: &mut Vec<Finding>,
 ) -> Vec<Interval> {
     let rows = recording.rows();
-    let means = finding!(
-        RowsAsPoses,
-        "{rows} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose"
-    );
+    let means = Case::RowsAsPoses { rows }.finding();
     findings.push(means.in_file(&recording.name));
     let interval = |row: usize| Interval {
         label: format!("line {}", recording.line(row)),
