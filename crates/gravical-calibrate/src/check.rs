@@ -391,7 +391,8 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
     if poses::check_units(one).is_err() || recording.labels.is_none() && recording.rows() >= 40 {
         return Vec::new();
     }
-    let given = poses::cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
+    let untold = [&mut Vec::new(), &mut Vec::new()];
+    let given = poses::cut_recordings(one, &SegmentOptions::default(), untold);
     let mut intervals = given.unwrap_or_default();
     intervals.retain(|interval| !interval.is_turn());
     intervals.iter_mut().for_each(|i| i.recording = index);

@@ -5,7 +5,6 @@ mod cases;
 use crate::Error;
 
 pub use cases::{Case, LeftOut};
-
 pub use gravical_recording::finding::{Case as RecordingCase, Kind, Weight};
 pub use gravical_recording::{Advice, Finding, FindingKind, LineSpans, Severity, format_spans};
 
@@ -20,10 +19,9 @@ macro_rules! __finding {
 #[doc(hidden)]
 pub use __finding as finding;
 
-/// Adds the findings of `kind` to an error: a file that was left out can be its cause.
-pub(crate) fn after(error: Error, findings: &[Finding], kind: &str) -> Error {
-    let of_kind = findings.iter().filter(|f| f.kind == kind);
-    of_kind.fold(error, |error, finding| {
+/// Adds findings to an error that they can be the cause of: a file that was left out.
+pub(crate) fn after(error: Error, findings: &[Finding]) -> Error {
+    findings.iter().fold(error, |error, finding| {
         let file = finding.file.as_deref().unwrap_or("-");
         error.with_detail(&format!("; {file}: {}", finding.message))
     })

@@ -161,7 +161,7 @@ gravical_recording::findings! {
             "the samples were averaged: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
         GyroRateUnknown =>
             "no time stamps and no rate: the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
-    "gyro-unit-unverified" Warning "no rotation between static intervals shows the unit of the gyroscope; a note, unless the noise at rest has to distinguish rad/s and °/s because the header has none or is wrong about the accelerometer" / "that unit is used, or the one of the calibration or of the header, if there is one" / "give `--gyro-unit` if it matters":
+    "gyro-unit-unverified" Warning "no rotation between static intervals shows the unit of the gyroscope; a note, unless the noise at rest has to distinguish rad/s and °/s because the header has none or is wrong about the accelerometer" / "the unit by the noise, of the calibration or of the header is used, if there is one" / "give `--gyro-unit` if it matters":
         GyroScaleOpen { what: &'static str } =>
             "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it";
         GyroUnitOfCalibration { unit: GyroUnit } =>

@@ -38,7 +38,7 @@ const FAR_APART_DEG: f64 = 25.0;
 pub(super) fn in_recording(
     index: usize,
     recordings: &[Recording],
-    findings: &mut Vec<Finding>,
+    [findings, unused]: [&mut Vec<Finding>; 2],
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
     let is_alone = recordings.len() == 1;
@@ -65,7 +65,9 @@ pub(super) fn in_recording(
                 )
             }
             _ => {
-                findings.extend(unused_pauses(recording, &nominal, &rests));
+                let pauses = unused_pauses(recording, &nominal, &rests);
+                unused.extend(pauses.clone());
+                findings.extend(pauses);
                 return Ok(intervals_of(index, rests, None));
             }
         };
@@ -82,7 +84,9 @@ pub(super) fn in_recording(
     });
     let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        findings.extend(unused_pauses(recording, &nominal, &rests));
+        let pauses = unused_pauses(recording, &nominal, &rests);
+        unused.extend(pauses.clone());
+        findings.extend(pauses);
         return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| quiet_in(&nominal));
@@ -99,11 +103,15 @@ pub(super) fn in_recording(
         let mut is_found = true;
         if spans.is_empty() {
             let (found, finding) = without_rest(recording, &quiet, segment, &label);
-            findings.push(finding.in_file(&recording.name));
-            if let Some((rows, steady)) = found {
-                spans.push(rows);
-                is_found = steady;
+            let finding = finding.in_file(&recording.name);
+            match found {
+                Some((rows, steady)) => {
+                    spans.push(rows);
+                    is_found = steady;
+                }
+                None => unused.push(finding.clone()),
             }
+            findings.push(finding);
         }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
