@@ -26,7 +26,7 @@
 mod checks;
 mod estimate;
 mod ferraris;
-mod gyro;
+pub(crate) mod gyro;
 mod section;
 mod session;
 
@@ -157,8 +157,7 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
         options,
     };
     let estimate = accelerometer(&session, fits_drift)
-        .map_err(|error| after(error, &segmentation.findings, "no-static-interval"))
-        .map_err(|error| after(error, &segmentation.findings, "unused-pauses"))
+        .map_err(|error| after(error, &segmentation.unused))
         .map_err(lost)?;
     if let Some(test) = estimate.drift_test {
         drift = from_poses(recordings, test, estimate.drift(), &mut segmentation);

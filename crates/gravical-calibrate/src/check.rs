@@ -17,7 +17,7 @@ use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     Calibration, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
-use crate::finding::finding;
+use crate::finding::{Case, Finding};
 use crate::gravity::Gravity;
 use crate::later::{
     ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor, singular,
@@ -27,9 +27,9 @@ use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{self, Interval, Measured, Pose, SegmentOptions, measure_intervals};
-use crate::recording::{Finding, Recording, after_losses, already_calibrated};
+use crate::recording::{Recording, after_losses, already_calibrated};
 use crate::stats::{mean_of_finite, median, rms};
-use crate::temperature::{bring_to_reference, not_applied};
+use crate::temperature::{NoTemperature, bring_to_reference, not_applied};
 use crate::{Error, Result};
 
 pub use crate::later::{Judgement, Verdict};
@@ -356,7 +356,7 @@ fn static_intervals(
         let found = in_one(index, recording);
         if found.is_empty() {
             let why = why_never_static(recording);
-            let never = finding!(NoStaticInterval, "never at rest: {why}; not used");
+            let never = Case::NeverAtRest { why }.finding();
             findings.push(never.in_file(&recording.name));
         }
         intervals.extend(found);
@@ -391,7 +391,8 @@ fn in_one(index: usize, recording: &Recording) -> Vec<Interval> {
     if poses::check_units(one).is_err() || recording.labels.is_none() && recording.rows() >= 40 {
         return Vec::new();
     }
-    let given = poses::cut_recordings(one, &SegmentOptions::default(), &mut Vec::new());
+    let untold = [&mut Vec::new(), &mut Vec::new()];
+    let given = poses::cut_recordings(one, &SegmentOptions::default(), untold);
     let mut intervals = given.unwrap_or_default();
     intervals.retain(|interval| !interval.is_turn());
     intervals.iter_mut().for_each(|i| i.recording = index);
@@ -431,9 +432,9 @@ fn at_reference(calibration: &Calibration, intervals: &mut [Pose], findings: &mu
     let temperatures = intervals.iter().map(|p| p.temperature_c);
     let without = temperatures.filter(Option::is_none).count();
     if without > 0 {
-        let all = intervals.len();
-        let why = format!("{without} of {all} static intervals have no temperature");
-        findings.push(not_applied(model, &why));
+        let intervals = intervals.len();
+        let why = NoTemperature::Of { without, intervals };
+        findings.push(not_applied(model, why));
     }
     bring_to_reference(intervals, model);
 }
@@ -530,22 +531,16 @@ fn circumstances(
 ) {
     findings.extend(calibration.poor_finding());
     for recording in recordings {
-        let wanted = "a check needs the raw recording";
-        findings.extend(already_calibrated(recording, wanted));
+        let case = |by_board| Case::CalibratedForCheck { by_board };
+        findings.extend(already_calibrated(recording, case));
         if inputs_of(calibration, recording).next().is_some() {
-            let same = finding!(
-                SameRecordings,
-                "the calibration was made from this recording: static intervals that it was fitted to cannot test it, and count only where there are no others"
-            );
+            let same = Case::RecordingOfCalibration.finding();
             findings.push(same.in_file(&recording.name));
         }
     }
     for interval in intervals.iter().filter(|r| r.clipped > 0) {
-        let (count, [first, last]) = (interval.clipped, interval.lines);
-        let clipped = finding!(
-            ClippedPose,
-            "{count} samples at the end of the range in lines {first} to {last}: the mean is too small, and the interval does not count unless there is no other"
-        );
+        let (samples, lines) = (interval.clipped, interval.lines);
+        let clipped = Case::ClippedInterval { samples, lines }.finding();
         findings.push(clipped.in_file(&recordings[interval.recording].name));
     }
     findings.extend(temperature(calibration, intervals));
@@ -553,18 +548,17 @@ fn circumstances(
 
 fn temperature(calibration: &Calibration, intervals: &[Pose]) -> Option<Finding> {
     // Within the range of a temperature model the drift is taken off.
-    let [least, most] = match (calibration.drift_model(), calibration.temperature_c) {
+    let calibration_c = match (calibration.drift_model(), calibration.temperature_c) {
         (Some(model), _) => model.range_c,
         (None, Some(range)) => [range.min, range.max],
         (None, None) => return None,
     };
     let range = TemperatureRange::of(intervals.iter().filter_map(|r| r.temperature_c))?;
-    let (low, high) = (range.min, range.max);
-    let outside = (least - low).max(high - most) > TEMPERATURE_MARGIN_C;
-    outside.then(|| {
-        finding!(
-            TemperatureOutside,
-            "the static intervals are at {low:.1} to {high:.1} °C, the calibration is for {least:.1} to {most:.1} °C: the bias of an MPU6050 moves by 0.5 mg (x, y) to 0.9 mg (z) per °C, which the uncertainty does not include; calibrate at this temperature"
-        )
-    })
+    let ([least, most], intervals_c) = (calibration_c, [range.min, range.max]);
+    let outside = (least - range.min).max(range.max - most) > TEMPERATURE_MARGIN_C;
+    let case = Case::IntervalsOutside {
+        intervals_c,
+        calibration_c,
+    };
+    outside.then(|| case.finding())
 }

@@ -13,10 +13,10 @@ use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
 
 use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
-use crate::finding::finding;
+use crate::finding::{Case, Finding};
 use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor, singular};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
-use crate::recording::{AccelUnit, Finding};
+use crate::recording::AccelUnit;
 use crate::{Error, Result};
 
 pub use crate::later::{Judgement, Verdict};
@@ -235,10 +235,7 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     };
     if orientation.is_none() {
         reasons.push("one frame is the mirror image of the other".to_owned());
-        findings.push(finding!(
-            FramesMirrored,
-            "one calibration describes the mirror image of the other: in one of the sessions two poses were swapped, or an axis has the wrong sign"
-        ));
+        findings.push(Case::FramesMirrored.finding());
     }
     if judgement.is_change() {
         reasons.extend(circumstance(pair));
@@ -312,12 +309,9 @@ fn shared(a: &Calibration, b: &Calibration) -> Option<Finding> {
     let mut shared = a
         .recordings()
         .filter(|i| i.sha256.is_some() && b.recordings().any(|j| j.sha256 == i.sha256));
-    let first = &shared.next()?.path;
-    let (count, all) = (1 + shared.count(), a.recordings().count());
-    Some(finding!(
-        SameRecordings,
-        "{count} of {all} recordings of the first calibration went into the second one, too ({first}): their errors are shared, so that agreement proves nothing"
-    ))
+    let first = shared.next()?.path.clone();
+    let (shared, all) = (1 + shared.count(), a.recordings().count());
+    Some(Case::RecordingsShared { shared, all, first }.finding())
 }
 
 /// Both as numbers, with readings divided by their nominal scale.
@@ -344,10 +338,7 @@ fn sensors(
             .with_hint("calibrate both from recordings in one unit and range"));
     }
     if unknown {
-        findings.push(finding!(
-            UnitUnverified,
-            "the input unit of a calibration is unknown; the scales are alike, so the units are taken as the same"
-        ));
+        findings.push(Case::ScalesAlike.finding());
     }
     let nominal = x.nominal_per_mps2().or(y.nominal_per_mps2());
     let per = nominal.unwrap_or(of_x);

@@ -5,8 +5,7 @@ use gravical_core::unit::{STANDARD_GRAVITY_MPS2, local_gravity_mps2};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::GravitySource;
-use crate::finding::finding;
-use crate::recording::Finding;
+use crate::finding::{Case, Finding};
 use crate::{Error, Result};
 
 /// Local gravity and its source.
@@ -156,13 +155,9 @@ impl Gravity {
     /// Finding about the uncertainty of an assumed value.
     pub fn finding(&self) -> Option<Finding> {
         (self.source == GravitySource::Standard).then(|| {
-            finding!(
-                GravityAssumed,
-                "local gravity is assumed to be 9.80665 m/s²: the scale may be off by up to 0.27 % at sea level (0.34 % in La Paz); give it, or latitude and altitude",
-            )
-            .advise("latitude", "")
-            .advise("altitude", "")
-            .advise("gravity", "")
+            let assumed = Case::GravityAssumed.finding();
+            let assumed = assumed.advise("latitude", "").advise("altitude", "");
+            assumed.advise("gravity", "")
         })
     }
 }

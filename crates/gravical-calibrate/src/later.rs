@@ -6,7 +6,7 @@ use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
 use crate::calibration_file::Calibration;
-use crate::finding::{Finding, finding};
+use crate::finding::{Case, Finding};
 use crate::numfmt::count;
 use crate::{Error, Result};
 
@@ -21,17 +21,14 @@ pub(crate) const ASSUMED_ERROR_MPS2: f64 = 0.1;
 pub(crate) const PART_SIGNIFICANCE: f64 = SIGNIFICANCE / 2.0;
 
 /// Says that two values of gravity, m/s², are not the same; `of`: whose they are.
-pub(crate) fn gravity_differs([first, second]: [f64; 2], of: [&str; 2]) -> Option<Finding> {
-    let off = (second / first - 1.0).abs();
-    (off > SAME_GRAVITY).then(|| {
-        finding!(
-            GravityDiffers,
-            "gravity is {first:.5} m/s² {} and {second:.5} m/s² {}: if both are of one place, {:.3} % of scale, and of ‖a‖, come from that alone; use the same gravity for both",
-            of[0],
-            of[1],
-            100.0 * off
-        )
-    })
+pub(crate) fn gravity_differs(gravity_mps2: [f64; 2], of: [&str; 2]) -> Option<Finding> {
+    let off = (gravity_mps2[1] / gravity_mps2[0] - 1.0).abs();
+    let case = Case::GravityDiffers {
+        gravity_mps2,
+        of: of.map(str::to_owned),
+        percent: 100.0 * off,
+    };
+    (off > SAME_GRAVITY).then(|| case.finding())
 }
 
 /// χ² of a difference by its covariance.

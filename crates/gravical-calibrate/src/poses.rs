@@ -31,7 +31,7 @@ use std::ops::Range;
 use gravical_core::matrix3::sub;
 use serde::Deserialize;
 
-use crate::finding::{after, finding};
+use crate::finding::{Case, after};
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, Recording};
 use crate::stats::mean_of_finite;
@@ -106,6 +106,8 @@ pub struct Segmentation {
     pub gyro_scale: Option<GyroScale>,
     /// What is odd.
     pub findings: Vec<Finding>,
+    /// What of it says that something is no pose, though it may have been meant as one.
+    pub unused: Vec<Finding>,
 }
 
 /// A pose before its mean is taken, or a turn.
@@ -161,8 +163,8 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
             .iter()
             .try_for_each(|r| r.refuse_averaged(hint))?;
     }
-    let mut findings = Vec::new();
-    let named = cut_recordings(recordings, options, &mut findings)?;
+    let (mut findings, mut unused) = (Vec::new(), Vec::new());
+    let named = cut_recordings(recordings, options, [&mut findings, &mut unused])?;
     let (mut turns, mut intervals) = (Vec::new(), Vec::new());
     for interval in named {
         match interval.claim {
@@ -176,7 +178,7 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
     }
     if intervals.is_empty() {
         let error = found::never_still(&recordings[0]);
-        return Err(after(error, &findings, "no-static-interval"));
+        return Err(after(error, &unused));
     }
     let gyro_scale = judge_gyroscope(recordings, &intervals, &mut findings);
     let Measured {
@@ -190,14 +192,16 @@ pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Seg
         noise,
         gyro_scale,
         findings,
+        unused,
     })
 }
 
-/// The poses of a session: named by sections or labels, which may name turns as well, or found.
+/// The poses of a session: named by sections or labels, which may name turns as well, or found. What is odd
+/// goes to `findings`, with what of it is `unused`.
 pub(crate) fn cut_recordings(
     recordings: &[Recording],
     options: &SegmentOptions,
-    findings: &mut Vec<Finding>,
+    [findings, unused]: [&mut Vec<Finding>; 2],
 ) -> Result<Vec<Interval>> {
     if let Some(sections) = &options.sections {
         let [one] = recordings else {
@@ -213,7 +217,7 @@ pub(crate) fn cut_recordings(
     for (index, recording) in recordings.iter().enumerate() {
         let named = named::by_labels(index, recording, findings);
         if named.iter().all(Interval::is_turn) {
-            intervals.extend(found::in_recording(index, recordings, findings)?);
+            intervals.extend(found::in_recording(index, recordings, [findings, unused])?);
         }
         intervals.extend(named);
     }
@@ -348,12 +352,9 @@ fn without_spikes(
         values
     };
     let held = intervals.iter().map(take_out).collect();
-    for (recording, spikes) in recordings.iter().zip(counts) {
-        if spikes > 0 {
-            let spikes = finding!(
-                SpikesLeftOut,
-                "{spikes} samples at rest stand out from their neighbours by more than 6 standard deviations: left out"
-            );
+    for (recording, samples) in recordings.iter().zip(counts) {
+        if samples > 0 {
+            let spikes = Case::SpikesLeftOut { samples }.finding();
             findings.push(spikes.in_file(&recording.name));
         }
     }
@@ -416,13 +417,11 @@ pub(crate) fn leave_out_empty(poses: &mut Vec<Pose>, findings: &mut Vec<Finding>
         let Some(axis) = pose.mean.iter().position(|m| !m.is_finite()) else {
             return true;
         };
-        let empty = finding!(
-            EmptyPose,
-            "\"{}\" has no value of a{} in any of its rows; left out",
-            pose.label,
-            face::AXES[axis]
-        );
-        findings.push(empty.in_file(&pose.source));
+        let empty = Case::EmptyPose {
+            pose: pose.label.clone(),
+            axis: face::AXES[axis],
+        };
+        findings.push(empty.finding().in_file(&pose.source));
         false
     });
 }

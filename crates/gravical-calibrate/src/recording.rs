@@ -26,10 +26,10 @@
 use std::path::Path;
 
 use crate::escape::path_word;
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::{Error, Result};
 
-pub use crate::finding::{Finding, FindingKind, LineSpans, Severity};
+pub use crate::finding::{Finding, LineSpans, Severity};
 #[doc(hidden)]
 pub use gravical_recording::{
     BoardSettings, Follow, Form, LineKind, bytes, full_scale, holds_gyroscope_alone,
@@ -105,20 +105,20 @@ pub(crate) fn after_losses(error: Error, recordings: &[Recording]) -> Error {
         .with_hint(hint)
 }
 
-/// That a recording is calibrated already, where what is `wanted` is another one.
+/// That a recording is calibrated already; `case` of whether by the board.
 #[doc(hidden)]
-pub fn already_calibrated(recording: &Recording, wanted: &str) -> Option<Finding> {
-    let why = why_calibrated(recording.format.is_calibrated_by_board());
-    let finding = finding!(AlreadyCalibrated, "{why}: {wanted}");
-    recording
-        .format
-        .is_calibrated()
-        .then(|| finding.in_file(&recording.name))
+pub fn already_calibrated(
+    recording: &Recording,
+    case: impl FnOnce(bool) -> Case,
+) -> Option<Finding> {
+    let format = &recording.format;
+    let found = || case(format.is_calibrated_by_board()).finding();
+    let is_calibrated = format.is_calibrated();
+    is_calibrated.then(|| found().in_file(&recording.name))
 }
 
 /// Why a recording is taken for a calibrated one, for findings.
-#[doc(hidden)]
-pub fn why_calibrated(by_board: bool) -> &'static str {
+pub(crate) fn why_calibrated(by_board: bool) -> &'static str {
     if by_board {
         "the board calibrated it, as the line with its settings says (`gravical log --format si` records raw values)"
     } else {

@@ -7,12 +7,11 @@ use serde::Deserialize;
 
 use crate::calibrate::CalibrateOptions;
 use crate::calibration_file::Calibration;
-use crate::finding::finding;
-use crate::numfmt::count;
+use crate::finding::{Case, Finding};
 use crate::poses::sections::read_sections;
 use crate::recording::{
-    Finding, FindingKind, ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope,
-    join_gyroscope, read, read_head, source,
+    ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read,
+    read_head, source,
 };
 use crate::{Error, Result};
 use gravical_recording::output::ends_in;
@@ -144,11 +143,7 @@ fn folders_in(folder: &Path) -> Result<Vec<Finding>> {
     for path in entries(folder)?.into_iter().filter(|p| p.is_dir()) {
         let files = listed(&path).map_or(0, |files| files.len());
         if files > 0 {
-            let files = count(files, "file");
-            let left = finding!(
-                FolderLeftOut,
-                "a folder with {files} that may be recordings; not read"
-            );
+            let left = Case::FolderLeftOut { files }.finding();
             findings.push(left.in_file(&path.display().to_string()));
         }
     }
@@ -220,10 +215,7 @@ fn read_files<'a>(
     for path in paths {
         let mut leave_out = |why: Finding| left_out.push(why.in_file(&path.display().to_string()));
         if of_folder && is_rescued(path) {
-            leave_out(finding!(
-                NoRecording,
-                "what `gravical log` rescued when its file was lost: another name makes it a recording; left out"
-            ));
+            leave_out(Case::Rescued.finding());
             continue;
         }
         let recording = if of_folder {
@@ -240,12 +232,12 @@ fn read_files<'a>(
         }
         match recording {
             // A result beside its sources is no placement.
-            Ok(recording) if of_folder && recording.format.is_result() => leave_out(finding!(
-                AlreadyCalibrated,
-                "a result of this program, by its column names, not a recording; left out"
-            )),
+            Ok(recording) if of_folder && recording.format.is_result() => {
+                leave_out(Case::ResultLeftOut.finding());
+            }
             Err(error) if of_folder && is_something_else(&error) => {
-                leave_out(finding!(NoRecording, "{}; left out", error.message()));
+                let why = error.message().to_owned();
+                leave_out(Case::NoRecording { why }.finding());
             }
             recording => recordings.push(recording?),
         }
@@ -298,28 +290,21 @@ pub fn read_session(
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
         (several @ [_, ..], Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
-            let finding = match join_gyroscope(one, gyro, options) {
-                Ok(()) => finding!(
-                    GyroJoined,
-                    "a gyroscope alone, beside one recording: joined to {} on time",
-                    one.name
-                ),
-                Err(why) => finding!(
-                    GyroLeftOut,
-                    "a gyroscope alone, which does not belong to {}: {}; left out",
-                    one.name,
-                    why.message()
-                ),
+            let joined = join_gyroscope(one, gyro, options);
+            let recording = one.name.clone();
+            let case = match joined {
+                Ok(()) => Case::GyroJoined { recording },
+                Err(why) => Case::GyroOfAnother {
+                    recording,
+                    why: why.message().to_owned(),
+                },
             };
-            left_out.push(finding.in_file(&gyro.display().to_string()));
+            left_out.push(case.finding().in_file(&gyro.display().to_string()));
         }
         (_, _, gyroscopes) => {
-            let note = "a gyroscope alone, and no pose; left out. With one recording, it can be joined to it";
             for path in gyroscopes {
-                let finding = Finding::new(FindingKind::GyroLeftOut, note)
-                    .as_note()
-                    .advise("gyro", "");
-                left_out.push(finding.in_file(&path.display().to_string()));
+                let alone = Case::GyroAlone.finding().as_note().advise("gyro", "");
+                left_out.push(alone.in_file(&path.display().to_string()));
             }
         }
     }
@@ -339,10 +324,7 @@ fn leave_out_linear(recordings: &mut Vec<Recording>, left_out: &mut Vec<Finding>
         return;
     }
     for recording in recordings.extract_if(.., |r| r.units.is_without_gravity) {
-        let why = finding!(
-            NoRecording,
-            "left out: by its values or its name it lacks gravity, and another file holds the acceleration with gravity"
-        );
+        let why = Case::LinearLeftOut.finding();
         left_out.push(why.in_file(&recording.name));
     }
 }

@@ -40,19 +40,21 @@ use rests::RestBlock;
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
 use std::path::Path;
 
 use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
+use serde::Serialize;
 
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, TemperatureModel, TemperatureRange,
 };
-use crate::finding::finding;
-use crate::numfmt::{milli_g, small};
+use crate::finding::{Case, Finding};
+use crate::numfmt::milli_g;
 use crate::poses::rests::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
-use crate::recording::{Finding, GyroUnit, Recording};
+use crate::recording::{GyroUnit, Recording};
 use crate::{Error, Result};
 
 /// The temperature must span more than this at rest, °C, for a meaningful result.
@@ -268,15 +270,17 @@ pub fn for_calibration(
     segmentation.findings.extend(refused(&model));
     // Where no drift is subtracted, the reference does not matter.
     if model.any_corrected() {
-        let ([low, high], session_c) = (model.range_c, session.mean);
-        let reference_c = session_c.clamp(low, high);
-        if reference_c != session_c {
-            segmentation.findings.push(finding!(
-                TemperatureOutside,
-                "the poses were at {session_c:.1} °C, the soak spans {low:.1} to {high:.1} °C: bias and matrix are assumed to be valid at {reference_c:.1} °C; soak over the temperatures at which the sensor is calibrated and used",
-            ));
+        let (soak_c, poses_c) = (model.range_c, session.mean);
+        let valid_c = poses_c.clamp(soak_c[0], soak_c[1]);
+        if valid_c != poses_c {
+            let outside = Case::PosesOutside {
+                poses_c,
+                soak_c,
+                valid_c,
+            };
+            segmentation.findings.push(outside.finding());
         }
-        model.reference_c = reference_c;
+        model.reference_c = valid_c;
         bring_to_reference(&mut segmentation.poses, &model);
     }
     Ok(Some(model))
@@ -354,36 +358,57 @@ pub(crate) fn from_poses(
 
 /// A finding where the drift of no channel is predictable.
 fn refused(model: &TemperatureModel) -> Option<Finding> {
-    let [low, high] = model.range_c;
-    (!model.any_corrected()).then(|| {
-        finding!(
-            TemperatureRefused,
-            "the temperature changes at rest ({low:.1} to {high:.1} °C), but the drift of no channel is predictable: none is subtracted"
-        )
-    })
+    let range_c = model.range_c;
+    (!model.any_corrected()).then(|| Case::TemperatureRefused { range_c }.finding())
+}
+
+/// Why a drift is not taken off.
+#[doc(hidden)]
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoTemperature {
+    Recorded,
+    InCelsius,
+    Of { without: usize, intervals: usize },
+}
+
+impl fmt::Display for NoTemperature {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoTemperature::Recorded => f.write_str("the recording has no temperatures"),
+            NoTemperature::InCelsius => f.write_str("the recording's temperatures are not in °C"),
+            NoTemperature::Of { without, intervals } => {
+                write!(
+                    f,
+                    "{without} of {intervals} static intervals have no temperature"
+                )
+            }
+        }
+    }
 }
 
 /// That a drift is not taken off because of `why`: what it makes of a reading at the ends of its range.
 #[doc(hidden)]
-pub fn not_applied(model: &TemperatureModel, why: &str) -> Finding {
+pub fn not_applied(model: &TemperatureModel, why: NoTemperature) -> Finding {
     let [low, high] = model.range_c;
-    let part = |c: &ChannelDrift| {
+    let change = |c: &ChannelDrift| {
         let farthest_c = (low - model.reference_c)
             .abs()
             .max((high - model.reference_c).abs());
-        let most = small(farthest_c * c.per_c.unwrap_or(0.0).abs(), 3);
+        let most = farthest_c * c.per_c.unwrap_or(0.0).abs();
         let unit = match c.input_unit.as_str() {
             "unknown" => "of an unknown unit",
             unit => unit,
         };
-        format!("{} by up to {most} {unit}", c.channel)
+        (c.channel.clone(), most, unit.to_owned())
     };
-    let parts = model.channels.iter().filter(|c| c.is_corrected()).map(part);
-    let parts = parts.collect::<Vec<_>>().join(", ");
-    finding!(
-        TemperatureNotApplied,
-        "{why}, so the calibration's drift with temperature is not taken off there: between {low:.1} and {high:.1} °C it changes {parts}"
-    )
+    let corrected = model.channels.iter().filter(|c| c.is_corrected());
+    Case::DriftNotApplied {
+        why,
+        range_c: model.range_c,
+        changes: corrected.map(change).collect(),
+    }
+    .finding()
 }
 
 /// Checks that session and soak are in one unit; one of a gyroscope that is not known is taken as the same.

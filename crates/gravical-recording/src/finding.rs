@@ -5,7 +5,6 @@
 //! nowhere else. What was found is told, and never looked up to decide something.
 
 mod cases;
-mod kinds;
 
 use std::fmt::Display;
 
@@ -16,7 +15,6 @@ use crate::advice::{Advice, with_options};
 use crate::spans::LineSpans;
 
 pub use cases::{Case, EmptyCells, GyroMismatch};
-pub use kinds::FindingKind;
 #[doc(hidden)]
 pub type Map = serde_json::Map<String, Value>;
 
@@ -69,11 +67,6 @@ fn is_false(is_it: &bool) -> bool {
 }
 
 impl Finding {
-    /// A finding that matters as its kind does.
-    pub fn new(kind: FindingKind, message: impl Into<String>) -> Self {
-        Finding::of(&kind.row(), &message.into(), Map::new())
-    }
-
     /// What [`findings!`](crate::findings) makes of a case.
     #[doc(hidden)]
     pub fn of(kind: &Kind, message: &dyn Display, values: Map) -> Self {

@@ -70,7 +70,7 @@ pub mod write;
 pub use advice::Advice;
 pub use board::BoardSettings;
 pub use error::{Category, Error, Location, Result};
-pub use finding::{Finding, FindingKind, Severity};
+pub use finding::{Finding, Severity};
 pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
 pub use join::{

@@ -58,6 +58,7 @@ use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::{Calibration, judge_unit};
+use crate::finding::CalibrationCase;
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
@@ -366,8 +367,8 @@ impl Application {
             judge_accelerometer(calibration, recording, drift.as_ref(), &mut findings)?;
         let gyro_unit = judge_gyroscope(calibration, recording, &mut findings)?;
         findings.extend(calibration.poor_finding());
-        let twice = "calibrating again would apply the correction twice";
-        findings.extend(already_calibrated(recording, twice));
+        let case = |by_board| CalibrationCase::CalibratedForApply { by_board };
+        findings.extend(already_calibrated(recording, case));
         let summary = ApplySummary {
             input: recording.name.clone(),
             description: String::new(),

@@ -6,11 +6,12 @@ use gravical_core::matrix3;
 use serde::Serialize;
 
 use crate::calibration_file::TemperatureModel;
+use crate::finding::{Case, Finding};
 use crate::poses::face::{AxisMap, Face};
 use crate::poses::gyro_unit;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{MAX_FACE_ANGLE_DEG, is_too_short};
-use crate::recording::{AccelScale, Clock, Finding, FindingKind, GyroScale, Recording};
+use crate::recording::{AccelScale, Clock, GyroScale, Recording};
 use crate::stats::moments;
 use crate::temperature::study;
 
@@ -88,8 +89,8 @@ pub fn inspect(recording: &Recording, axes: &AxisMap) -> Inspection {
     let mut findings = recording.findings.clone();
     let spans = find_rests(recording);
     if spans.is_empty() && !is_too_short(recording.rows(), 0.0) {
-        let text = format!("never at rest: {}", why_never_static(recording));
-        findings.push(Finding::new(FindingKind::NeverStatic, text).in_file(&recording.name));
+        let why = why_never_static(recording);
+        findings.push(Case::NeverStatic { why }.finding().in_file(&recording.name));
     }
     let gyroscope = gyro_unit::judge(recording, None, &spans, &mut findings);
     let held: usize = spans.iter().map(Range::len).sum();

@@ -8,17 +8,18 @@ mod turns;
 
 use gravical_core::calibration::LinearCalibration;
 use gravical_core::matrix3;
-use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MIN_MOTIONS, MotionFit};
+use gravical_fit::{FittedMotion, GyroOptions, GyroRest, GyroUndetermined, MotionFit};
 
 use crate::calibrate::session::Session;
 use crate::calibration_file::{Covariance, GyroMethod, Gyroscope, MotionCounts};
-use crate::finding::{Finding, FindingKind, finding};
+use crate::finding::{Case, Finding, LeftOut};
 use crate::poses::face::axes_where;
 use crate::recording::LineSpans;
 use crate::recording::units::GyroUnit;
 use crate::stats::rms;
 
-use readings::{GAP_PERIODS, MAX_MOTION_S, Readings};
+use readings::Readings;
+pub(crate) use readings::{GAP_PERIODS, MAX_MOTION_S};
 
 /// A scale that is further from nominal is not the one of the data sheet.
 const SCALE_OFF: f64 = 0.1;
@@ -47,10 +48,7 @@ pub(super) fn of_session(
     }
     let mut found = gyroscope(readings, accelerometer);
     if !cut.turns.is_empty() {
-        found.findings.push(finding!(
-            LabelsLeftOut,
-            "the named turns do not calibrate the gyroscope: that takes all six faces and a full turn about each axis, without a gap or a clipped reading, whose scale is within 10 % of the stated one"
-        ));
+        found.findings.push(Case::TurnsNotUsed.finding());
     }
     found
 }
@@ -80,8 +78,7 @@ fn gyroscope(
         Some(Ok(motions)) => {
             let each = readings.places.iter().zip(&motions.motions);
             let outliers = each.filter(|(_, motion)| !motion.used);
-            let outliers =
-                outliers.map(|(place, _)| (FindingKind::GyroMotionOutlier, place.clone()));
+            let outliers = outliers.map(|(place, _)| (LeftOut::Outlier, place.clone()));
             readings.left_out.extend(outliers);
             odd.extend(oddities(motions, nominal));
             by_motions(&readings, motions)
@@ -93,11 +90,8 @@ fn gyroscope(
         }
     };
     if section.is_none() {
-        let unknown = finding!(
-            GyroScaleUnknown,
-            "the gyroscope reads {} at rest, and its scale follows neither from its unit nor from rotations: it is not calibrated; give its unit and, for counts, its range",
-            fit.rest.bias.map(|b| format!("{b:.4}")).join(", ")
-        );
+        let bias = fit.rest.bias;
+        let unknown = Case::GyroScaleUnknown { bias }.finding();
         odd.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
     }
     // What concerns several recordings stands in no file.
@@ -159,53 +153,31 @@ fn bias_alone(readings: &Readings<'_>, rest: &GyroRest, nominal: f64) -> Gyrosco
 
 /// What has to be turned more.
 fn undetermined(open: &GyroUndetermined, motions: usize, nominal: Option<f64>) -> Finding {
-    let weak = axes_where(|axis| open.axes[axis]).join(", ");
-    let known = match open.sd {
-        sd if sd < 10.0 => format!("known to {:.0} % only", 100.0 * sd),
-        _ => "not known".to_owned(),
-    };
-    let then = match nominal {
-        Some(_) => "it gets its bias only, with the nominal scale",
-        None => "it is not calibrated",
-    };
-    finding!(
-        GyroUndetermined,
-        "{motions} usable motions between static intervals leave the gyroscope's matrix {known}; {then}. Turn it about {weak} by 90° and more, with that axis level, and at least {MIN_MOTIONS} times in all, better twice as often"
-    )
+    Case::GyroUndetermined {
+        motions,
+        sd: open.sd,
+        weak: axes_where(|axis| open.axes[axis]),
+        is_scaled: nominal.is_some(),
+    }
+    .finding()
 }
 
 /// Names the motions that take no part, recording by recording and reason by reason.
 fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
-    let gap = format!(
-        "last longer than {MAX_MOTION_S} s, have a break, or miss its readings for more than {GAP_PERIODS} periods"
-    );
-    let reasons = [
-        (FindingKind::GyroMotionGap, &*gap),
-        (
-            FindingKind::GyroMotionClipped,
-            "reach the end of its range, turned too fast",
-        ),
-        (
-            FindingKind::GyroMotionOutlier,
-            "contradict the others, by a bump, lost samples, or too fast a turn",
-        ),
-    ];
     let mut findings = Vec::new();
     for (index, recording) in readings.recordings.iter().enumerate() {
-        for (why, what) in reasons {
+        for why in [LeftOut::Gap, LeftOut::Clipped, LeftOut::Outlier] {
             let left_out = readings.left_out.iter();
-            let meant = left_out.filter(|(kind, place)| *kind == why && place.recording == index);
-            let (mut count, mut lines) = (0, LineSpans::default());
+            let meant = left_out.filter(|(own, place)| *own == why && place.recording == index);
+            let (mut motions, mut lines) = (0, LineSpans::default());
             for (_, place) in meant {
                 let [from, to] = place.lines;
                 lines.push_range(from, to, to - from + 1);
-                count += 1;
+                motions += 1;
             }
-            if count > 0 {
-                let message = format!(
-                    "motions between static intervals are left out of the gyroscope's fit ({count}): they {what}"
-                );
-                let finding = Finding::new(why, message).at_lines(&lines);
+            if motions > 0 {
+                let finding = Case::MotionsLeftOut { motions, why }.finding();
+                let finding = finding.at_lines(&lines);
                 findings.push(finding.in_file(&recording.name));
             }
         }
@@ -217,28 +189,19 @@ fn motions_left_out(readings: &Readings<'_>) -> Vec<Finding> {
 fn oddities(fit: &MotionFit, nominal: Option<f64>) -> Vec<Finding> {
     let mut findings = Vec::new();
     if fit.typical_rad > gravical_fit::MISFIT_RAD {
-        findings.push(finding!(
-            GyroMisfit,
-            "after a typical motion, gravity rotated by the integrated rate is wrong by {:.1}°: do both sensors have one clock, is the rate right, and the accelerometer's calibration sound?",
-            fit.typical_rad.to_degrees()
-        ));
+        let angle_deg = fit.typical_rad.to_degrees();
+        findings.push(Case::GyroMisfit { angle_deg }.finding());
     }
     if matrix3::det(&fit.matrix) < 0.0 {
-        findings.push(finding!(
-            GyroLeftHanded,
-            "the gyroscope counts left-handed against the axes of the accelerometer: the sign of one axis is inverted in one of the two; after calibration they agree"
-        ));
+        findings.push(Case::GyroLeftHanded.finding());
     }
     let diagonal = [0, 1, 2].map(|i| fit.matrix[i][i]);
     let relative = nominal.map(|nominal| diagonal.map(|d| d * nominal));
     if let Some(relative) = relative
         && relative.iter().any(|d| (d - 1.0).abs() > SCALE_OFF)
     {
-        findings.push(finding!(
-            GyroScaleOff,
-            "by the motions the gyroscope's scale is {} of nominal about x, y, z: is the range or the unit another one, or are its axes not the accelerometer's?",
-            relative.map(|d| format!("{:.3}", 1.0 / d)).join(", ")
-        ));
+        let of_nominal = relative.map(f64::recip);
+        findings.push(Case::GyroScaleOff { of_nominal }.finding());
     }
     findings
 }

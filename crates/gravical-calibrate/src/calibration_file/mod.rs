@@ -21,7 +21,7 @@ use gravical_core::calibration::{GyroscopeCalibration, LinearCalibration};
 use serde_json::error::Category;
 
 use crate::escape::shown_json;
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -34,6 +34,7 @@ pub use input::*;
 pub use types::*;
 #[doc(hidden)]
 pub use unit::judge_unit;
+pub(crate) use unit::measured;
 
 impl Calibration {
     /// Parameters of the accelerometer for the core crate.
@@ -105,11 +106,8 @@ impl Calibration {
     #[doc(hidden)]
     pub fn poor_finding(&self) -> Option<Finding> {
         (self.grade() == Grade::Poor).then(|| {
-            let why = self.verdict().reasons.join("; ");
-            finding!(
-                PoorCalibration,
-                "the calibration's own verdict is poor: {why}"
-            )
+            let reasons = self.verdict().reasons;
+            Case::PoorCalibration { reasons }.finding()
         })
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::{Accelerometer, Calibration};
-use crate::finding::{RecordingCase, finding};
+use crate::finding::{Case, RecordingCase};
 use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
 use crate::{Error, Result};
 
@@ -77,15 +77,13 @@ pub fn judge_unit(
         };
         (mismatch, "the calibration of this sensor at this setting")
     } else {
-        let measured = match norm_mps2 {
-            Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
-            None => "no row is complete".to_owned(),
+        let unverified = Case::UnitTaken {
+            unit,
+            wanted,
+            at_rest: at_rest.to_owned(),
+            norm_mps2,
         };
-        let unverified = finding!(
-            UnitUnverified,
-            "the recording is in {unit}, the calibration for {wanted}; taken as the same: {measured}"
-        );
-        findings.extend(unknown.then(|| unverified.in_file(name)));
+        findings.extend(unknown.then(|| unverified.finding().in_file(name)));
         return Ok(());
     };
     if scale.origin != Origin::Given {
@@ -96,4 +94,12 @@ pub fn judge_unit(
         findings.push(mismatch.finding().in_file(name));
     }
     Ok(())
+}
+
+/// The magnitude of what is `at_rest`, in words.
+pub(crate) fn measured(at_rest: &str, norm_mps2: Option<f64>) -> String {
+    match norm_mps2 {
+        Some(norm) => format!("calibrated, {at_rest} measure {norm:.2} m/s²"),
+        None => "no row is complete".to_owned(),
+    }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use gravical_core::matrix3;
 use gravical_fit::Sphere;
 
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::numfmt::count;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
@@ -38,7 +38,7 @@ const FAR_APART_DEG: f64 = 25.0;
 pub(super) fn in_recording(
     index: usize,
     recordings: &[Recording],
-    findings: &mut Vec<Finding>,
+    [findings, unused]: [&mut Vec<Finding>; 2],
 ) -> Result<Vec<Interval>> {
     let recording = &recordings[index];
     let is_alone = recordings.len() == 1;
@@ -65,7 +65,9 @@ pub(super) fn in_recording(
                 )
             }
             _ => {
-                findings.extend(unused_pauses(recording, &nominal, &rests));
+                let pauses = unused_pauses(recording, &nominal, &rests);
+                unused.extend(pauses.clone());
+                findings.extend(pauses);
                 return Ok(intervals_of(index, rests, None));
             }
         };
@@ -82,7 +84,9 @@ pub(super) fn in_recording(
     });
     let poses_of_name = 1 + usize::from(matches!(claimed, Some(Claim::Axis(_))));
     if directions(recording, &rests, claimed).len() > poses_of_name * segments.len() {
-        findings.extend(unused_pauses(recording, &nominal, &rests));
+        let pauses = unused_pauses(recording, &nominal, &rests);
+        unused.extend(pauses.clone());
+        findings.extend(pauses);
         return Ok(intervals_of(index, rests, Some(&stem)));
     }
     let quiet = LazyCell::new(|| quiet_in(&nominal));
@@ -99,11 +103,15 @@ pub(super) fn in_recording(
         let mut is_found = true;
         if spans.is_empty() {
             let (found, finding) = without_rest(recording, &quiet, segment, &label);
-            findings.push(finding.in_file(&recording.name));
-            if let Some((rows, steady)) = found {
-                spans.push(rows);
-                is_found = steady;
+            let finding = finding.in_file(&recording.name);
+            match found {
+                Some((rows, steady)) => {
+                    spans.push(rows);
+                    is_found = steady;
+                }
+                None => unused.push(finding.clone()),
             }
+            findings.push(finding);
         }
         intervals.extend(spans.into_iter().map(|rows| Interval {
             label: label.clone(),
@@ -124,32 +132,25 @@ fn without_rest(
     segment: &Range<usize>,
     label: &str,
 ) -> (Option<(Range<usize>, bool)>, Finding) {
-    let lines = |rows: &Range<usize>| {
-        let [first, last] = [rows.start, rows.end - 1].map(|row| recording.line(row));
-        format!("lines {first} to {last}")
-    };
+    let lines = |rows: &Range<usize>| [rows.start, rows.end - 1].map(|row| recording.line(row));
+    let pose = label.to_owned();
     let quiet = quiet.iter();
     let inside = quiet.filter(|s| segment.start <= s.start && s.end <= segment.end);
     if let Some(rows) = inside.max_by_key(|s| s.len()) {
         let (mean, variance) = moments(&recording.accel, rows.clone());
-        let unsteady = finding!(
-            UnsteadyPose,
-            "{label}: never quite at rest; the longest quiet part, {}, moves by {:.0} mg rms and is used",
-            lines(rows),
-            1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean)
-        );
-        (Some((rows.clone(), true)), unsteady)
+        let unsteady = Case::UnsteadyPose {
+            pose,
+            lines: lines(rows),
+            rms_mg: 1000.0 * (variance / 3.0).sqrt() / matrix3::norm(&mean),
+        };
+        (Some((rows.clone(), true)), unsteady.finding())
     } else if is_too_short(segment.len(), recording.working_rate_hz()) {
-        let count = segment.len();
-        let short = finding!(ShortPose, "{label}: {count} rows only; all are used");
+        let rows = segment.len();
+        let short = Case::ShortPose { pose, rows }.finding();
         (Some((segment.clone(), false)), short)
     } else {
-        let never = finding!(
-            NoStaticInterval,
-            "{label} is never at rest in {}: left out",
-            lines(segment)
-        );
-        (None, never)
+        let lines = lines(segment);
+        (None, Case::PoseNeverAtRest { pose, lines }.finding())
     }
 }
 
@@ -184,10 +185,7 @@ fn rows_as_poses(
     findings: &mut Vec<Finding>,
 ) -> Vec<Interval> {
     let rows = recording.rows();
-    let means = finding!(
-        RowsAsPoses,
-        "{rows} rows without a static interval; they lie far apart and are alike in magnitude, so that each is used as the mean of a pose"
-    );
+    let means = Case::RowsAsPoses { rows }.finding();
     findings.push(means.in_file(&recording.name));
     let interval = |row: usize| Interval {
         label: format!("line {}", recording.line(row)),

@@ -19,7 +19,7 @@ use super::face::angle_deg;
 use super::nominal::MAX_NOISE_RAD_S;
 use super::rests::{find_rests, with_slow_ends};
 use crate::calibration_file::Gyroscope;
-use crate::finding::{GyroMismatch, RecordingCase, finding};
+use crate::finding::{Case, GyroMismatch, RecordingCase};
 use crate::recording::units::{GyroScale, GyroUnit, LSB_PER_DEG_S, MDPS_PER_DEG_S, Origin};
 use crate::recording::{Finding, Recording};
 use crate::stats::{floors, moments};
@@ -80,10 +80,7 @@ pub fn judge(
         _ => Some(("range", "gyro_range")),
     };
     findings.extend(unknown.map(|(what, option)| {
-        let unknown = finding!(
-            GyroUnitUnverified,
-            "the {what} of the gyroscope is unknown: neither the file nor a rotation between static intervals shows it; give it"
-        );
+        let unknown = Case::GyroScaleOpen { what }.finding().as_note();
         unknown.advise(option, "").in_file(&recording.name)
     }));
     Some(scale)
@@ -236,10 +233,9 @@ impl Evidence {
                         let mismatch = RecordingCase::GyroUnitOfCalibration { unit, stated };
                         mismatch.finding().advise("gyro_unit", "")
                     }
-                    None => finding!(
-                        GyroUnitUnverified,
-                        "the gyroscope is read in {wanted}, the unit of the calibration: the recording does not name one, and it is not verified by a rotation between static intervals"
-                    ),
+                    None => Case::GyroUnitOfCalibration { unit: wanted }
+                        .finding()
+                        .as_note(),
                 });
             }
             let lsb = claimed.lsb_per_deg_s.unwrap_or(section.mean_per_deg_s());
@@ -253,20 +249,14 @@ impl Evidence {
         let is_open = claimed.unit == GyroUnit::Unknown
             || header.is_some() && header_is_wrong && claimed.unit != GyroUnit::Counts;
         if let Some(unit) = by_noise.filter(|unit| is_open && *unit != claimed.unit) {
-            let by_noise = finding!(
-                GyroUnitByNoise,
-                "the gyroscope is read in {unit}, the unit in which its noise at rest, {:.2e}, is usual: no rotation shows another, and the header has none or is wrong about the accelerometer; give the unit if it is another",
-                self.noise.unwrap_or(f64::NAN)
-            );
+            let noise = self.noise.unwrap_or(f64::NAN);
+            let by_noise = Case::GyroUnitByNoise { unit, noise }.finding();
             tell(by_noise.advise("gyro_unit", ""));
             return Some(shown(unit, None));
         }
         if claimed.nominal().is_some() {
-            tell(finding!(
-                GyroUnitUnverified,
-                "the gyroscope is read in {}, not verified by a rotation between static intervals",
-                claimed.unit
-            ));
+            let unit = claimed.unit;
+            tell(Case::GyroUnitUnverified { unit }.finding().as_note());
         }
         Some(claimed)
     }

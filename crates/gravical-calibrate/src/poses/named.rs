@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::finding::finding;
-use crate::recording::{Finding, Labels, Recording};
+use crate::finding::{Case, Finding};
+use crate::recording::{Labels, Recording};
 use crate::{Error, Result};
 
 use super::face::{AXES, Claim, claim};
@@ -44,14 +44,10 @@ pub(super) fn by_labels(
         return turns;
     }
     if !unknown.is_empty() {
-        let mut names: Vec<&str> = unknown.iter().map(|(label, _)| *label).collect();
-        names.dedup();
+        let mut labels: Vec<String> = unknown.iter().map(|(l, _)| (*l).to_owned()).collect();
+        labels.dedup();
         let rows: usize = unknown.iter().map(|(_, rows)| rows.len()).sum();
-        let left_out = finding!(
-            LabelsLeftOut,
-            "{rows} rows labelled \"{}\" name no pose or turn; left out",
-            names.join("\", \"")
-        );
+        let left_out = Case::LabelsLeftOut { rows, labels }.finding();
         findings.push(left_out.counting(rows as u64).in_file(&recording.name));
     }
     poses.into_iter().chain(turns).collect()
@@ -91,13 +87,12 @@ pub(super) fn check_names(poses: &[Pose]) -> Vec<Finding> {
             Claim::Axis(axis) if axis != face.axis => format!("the {} axis", AXES[axis]),
             _ => return None,
         };
-        let mismatch = finding!(
-            OrientationMismatch,
-            "\"{}\" claims {claimed}, but {} points up there; the data are believed",
-            pose.label,
-            face.name()
-        );
-        Some(mismatch.in_file(&pose.source))
+        let mismatch = Case::OrientationMismatch {
+            pose: pose.label.clone(),
+            claimed,
+            up: face.name(),
+        };
+        Some(mismatch.finding().in_file(&pose.source))
     };
     poses.iter().filter_map(mismatch).collect()
 }

@@ -10,9 +10,8 @@ use super::face::angle_deg;
 use super::nominal::NominalSamples;
 use super::rests::{APART_DEG, MANY_POSES, MIN_REST_S, directions, min_samples_without_rate};
 use super::stills::{HELD_DEG, MIN_WINDOW_LEN, READINGS_S, middle, still_spans};
-use crate::finding::finding;
-use crate::numfmt::count;
-use crate::recording::{Finding, Recording};
+use crate::finding::{Case, Finding};
+use crate::recording::Recording;
 use crate::stats::moments;
 
 /// A shorter pause is one of a hand on its way, s; without a rate ten readings …
@@ -78,31 +77,29 @@ pub(super) fn unused_pauses(
         return None;
     }
     let rows: Vec<Range<usize>> = pauses.iter().map(|span| nominal.in_rows(span)).collect();
-    let number = count(directions(recording, &rows, None).len(), "direction");
+    let directions = directions(recording, &rows, None).len();
     let short = pauses.iter().filter(|span| is_calm(span));
     let is_short = 2 * short.count() >= pauses.len();
     let first = pauses.into_iter().find(|span| is_calm(span) == is_short)?;
-    let why = if is_short {
-        let length = |samples: usize| match rate_hz {
-            Some(rate_hz) => format!("{:.1} s", samples as f64 / rate_hz),
-            None => count(samples, "row"),
-        };
-        let (lasts, takes) = (length(first.len()), length(min_rest));
-        format!(
-            "lasts {lasts} with the ends of motions, a pose at least {takes} without: hold each for longer"
-        )
+    let rows = nominal.in_rows(&first);
+    let lines = [rows.start, rows.end - 1].map(|row| recording.line(row));
+    let case = if is_short {
+        Case::ShortPauses {
+            directions,
+            lines,
+            lasts: first.len(),
+            least: min_rest,
+            rate_hz,
+        }
     } else {
         let (mean, variance) = at(&nominal.in_rows(&middle(&first)));
-        let rms_mg = 1000.0 * (variance / 3.0).sqrt() / norm(&mean);
-        format!("moves by {rms_mg:.0} mg rms, as in a hand: lean the sensor against something")
+        Case::UnsteadyPauses {
+            directions,
+            lines,
+            rms_mg: 1000.0 * (variance / 3.0).sqrt() / norm(&mean),
+        }
     };
-    let rows = nominal.in_rows(&first);
-    let [from, to] = [rows.start, rows.end - 1].map(|row| recording.line(row));
-    let finding = finding!(
-        UnusedPauses,
-        "pauses in {number} other than those of the poses are not used; that in lines {from} to {to} {why}"
-    );
-    Some(finding.in_file(&recording.name))
+    Some(case.finding().in_file(&recording.name))
 }
 
 /// Samples of the shortest rest that is used.

@@ -1,11 +1,13 @@
 //! Static intervals of a recording, by the detector of rests ([`gravical_signal::detect_rests`]).
 
+use std::fmt;
 use std::ops::Range;
 
 use gravical_core::matrix3::{norm, sub};
 use gravical_signal::{
     BLOCK_S, MAX_VARIANCE, RestTolerance, Samples, block_len, detect_rests, quantile,
 };
+use serde::Serialize;
 
 use super::face::{Claim, angle_deg};
 use super::nominal::NominalSamples;
@@ -130,24 +132,50 @@ pub(crate) fn with_slow_ends(
 
 /// Why a recording has no static interval.
 #[doc(hidden)]
-pub fn why_never_static(recording: &Recording) -> String {
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restless {
+    Throughout,
+    Moves { mps2: f64 },
+    Turns { deg_per_s: f64 },
+    Short,
+}
+
+impl fmt::Display for Restless {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Restless::Throughout => f.write_str("no second of it is quiet"),
+            Restless::Moves { mps2 } => write!(
+                f,
+                "where it is quietest each axis moves by {mps2:.1} m/s² rms, at rest by less than 0.3"
+            ),
+            Restless::Turns { deg_per_s } => write!(
+                f,
+                "where it is quietest it turns by {deg_per_s:.0} °/s rms, at rest by less than 2"
+            ),
+            // Blocks have five rows or more.
+            Restless::Short => write!(
+                f,
+                "what is quiet is shorter than {MIN_REST_S} s or 20 rows (without a rate 40 readings, or 10 over most of the recording), or turns"
+            ),
+        }
+    }
+}
+
+/// Why a recording has no static interval.
+#[doc(hidden)]
+pub fn why_never_static(recording: &Recording) -> Restless {
     if recording.units.accel.nominal().is_none() {
-        return "no second of it is quiet".to_owned();
+        return Restless::Throughout;
     }
     let nominal = NominalSamples::new(recording);
     let max_rms = MAX_VARIANCE.map(|variance| (variance / 3.0).sqrt());
     match [0, 1].map(|sensor| nominal.quietest_rms(sensor)) {
-        [force, _] if force > max_rms[0] => format!(
-            "where it is quietest each axis moves by {force:.1} m/s² rms, at rest by less than 0.3"
-        ),
-        [_, rate] if rate > max_rms[1] => format!(
-            "where it is quietest it turns by {:.0} °/s rms, at rest by less than 2",
-            rate.to_degrees()
-        ),
-        // Blocks have five rows or more.
-        _ => format!(
-            "what is quiet is shorter than {MIN_REST_S} s or 20 rows (without a rate 40 readings, or 10 over most of the recording), or turns"
-        ),
+        [force, _] if force > max_rms[0] => Restless::Moves { mps2: force },
+        [_, rate] if rate > max_rms[1] => Restless::Turns {
+            deg_per_s: rate.to_degrees(),
+        },
+        _ => Restless::Short,
     }
 }
 

@@ -4,9 +4,9 @@ use gravical_recording::Piece;
 use serde::Serialize;
 
 use crate::calibration_file::{CHANNELS, Calibration, TemperatureModel};
-use crate::finding::finding;
+use crate::finding::CalibrationCase;
 use crate::recording::{Finding, LineSpans, Recording};
-use crate::temperature::not_applied;
+use crate::temperature::{NoTemperature, not_applied};
 
 /// Temperatures outside the range by no more than this are not reported, °C: thermometers are
 /// noisy.
@@ -53,9 +53,9 @@ impl Drift {
         let mut temperatures = recording.temperature_c.iter().flatten();
         let Some(first_c) = temperatures.find(|t| t.is_finite()) else {
             let why = if recording.units.has_unknown_temperature {
-                "the recording's temperatures are not in °C"
+                NoTemperature::InCelsius
             } else {
-                "the recording has no temperatures"
+                NoTemperature::Recorded
             };
             findings.push(not_applied(model, why));
             return None;
@@ -96,15 +96,13 @@ impl Drift {
 
     /// Adds the finding and returns the result; to be called after the last row.
     pub fn finish(self, findings: &mut Vec<Finding>) -> TemperatureOutcome {
-        let [low, high] = self.model.range_c;
         if !self.outside.is_empty() {
-            let [coldest, warmest] = self.outside_range_c;
-            let finding = finding!(
-                TemperatureOutside,
-                "{} rows at {coldest:.1} to {warmest:.1} °C are outside the range of {low:.1} to {high:.1} °C in which the drift was measured: the drift at its edge is subtracted, which may be wrong",
-                self.outside.count()
-            );
-            findings.push(finding.at_lines(&self.outside));
+            let case = CalibrationCase::RowsOutside {
+                rows: self.outside.count(),
+                rows_c: self.outside_range_c,
+                model_c: self.model.range_c,
+            };
+            findings.push(case.finding().at_lines(&self.outside));
         }
         TemperatureOutcome {
             channels: self.channels,

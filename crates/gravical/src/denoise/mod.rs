@@ -49,7 +49,7 @@ use gravical_recording::{Format, Stream};
 use serde::{Deserialize, Serialize};
 
 use crate::calibration_file::InputFile;
-use crate::finding::{Finding, finding};
+use crate::finding::{Case, Finding};
 use crate::poses::gyro_unit::settle;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
@@ -245,10 +245,7 @@ pub fn denoise(recording: &mut Recording, options: &DenoiseOptions) -> Result<De
         });
     }
     if rests.is_empty() {
-        findings.push(finding!(
-            NeverStatic,
-            "no static interval was found: the effect of the filters on the noise of this recording is unknown"
-        ));
+        findings.push(Case::EffectUnknown.finding());
     }
     let findings = findings.into_iter().map(|f| f.in_file(&recording.name));
     let (accel, gyro) = (recording.units.accel, recording.units.gyro);
@@ -290,23 +287,23 @@ fn sigmas(recording: &Recording, at_rest: &[Range<usize>]) -> Sigmas {
 fn filter_findings(filter: &Filter, treatment: Treatment, duration_s: Option<f64>) -> Vec<Finding> {
     let (spec, mut findings) = (filter.spec, Vec::new());
     if treatment.too_short > 0 {
-        let finding = finding!(
-            NotFiltered,
-            "{spec}: {} samples in parts of channels that are shorter than the {} it needs are left unchanged",
-            treatment.too_short,
-            filter.shortest
-        );
-        findings.push(finding.counting(treatment.too_short as u64));
+        let case = Case::NotFiltered {
+            filter: spec.to_string(),
+            samples: treatment.too_short,
+            shortest: filter.shortest,
+        };
+        findings.push(case.finding().counting(treatment.too_short as u64));
     }
     if let FilterSpec::Butterworth { cutoff_hz, .. } = spec
         && let Some(duration_s) = duration_s
         && duration_s * cutoff_hz < 1.0
     {
-        findings.push(finding!(
-            ShortForCutoff,
-            "{spec}: {cutoff_hz} Hz has a period of {:.3} s and the recording lasts {duration_s:.3} s: the result depends mainly on the treatment of the ends",
-            1.0 / cutoff_hz
-        ));
+        let case = Case::ShortForCutoff {
+            filter: spec.to_string(),
+            cutoff_hz,
+            duration_s,
+        };
+        findings.push(case.finding());
     }
     findings
 }

@@ -46,9 +46,9 @@ use gravical_motion::{
 };
 
 use crate::calibration_file::Calibration;
-use crate::finding::finding;
+use crate::finding::{CalibrationCase, Case};
 use crate::gravity::Gravity;
-use crate::recording::{Finding, Meter, Recording, why_calibrated};
+use crate::recording::{Finding, Meter, Recording};
 use crate::{Error, Result};
 
 use estimate::Estimate;
@@ -241,10 +241,7 @@ impl Work<'_> {
         let covariance = match section.covariance_of_parameters() {
             Some(covariance) => by_covariance(section, &covariance, axes),
             None => {
-                findings.push(finding!(
-                    CovarianceUnknown,
-                    "the calibration does not state its covariance: 0.5 % of scale, 0.02 m/s² of bias and 0.6° between the axes are assumed for the band",
-                ));
+                findings.push(Case::CovarianceUnknown.finding());
                 UNSTATED.force()
             }
         };
@@ -266,11 +263,7 @@ impl Work<'_> {
             self.recording.format.is_calibrated() && raw_misfit.is_none_or(|raw| !raw.contradicts);
         if by_board || named {
             doubts += applied_twice(section, self.per_mps2, axes);
-            let why = why_calibrated(by_board);
-            let finding = finding!(
-                AlreadyCalibrated,
-                "{why}: the calibration may be applied for the second time, and the bands are widened by what it changes; leave the calibration out, or use a raw recording"
-            );
+            let finding = CalibrationCase::CalibratedForMotion { by_board }.finding();
             findings.push(finding.advise("calibration", ""));
         }
         if doubts == ForceCovariance::zeros() {

@@ -11,11 +11,11 @@ use gravical_motion::Samples;
 
 use super::options::{MotionOptions, Procedure};
 use crate::calibration_file::Calibration;
-use crate::finding::{RecordingCase, finding};
+use crate::finding::{Case, RecordingCase};
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
 use crate::recording::{Finding, Recording};
-use crate::temperature::not_applied;
+use crate::temperature::{NoTemperature, not_applied};
 use crate::{Error, Result};
 
 /// What a motion is computed from.
@@ -69,7 +69,7 @@ pub(super) fn prepare(
     let drift = file.and_then(Calibration::drift_model);
     let temperatures = recording.temperature_c.iter().flatten();
     if let (Some(model), false) = (drift, temperatures.copied().any(f64::is_finite)) {
-        findings.push(not_applied(model, "the recording has no temperatures"));
+        findings.push(not_applied(model, NoTemperature::Recorded));
     }
 
     let time_s = times(recording)?;
@@ -120,10 +120,7 @@ fn gyroscope(
     };
     let gyro = recording.gyro.as_ref();
     if gyro.is_some_and(|gyro| gyro.iter().all(is_constant)) {
-        findings.push(finding!(
-            DeadGyro,
-            "the gyroscope never changes; motion is computed without it",
-        ));
+        findings.push(Case::DeadGyro.finding());
         return (None, None);
     }
     let section = file.and_then(|f| f.gyroscope.as_ref());
@@ -131,10 +128,7 @@ fn gyroscope(
         return (None, None);
     };
     let Some(per_rad_s) = scale.nominal() else {
-        let unused = finding!(
-            GyroNotUsed,
-            "the unit of the gyroscope is unknown, so it is not used: the tilt between rests is not measured; give the unit, and the range for counts"
-        );
+        let unused = Case::GyroNotUsed.finding();
         findings.push(unused.advise("gyro_unit", "").advise("gyro_range", ""));
         return (None, None);
     };

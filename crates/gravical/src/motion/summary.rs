@@ -8,10 +8,10 @@ use super::estimate::Estimate;
 use super::options::{MotionOptions, Procedure};
 use super::result::{Ends, FinalState, MotionJudgement, MotionVerdict, Move, VisibleMove};
 use super::uncertainty::GravityMisfit;
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::gravity::Gravity;
 use crate::numfmt::{digits, milli_g};
-use crate::recording::{Finding, LineSpans, Recording, Severity};
+use crate::recording::{Finding, LineSpans, Recording};
 
 /// Durations that visible moves are reported of, s.
 const REPORTED_S: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
@@ -198,11 +198,7 @@ pub(super) fn rows_left_out(recording: &Recording, samples: &Samples) -> Option<
     let left_out =
         (0..recording.rows()).filter(|row| kept.next_if(|k| **k as usize == *row).is_none());
     let lines: LineSpans = left_out.map(|row| recording.line(row)).collect();
-    let finding = finding!(
-        RowsLeftOut,
-        "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them"
-    );
-    (!lines.is_empty()).then(|| finding.at_lines(&lines))
+    (!lines.is_empty()).then(|| Case::RowsLeftOut.finding().at_lines(&lines))
 }
 
 /// What the recording lacks, and what that costs.
@@ -211,29 +207,21 @@ pub(super) fn circumstances(gyro: bool, moves: &[Move], options: &MotionOptions)
     let strapdown = options.procedure == Procedure::Strapdown;
     if strapdown && !gyro && !moves.is_empty() {
         let lasts = moves.iter().map(|m| m.end_s - m.start_s);
-        let longest = lasts.fold(0.0, f64::max);
-        let cost = 9.8 * 1.0_f64.to_radians() * longest * longest / std::f64::consts::TAU;
-        out.push(finding!(
-            NoGyro,
-            "without a gyroscope the tilt between rests is not known: one swing of 1° during the longest move ({longest:.1} s) is {cost:.2} m; the band allows for tilts of half a degree"
-        ));
+        let longest_s = lasts.fold(0.0, f64::max);
+        let swing_m = 9.8 * 1.0_f64.to_radians() * longest_s * longest_s / std::f64::consts::TAU;
+        out.push(Case::NoGyro { longest_s, swing_m }.finding());
     }
     let closures = moves.iter().filter_map(|m| m.closure);
-    let (widened, all) = (closures.filter(|c| c.widened).count(), moves.len());
+    let widened = closures.filter(|c| c.widened).count();
     if widened > 0 {
-        let finding = finding!(
-            ClosureContradicts,
-            "at the end of {widened} of {all} moves the velocity, or the tilt, is off by more than the noise explains: a bias that drifts, a hand that did not stop, a reading out of range; the bands of these moves are widened by it, along all axes"
-        );
-        out.push(finding.counting(widened as u64));
+        let moves = moves.len();
+        let case = Case::ClosureContradicts { widened, moves };
+        out.push(case.finding().counting(widened as u64));
     }
-    let replaced = moves.iter().map(|m| m.replaced).sum::<usize>();
-    if replaced > 0 {
-        let finding = finding!(
-            ValuesReplaced,
-            "values at the end of the range, or far from all around them, are no measurement ({replaced} runs in moves): they follow what is on both sides, and the band holds what they may have been"
-        );
-        out.push(finding.counting(replaced as u64));
+    let runs = moves.iter().map(|m| m.replaced).sum::<usize>();
+    if runs > 0 {
+        let case = Case::ValuesReplaced { runs };
+        out.push(case.finding().counting(runs as u64));
     }
     out
 }
@@ -258,16 +246,16 @@ pub(super) fn unusable(why: Unusable) -> String {
 
 /// The magnitude at rest without a calibration, where it is not gravity.
 pub(super) fn size(force: [f64; 3], gravity: &Gravity) -> Option<Finding> {
-    let size = norm(&force);
-    let g = gravity.value_mps2;
-    let off = size / g - 1.0;
-    let mut finding = finding!(
-        GravityOff,
-        "at rest the magnitude is {size:.2} m/s², {:+.1} % off gravity ({g:.2}): a bias, which levelling takes off, or an error of scale, by which displacements are then off as well; the band allows for both, a calibration decides",
-        100.0 * off
-    );
+    let (norm_mps2, gravity_mps2) = (norm(&force), gravity.value_mps2);
+    let off = norm_mps2 / gravity_mps2 - 1.0;
+    let case = Case::GravityOff {
+        norm_mps2,
+        off_percent: 100.0 * off,
+        gravity_mps2,
+    };
+    let mut finding = case.finding();
     if off.abs() <= 0.02 {
-        finding.severity = Severity::Note;
+        finding = finding.as_note();
     }
     (off.abs() > REPORTED_MISFIT).then_some(finding)
 }

@@ -19,7 +19,7 @@ use gravical_recording::{
 
 use super::{Comparison, Motion, Move, MoveComparison};
 use crate::calibration_file::{InputFile, InputRole};
-use crate::finding::finding;
+use crate::finding::Case;
 use crate::recording::{Finding, ReadOptions, Recording};
 use crate::{Error, Result};
 
@@ -137,10 +137,7 @@ pub fn read_reference(path: &Path, recording: &Recording, recorded_at: &Path) ->
             .at(path, None)
             .with_hint("name the columns of the positions px_m, py_m, pz_m"));
     }
-    let gaps = finding!(
-        TruthGaps,
-        "{unknown} of {all} rows of the reference have no position; stepped over"
-    );
+    let gaps = Case::TruthGaps { unknown, rows: all }.finding();
     Ok(Reference {
         input: InputFile {
             path: path.display().to_string(),
@@ -205,10 +202,7 @@ fn compare(
         // None where one of the two hardly moves.
         let (lag_s, correlation) = best_lag(own, &other).unwrap_or_default();
         if correlation < MIN_CORRELATION {
-            findings.push(finding!(
-                TruthOffset,
-                "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed"
-            ));
+            findings.push(Case::TruthOffset { correlation }.finding());
         } else {
             offset_s = lag_s;
         }

@@ -45,7 +45,7 @@ use gravical_signal::{
 };
 
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
-use crate::finding::{Case, Finding, LineSpans, RecordingCase, finding};
+use crate::finding::{Case, Finding, LineSpans, RecordingCase};
 use crate::numfmt;
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
@@ -109,10 +109,7 @@ pub fn noise_of(mut recording: Recording) -> Result<NoiseResult> {
     let mut findings = recording.findings.clone();
     let gyro_per_si = recording.units.gyro.and_then(|scale| scale.nominal());
     if recording.gyro.is_some() && gyro_per_si.is_none() {
-        let unknown = finding!(
-            GyroNotUsed,
-            "the unit of the gyroscope is unknown, so its noise is left out; give the unit, and the range for counts"
-        );
+        let unknown = Case::GyroNoiseLeftOut.finding();
         findings.push(unknown.advise("gyro_unit", "").advise("gyro_range", ""));
     }
     let mut channels = Vec::new();
@@ -187,7 +184,7 @@ fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let longest_s = longest as f64 / rate_hz;
     if longest_s < MIN_DURATION_S {
         let what = match longest {
-            0 => why_never_static(recording),
+            0 => why_never_static(recording).to_string(),
             _ => format!("the longest static interval takes {longest_s:.1} s"),
         };
         let what = format!("noise is what a sensor shows while nothing moves, and {what}");
@@ -339,36 +336,45 @@ fn hide_below_resolution(
         return None;
     }
     let unit = numfmt::unit(&channel.unit);
-    let reason = format!("the values change in steps of {step:.2e} {unit}, which hide the noise");
+    let reason = hidden(step, &unit);
     let most = (MIN_OF_RESOLUTION * step).hypot(rounding.sqrt()) * period_s.sqrt();
     (channel.n, channel.b, channel.k, channel.fit) = (None, None, None, None);
     channel.not_observable = none_observable(&reason, Some(most));
-    Some(finding!(
-        NoiseBelowResolution,
-        "{}: {reason}; only an upper limit of N is known, for noise that no low-pass has reduced",
-        channel.channel
-    ))
+    let channel = channel.channel.clone();
+    Some(
+        Case::NoiseBelowResolution {
+            channel,
+            step,
+            unit,
+        }
+        .finding(),
+    )
+}
+
+/// Why the noise is not seen.
+pub(crate) fn hidden(step: f64, unit: &str) -> String {
+    format!("the values change in steps of {step:.2e} {unit}, which hide the noise")
 }
 
 /// What is odd about the fit of a channel.
 fn channel_findings(channel: &ChannelNoise) -> Vec<Finding> {
     let (name, mut findings) = (&channel.channel, Vec::new());
     if let Some(misfit) = channel.fit.and_then(|fit| fit.misfit) {
-        findings.push(finding!(
-            NoiseMisfit,
-            "{name}: at an averaging time of {} the Allan variance is {:.2} times that of the model: vibration or another disturbance adds to the noise",
-            duration_text(misfit.tau_s),
-            misfit.ratio
-        ));
+        let case = Case::NoiseMisfit {
+            channel: name.clone(),
+            tau_s: misfit.tau_s,
+            ratio: misfit.ratio,
+        };
+        findings.push(case.finding());
     }
     if let Some(drift_per_s) = channel.fit.and_then(|fit| fit.drift_per_s) {
         let unit = Unit::of(Term::B, channel.is_gyroscope());
-        findings.push(finding!(
-            NoiseDrift,
-            "{name}: the bias drifts steadily by {} {} per hour; B and K are what remains without that line",
-            numfmt::digits(unit.factor * 3600.0 * drift_per_s, 2),
-            unit.name
-        ));
+        let case = Case::NoiseDrift {
+            channel: name.clone(),
+            drift_per_hour: unit.factor * 3600.0 * drift_per_s,
+            unit: unit.name,
+        };
+        findings.push(case.finding());
     }
     findings
 }
@@ -385,14 +391,12 @@ fn of_rests(recording: &Recording, ranges: &[Range<usize>], period_s: f64) -> Op
         let (from, to) = (recording.line(range.start), recording.line(range.end - 1));
         lines.push_range(from, to, range.len() as u64);
     }
-    let finding = finding!(
-        NoiseFromRests,
-        "the sensor moved: the result rests on {}, {} of {}",
-        numfmt::count(ranges.len(), "static interval"),
-        duration_text(rest as f64 * period_s),
-        duration_text(rows as f64 * period_s)
-    );
-    Some(finding.at_lines(&lines))
+    let case = Case::NoiseFromRests {
+        intervals: ranges.len(),
+        rest_s: rest as f64 * period_s,
+        recorded_s: rows as f64 * period_s,
+    };
+    Some(case.finding().at_lines(&lines))
 }
 
 #[cfg(test)]

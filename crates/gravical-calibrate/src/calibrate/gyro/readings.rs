@@ -7,7 +7,7 @@ use gravical_core::matrix3;
 use gravical_fit::{Motion, Sample, StaticInterval};
 use gravical_recording::range_end;
 
-use crate::finding::{Finding, FindingKind, finding};
+use crate::finding::{Case, Finding, LeftOut};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::with_slow_ends;
 use crate::poses::{Pose, Segmentation, sum_of_rows};
@@ -17,9 +17,9 @@ use crate::stats::mean_of_finite;
 
 /// A longer step is a gap, in periods: what happened in it is not known. Over a shorter one the rate is a
 /// straight line, whether rows are lost or their cells empty.
-pub(super) const GAP_PERIODS: f64 = 4.5;
+pub(crate) const GAP_PERIODS: f64 = 4.5;
 /// Over a longer motion the bias drifts more than the closure tells, s.
-pub(super) const MAX_MOTION_S: f64 = 60.0;
+pub(crate) const MAX_MOTION_S: f64 = 60.0;
 /// Length of the blocks that the noise is taken from, s: longer than the correlation behind any low-pass
 /// in use, shorter than a static interval.
 const BLOCK_S: f64 = 0.25;
@@ -36,7 +36,7 @@ pub(super) struct Readings<'a> {
     /// Of each motion.
     pub places: Vec<Place>,
     /// Motions that take no part in the fit, and why.
-    pub left_out: Vec<(FindingKind, Place)>,
+    pub left_out: Vec<(LeftOut, Place)>,
     /// Allan N, input unit · √s.
     pub noise: [f64; 3],
     /// What rounding leaves of every mean alike, input unit.
@@ -166,11 +166,10 @@ impl<'a> Readings<'a> {
 }
 
 fn rate_unknown(recording: &Recording) -> Finding {
-    let what = "the turns between static intervals cannot be integrated, and the gyroscope gets its bias only";
     let finding = if recording.is_averaged() {
-        finding!(GyroRateUnknown, "the samples were averaged: {what}")
+        Case::GyroAveraged.finding()
     } else {
-        finding!(GyroRateUnknown, "no time stamps and no rate: {what}").advise("rate", "")
+        Case::GyroRateUnknown.finding().advise("rate", "")
     };
     finding.in_file(&recording.name)
 }
@@ -213,13 +212,13 @@ impl<'a> Track<'a> {
     }
 
     /// The readings in `rows`, or why they cannot be used.
-    fn samples(&self, rows: Range<usize>) -> Result<Vec<Sample>, FindingKind> {
+    fn samples(&self, rows: Range<usize>) -> Result<Vec<Sample>, LeftOut> {
         let seconds = |from: usize, to: usize| match &self.recording.time_s {
             Some(t) => t[to] - t[from],
             None => (to - from) as f64 / self.rate_hz,
         };
         if self.recording.is_broken(&rows) || seconds(rows.start, rows.end - 1) > MAX_MOTION_S {
-            return Err(FindingKind::GyroMotionGap);
+            return Err(LeftOut::Gap);
         }
         let mut samples: Vec<Sample> = Vec::new();
         let (mut before, mut is_clipped) = (rows.start, false);
@@ -231,7 +230,7 @@ impl<'a> Track<'a> {
                 continue;
             }
             if step_s.abs() >= GAP_PERIODS / self.rate_hz {
-                return Err(FindingKind::GyroMotionGap);
+                return Err(LeftOut::Gap);
             }
             if let Some(last) = samples.last_mut() {
                 last.step_s = step_s;
@@ -244,7 +243,7 @@ impl<'a> Track<'a> {
             before = row;
         }
         if is_clipped {
-            Err(FindingKind::GyroMotionClipped)
+            Err(LeftOut::Clipped)
         } else {
             Ok(samples)
         }
