@@ -5,13 +5,11 @@
 //! `regressions`, so that both check the same things.
 
 mod recordings;
-mod references;
 
 use gravical::calibration_file::{Calibration, from_imucal, to_imucal};
 use gravical::poses::sections::parse_sections;
 
 pub use recordings::reader;
-pub use references::reference;
 
 /// A section list: what is accepted has rows, and says the same when it is
 /// written as JSON and read again.

@@ -69,7 +69,6 @@ pub const COLUMNS: &[Column] = &[
     Column("motion", "ends", "/moves/*/ends", Equal),
     Column("motion", "displacement_m", "/moves/*/displacement_m", Sigma("sigma_m")),
     Column("motion", "sigma_m", "/moves/*/sigma_m", Share(0.05)),
-    Column("motion", "truth_rms_m", "/truth/rms_m", Share(0.05)),
     Column("noise", "n", "/channels/*/n/value", Share(0.05)),
     Column("noise", "b", "/channels/*/b/value", Share(0.05)),
     Column("noise", "k", "/channels/*/k/value", Share(0.05)),

@@ -5,7 +5,6 @@ use std::slice::from_ref;
 use std::sync::Arc;
 
 use gravical::calibration_file::{Calibration, InputFile};
-use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::output::write_atomic;
 use gravical::poses::SegmentOptions;
 use gravical::recording::{read, read_samples, source};
@@ -223,19 +222,12 @@ fn motion(mut call: Call) -> Result<Outcome> {
         ..call.keywords.take()?
     };
     options.validate()?;
-    let truth = call.keywords.path("truth")?;
     call.keywords.end()?;
     let rows = call.reading.one(|path, how| read_samples(path, how))?;
     let calibration = call.calibrations.first();
     let calibrated = calibration.map(|(file, name)| motion::Calibrated { file, name });
-    let mut motion = motion::motion(&rows, calibrated, &options)?;
-    let mut inputs = InputFile::of(from_ref(&*rows));
-    if let Some(path) = truth {
-        let here = PathBuf::from(&rows.name);
-        let reference = read_reference(&path, &rows, &here)?;
-        add_comparison(&mut motion, &reference)?;
-        inputs.push(reference.input);
-    }
+    let motion = motion::motion(&rows, calibrated, &options)?;
+    let inputs = InputFile::of(from_ref(&*rows));
     let motion = Arc::new(motion);
     let kind = Kind::Motion(motion.clone(), rows);
     let mut outcome = Outcome::new(kind, &motion.result, inputs)?;

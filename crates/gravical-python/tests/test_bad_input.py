@@ -109,7 +109,7 @@ OWN: dict[str, list[str]] = {
     "apply": ["axes", "output_unit", "keep_raw", "output"],
     "denoise": [],
     "noise": [],
-    "motion": [*GRAVITY, "procedure", "rests", "no_stances", "truth"],
+    "motion": [*GRAVITY, "procedure", "rests", "no_stances"],
     "check": GRAVITY,
 }  # fmt: skip
 SIMULATED = ["seed", "rate", "range", "decimals", "noise", "tilt", "jitter", "drop", "raw"]

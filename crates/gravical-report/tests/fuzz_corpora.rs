@@ -36,5 +36,4 @@ fn every_target() {
     replay("reader", 40, checks::reader);
     replay("sections", 10, checks::sections);
     replay("calibration_file", 6, checks::calibration_file);
-    replay("reference", 12, checks::reference);
 }

@@ -47,12 +47,6 @@ gravical_recording::findings! {
     "rows-left-out" Note "incomplete rows, or rows whose time stamp is not after that of the row before" / "skipped; the time step spans them" / "nothing":
         RowsLeftOut =>
             "rows without a complete sample, or whose time stamp is not after that of the row before; the steps go over them";
-    "truth-gaps" Note "rows of the reference without a position" / "skipped" / "nothing":
-        TruthGaps { unknown: usize, rows: usize } =>
-            "{unknown} of {rows} rows of the reference have no position; stepped over";
-    "truth-offset" Warning "the speeds are too dissimilar to determine the time offset" / "no offset is assumed" / "let both see a move from its start to its end":
-        TruthOffset { correlation: f64 } =>
-            "the speeds are too little alike to find the offset of the clocks (correlation {correlation:.2} at best): none is assumed";
     "noise-from-rests" Warning "`noise`: the sensor moved in a part of the recording" / "the longest static intervals are used" / "record it lying still throughout":
         NoiseFromRests { intervals: usize, rest_s: f64, recorded_s: f64 } =>
             "the sensor moved: the result rests on {}, {} of {}",

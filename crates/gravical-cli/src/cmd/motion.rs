@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use gravical::Error;
 use gravical::calibration_file::InputFile;
-use gravical::motion::truth::{add_comparison, read_reference};
 use gravical::motion::{Calibrated, MotionJudgement, MotionOptions, motion, write_table};
 use gravical::recording::{ReadOptions, read_joined, read_samples};
 use gravical_report::figure;
@@ -45,9 +44,6 @@ pub struct Args {
     method: MotionOptions,
     #[command(flatten)]
     origin: OriginArgs,
-    /// Reference positions: t_s,px_m,py_m,pz_m
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
     #[command(flatten)]
     gravity: GravityArgs,
     #[command(flatten)]
@@ -63,7 +59,7 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let output = &args.output;
     let calibrations = args.calibration.as_deref().map_or(Vec::new(), files_of);
     let files = calibrations.iter().chain([&args.input]);
-    let files = files.chain(&args.gyro).chain(&args.truth);
+    let files = files.chain(&args.gyro);
     output.check(&args.report, files)?;
     let options = MotionOptions {
         gravity: args.gravity.given()?,
@@ -84,14 +80,9 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let recording = read_joined(&args.input, gyro, &read_options, |path, how| {
         read_samples(path, how)
     })?;
-    let mut motion = motion(&recording, calibrated, &options)?;
+    let motion = motion(&recording, calibrated, &options)?;
     let mut inputs = InputFile::of(std::slice::from_ref(&recording));
     inputs.extend(calibration.iter().map(|(_, input)| input.clone()));
-    if let Some(path) = &args.truth {
-        let reference = read_reference(path, &recording, &args.input)?;
-        add_comparison(&mut motion, &reference)?;
-        inputs.push(reference.input);
-    }
 
     if output.file().is_some() || output.is_printed() {
         let path = output.file().unwrap_or(Path::new("standard output"));

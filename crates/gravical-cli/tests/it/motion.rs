@@ -1,5 +1,4 @@
-//! `gravical motion`: its table, its summary, its flags, its comparison with a
-//! reference.
+//! `gravical motion`: its table, its summary, its flags.
 
 use std::path::Path;
 
@@ -94,10 +93,8 @@ motion line/line.csv -o out.csv --gravity 5 | 2 option-range | gravity
 motion line/line.csv -o out.csv -c cal.json --procedure report --rests 0-4 | 2 option-range | mean of the first rows
 motion line/line.csv -o out.csv --rests 3-3.001 | 2 rests-outside
 motion line/line.csv -o out.csv --gyro line/line.csv | 2 gyro-twice
-motion line/line.csv -o out.csv --truth line/line.csv | 2 truth-columns-missing
 motion none.csv -o out.csv | 3 not-found
 motion line/line.csv -o out.csv -c none.json | 3 not-found
-motion line/line.csv -o out.csv --truth none.csv | 3 not-found
 motion nan.csv -o out.csv | 3 no-values
 motion bare.csv -o out.csv | 3 rate-unknown
 motion line/line.csv -o out.csv -c raw.json | 3 unit-mismatch";

@@ -1,5 +1,7 @@
 //! `gravical motion` on real recordings.
 
+use std::io::Read as _;
+
 use crate::motion::motion;
 use crate::support::*;
 
@@ -8,26 +10,44 @@ fn a_walked_room_closes_beside_the_camera() {
     let Some(data) = data() else { return };
     let file = data.join("broad-translation/14_undisturbed_slow_translation_with_breaks_B.csv.gz");
     let folder = tempfile::tempdir().unwrap();
+    let mut text = String::new();
+    let packed = std::fs::File::open(&file).unwrap();
+    flate2::read::GzDecoder::new(packed)
+        .read_to_string(&mut text)
+        .unwrap();
+    // Rows with a position of the camera, which has gaps.
+    let rows: Vec<Vec<f64>> = text
+        .lines()
+        .skip(1)
+        .map(|l| {
+            l.split(',')
+                .map(|c| c.parse().unwrap_or(f64::NAN))
+                .collect()
+        })
+        .collect();
+    let seen = |t_s: f64| {
+        let known = rows
+            .iter()
+            .filter(|row| row[7..10].iter().all(|v| v.is_finite()));
+        let near = known.min_by(|a, b| (a[0] - t_s).abs().total_cmp(&(b[0] - t_s).abs()));
+        near.unwrap()[7..10].to_vec()
+    };
     let file = file.display();
-    let args = format!("{file} --gyro-unit rad/s --truth {file}");
-    let result = motion(folder.path(), &args, 0);
-    let c = &result["truth"];
-    assert_eq!(c["time_offset_s"], 0.0);
-    assert_eq!(list(&c["moves"]).len(), 4);
-    close(number(&c["path_m"]), 36.0, 1.0);
-    // The camera is level, and its frame is the sensor's at the start.
-    close(number(&c["yaw_deg"]), 0.0, 3.0);
-    // Half a minute with turns by 700° in the first, of a sensor that nobody calibrated.
-    for (m, most) in list(&c["moves"]).zip([1.5, 0.7, 0.4, 0.7]) {
-        let (error, sigma) = (numbers(&m["end_error_m"]), numbers(&m["sigma_m"]));
+    let result = motion(folder.path(), &format!("{file} --gyro-unit rad/s"), 0);
+    assert_eq!(list(&result["moves"]).count(), 4);
+    // The camera is level, and its frame is the sensor's at the start. Half a minute with turns by 700° in the first
+    // move, of a sensor that nobody calibrated.
+    for (m, most) in list(&result["moves"]).zip([1.5, 0.7, 0.4, 0.7]) {
+        let [from, to] = ["start_s", "end_s"].map(|key| seen(number(&m[key])));
+        let (moved, sigma) = (numbers(&m["displacement_m"]), numbers(&m["sigma_m"]));
+        let error: Vec<f64> = (0..3).map(|k| moved[k] - (to[k] - from[k])).collect();
         let size = error.iter().map(|e| e * e).sum::<f64>().sqrt();
-        assert!(size < most, "{m}");
-        assert!((0..3).all(|k| error[k].abs() < 2.0 * sigma[k]), "{m}");
+        assert!(size < most, "{m}: {error:?}");
+        assert!(
+            (0..3).all(|k| error[k].abs() < 2.0 * sigma[k]),
+            "{m}: {error:?}"
+        );
     }
-    finding(&result, "truth-gaps");
-    let said = run_in(folder.path(), words(&format!("motion {args} -o m.csv"))).err;
-    let compared = "Comparison with the reference\n  14_";
-    assert!(said.contains(compared), "{said}");
 }
 
 #[test]

@@ -100,7 +100,6 @@ export cal.json --to imucal -o: cal.json
 motion line.csv -c cal.json -o: line.csv cal.json
 motion line.csv -c cals -o: cals/cal.json
 motion line.csv --gyro o.csv -o: o.csv
-motion line.csv --truth o.csv -o: o.csv
 motion line.csv -c o.md --report: o.md
 live --replay line.csv -o: line.csv
 live --replay line.csv --events: line.csv

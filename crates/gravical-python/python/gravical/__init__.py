@@ -154,7 +154,6 @@ def motion(recording: Any, calibration: Any = None, **options: Any) -> Result:
 
     - ``recording``: with rests of some seconds before and after each move.
     - ``calibration``: a Calibration, path, or object of imucal; without it the nominal scales.
-    - ``truth``: path of reference positions to compare with: t_s, px_m, py_m, pz_m.
     - ``procedure``: ``"strapdown"``, ``"constant-tilt"``, or ``"report"`` for that of the student report.
     - ``rests``, s: ``"0-5,7.2-"`` or ``[(0, 5), (7.2, None)]``; by default found.
     - ``no_stances``: take no moment between swings for a foot in stance.

@@ -61,14 +61,7 @@ pub fn figures(motion: &Motion) -> Vec<Figure> {
         );
         over_time(&rests, [&name, title, unit], &caption, paths, Some(sigma))
     };
-    let mut positions = of_states(|s| s.position_m);
-    positions.extend(motion.reference.as_ref().map(|r| Path {
-        name: "reference",
-        role: Role::Reference,
-        t_s: &r.t_s,
-        breaks: &[],
-        values: r.position_m.clone(),
-    }));
+    let positions = of_states(|s| s.position_m);
     let sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.position_sd_m).collect();
     let speed_sigma: Vec<[f64; 3]> = samples.iter().map(|s| s.state.velocity_sd_mps).collect();
     let velocities = of_states(|s| s.velocity_mps);

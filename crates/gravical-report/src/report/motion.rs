@@ -1,9 +1,9 @@
-//! Report of a motion: figures, moves, end point, uncertainty budget, comparison with a reference,
+//! Report of a motion: figures, moves, end point, uncertainty budget,
 //! timing, rests.
 
 use gravical::calibration_file::Grade;
 use gravical::core::matrix3::norm;
-use gravical::motion::{Budget, Comparison, Ends, MotionJudgement, MotionResult};
+use gravical::motion::{Budget, Ends, MotionJudgement, MotionResult};
 use gravical::numfmt::{decimals_for, decimals_of, digits, fixed, words};
 use gravical::recording::Recording;
 
@@ -37,7 +37,6 @@ pub fn motion<'a>(
     .with(moved.then(|| moves(result)))
     .with(moved.then(|| end(result)))
     .with(budget.map(|(number, b, _)| error_budget(number, result.moves.len() == 1, &b)))
-    .with(result.truth.as_ref().map(truth))
     .with(timing(result, recording))
     .with(rests(result))
     .with_findings(&result.findings, false)
@@ -186,26 +185,6 @@ fn error_budget<'a>(number: usize, only: bool, b: &Budget) -> Section<'a> {
     let all = [mm(total), Cell::number("100")];
     let table = table.row("combined (root sum of squares)", all);
     section.with(table.row("expanded, k = 2", [mm(2.0 * total), Cell::text("")]))
-}
-
-fn truth<'a>(c: &Comparison) -> Section<'a> {
-    let (name, points, yaw_deg) = (short_name(&c.source), c.points, c.yaw_deg);
-    let (from_s, to_s, offset_s) = (c.from_s, c.to_s, c.time_offset_s);
-    let mut how = format!(
-        "{name}: {points} points from {from_s:.2} to {to_s:.2} s, rotated by {yaw_deg:+.1}° about the vertical"
-    );
-    if offset_s != 0.0 {
-        how += &format!(", time offset {offset_s:+.3} s");
-    }
-    let mut end_error = digits(c.end_error_m, 2) + " m";
-    if let Some(percent) = c.percent_of_path {
-        end_error += &format!(" ({} % of the path)", digits(percent, 2));
-    }
-    Section::new("Comparison with the reference")
-        .with(Block::Paragraph(how))
-        .fact("end error", end_error)
-        .fact("RMSE", digits(c.rmse_m, 2) + " m")
-        .fact("path", digits(c.path_m, 3) + " m")
 }
 
 /// How the recording was read and processed.

@@ -6,7 +6,7 @@
 //!    [`gravical_motion::Samples`].
 //! 2. `uncertainty`: how far the calibration may be off, and whether gravity at the rests contradicts it.
 //! 3. `estimate`: the filter of [`gravical_motion`], or the procedure of the student report.
-//! 4. `summary`, `result`, `track`: what is said, and the samples behind it. [`truth`]: beside a reference.
+//! 4. `summary`, `result`, `track`: what is said, and the samples behind it.
 //!
 //! # Example
 //!
@@ -32,8 +32,6 @@ mod prepare;
 mod result;
 mod summary;
 mod track;
-#[doc(hidden)]
-pub mod truth;
 mod uncertainty;
 
 use std::ops::Range;
@@ -53,7 +51,6 @@ use crate::{Error, Result};
 
 use estimate::Estimate;
 use prepare::{Prepared, prepare};
-use truth::Reference;
 use uncertainty::{
     DATA_SHEET, UNSTATED, applied_twice, by_covariance, of_gyroscope, variance_of_magnitude,
 };
@@ -69,9 +66,6 @@ pub use uncertainty::GravityMisfit;
 pub struct Motion {
     /// What is said.
     pub result: MotionResult,
-    /// The reference that it was compared with, on the clock and in the frame of the result, where both are
-    /// known; none without one.
-    pub reference: Option<Reference>,
     own: Estimate,
     /// By the nominal scales alone; none without a calibration.
     uncalibrated: Option<Estimate>,
@@ -193,12 +187,10 @@ pub fn motion(
             ..summary::end(plain, &moves, options)
         }),
         moves,
-        truth: None,
         findings,
     };
     Ok(Motion {
         result,
-        reference: None,
         bands: options.has_bands(),
         own,
         uncalibrated,

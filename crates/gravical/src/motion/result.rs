@@ -47,8 +47,6 @@ pub struct MotionResult {
     pub r#final: FinalState,
     /// The same computed without the calibration; null without one.
     pub uncalibrated: Option<FinalState>,
-    /// Comparison with a reference; null without one.
-    pub truth: Option<Comparison>,
     /// What is odd.
     pub findings: Vec<Finding>,
 }
@@ -147,51 +145,4 @@ pub struct FinalState {
     pub sigma_m: Option<[f64; 3]>,
     /// Velocity, m/s; null where it is not known.
     pub velocity_mps: Option<[f64; 3]>,
-}
-
-/// Comparison with a reference.
-#[doc(hidden)]
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Comparison {
-    /// The reference as it was given.
-    pub source: String,
-    /// Distance at the end, m.
-    pub end_error_m: f64,
-    /// Root mean square distance, m.
-    pub rmse_m: f64,
-    /// End error over the length of the reference's path, %; null where it hardly
-    /// moves.
-    pub percent_of_path: Option<f64>,
-    /// Length of the reference's path over means of 0.1 s, m.
-    pub path_m: f64,
-    /// First time at which both are known, s: there both start at 0.
-    pub from_s: f64,
-    /// Last time at which both are known, s: the end error is the distance there.
-    pub to_s: f64,
-    /// Added to the reference's stamps, s.
-    pub time_offset_s: f64,
-    /// By what the reference was turned about the vertical into the frame of the result, degrees.
-    pub yaw_deg: f64,
-    /// Its moves one by one; those that the reference does not see are left out.
-    pub moves: Vec<MoveComparison>,
-    /// Points compared.
-    pub points: u64,
-}
-
-/// One move beside the reference.
-#[doc(hidden)]
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MoveComparison {
-    /// Number of the move, from 1.
-    pub number: u64,
-    /// Start of the move, s.
-    pub start_s: f64,
-    /// Its end, s.
-    pub end_s: f64,
-    /// Error of its displacement, m.
-    pub end_error_m: [f64; 3],
-    /// Its standard uncertainty, m; null without bands.
-    pub sigma_m: Option<[f64; 3]>,
-    /// Root mean square distance within it, both starting at 0, m.
-    pub rmse_m: f64,
 }
