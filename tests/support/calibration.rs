@@ -12,7 +12,7 @@ pub const G: f64 = 9.80665;
 pub fn in_counts(counts_per_g: f64, counts_per_deg_s: f64) -> Calibration {
     let mut file = made(counts_per_g / G, counts_per_deg_s);
     file.accelerometer.input_unit = AccelUnit::Counts;
-    file.accelerometer.scale_deviation_percent = Some([1.2, -0.7, 2.1]);
+    file.accelerometer.nominal_scale = Some(counts_per_g / G);
     file.gyroscope.as_mut().unwrap().input_unit = GyroUnit::Counts;
     file
 }

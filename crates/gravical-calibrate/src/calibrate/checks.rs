@@ -43,7 +43,7 @@ pub(super) fn accelerometer(
         findings.extend(of_fit(estimate, fit, placements));
     }
     let is_beyond = |values: [f64; 3], limit: f64| values.iter().any(|v| v.abs() > limit);
-    let deviation_percent = section.scale_deviation_percent.unwrap_or_default();
+    let deviation_percent = section.scale_deviation_percent().unwrap_or_default();
     if is_beyond(deviation_percent, SCALE_GATE_PERCENT) {
         let limit_percent = SCALE_GATE_PERCENT;
         let off = Case::ScaleOff {

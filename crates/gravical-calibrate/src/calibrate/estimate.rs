@@ -11,7 +11,7 @@ use gravical_fit::{
 use serde::Deserialize;
 
 use crate::calibration_file::{
-    Accelerometer, Covariance, Method, PoseTilt, Reliability, TiltSource,
+    Accelerometer, COVERAGE, Covariance, Method, PoseTilt, Reliability, TiltSource,
 };
 use crate::poses::Pose;
 use crate::poses::face::Claim;
@@ -166,18 +166,14 @@ fn section(session: &Session<'_>, calibration: &LinearCalibration<f64>) -> Accel
     // the bias.
     let offset = session.zero_offset();
     let first = session.recordings.first();
-    let mut section = Accelerometer {
+    Accelerometer {
         method: session.options.estimate.method,
         input_unit: first.map_or(AccelUnit::Unknown, |r| r.units.accel.unit),
-        output_unit: AccelUnit::MetrePerSecondSquared,
         bias: calibration.bias.map(|b| b + offset),
         matrix: calibration.matrix,
+        nominal_scale: session.nominal(),
         ..Accelerometer::default()
-    };
-    let nominal = session.nominal();
-    section.scale_deviation_percent =
-        nominal.map(|n| section.scale().map(|k| 100.0 * (k / n - 1.0)));
-    section
+    }
 }
 
 /// Standard error of a mean whose scatter is unknown, m/s²: a second of an MPU6050 at 100 Hz with its
@@ -302,8 +298,6 @@ fn by_fit(
     })
 }
 
-/// k of an expanded uncertainty.
-pub(super) const COVERAGE: f64 = 2.0;
 /// Tilt of placements that nobody gave, degrees.
 const USUAL_TILT_DEG: f64 = 1.0;
 /// So many times the usual tilt is more than chance and a good board explain.

@@ -118,7 +118,6 @@ fn section(
     Gyroscope {
         method,
         input_unit: readings.scale.map_or(GyroUnit::Unknown, |s| s.unit),
-        output_unit: GyroUnit::RadianPerSecond,
         bias,
         matrix,
         ..Gyroscope::default()
@@ -136,7 +135,7 @@ fn by_motions(readings: &Readings<'_>, fit: &MotionFit) -> Option<Gyroscope> {
             used: used.len() as u32,
             left_out: readings.left_out.len() as u32,
         }),
-        leave_one_out_deg: without.map(|chords| rms(chords.into_iter().map(chord_deg))),
+        left_out_deg: without.map(|chords| rms(chords.into_iter().map(chord_deg))),
         ..section(readings, GyroMethod::Motion, fit.matrix, fit.bias)
     })
 }

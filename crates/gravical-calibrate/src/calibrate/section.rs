@@ -8,7 +8,7 @@ use crate::calibration_file::{Budget, Contribution, PoseKind, PoseResult, Source
 use crate::poses::Pose;
 use crate::stats::{pooled_deviation, rms};
 
-use super::estimate::{COVERAGE, Estimate, standard_error};
+use super::estimate::{Estimate, standard_error};
 use super::session::Session;
 
 /// Bias of an MPU6050 over temperature, m/s² per °C: ±35 mg from −40 to 85 °C on x and y, ±60 mg on z by
@@ -47,14 +47,9 @@ pub(super) fn budget(session: &Session<'_>, estimate: &Estimate) -> Option<Budge
     };
     contributions.push((Source::LocalGravity, Some(gravity)));
     contributions.push((Source::Temperature, drift));
-    let known = contributions.iter().filter_map(|(_, norm)| *norm);
-    let combined_mps2 = known.map(|n| n * n).sum::<f64>().sqrt();
     let contribution = |(source, norm_mps2)| Contribution { source, norm_mps2 };
     Some(Budget {
         contributions: contributions.into_iter().map(contribution).collect(),
-        combined_mps2,
-        coverage_factor: COVERAGE,
-        expanded_mps2: COVERAGE * combined_mps2,
     })
 }
 
@@ -92,7 +87,6 @@ pub(super) fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResul
                 (placement.label.clone(), PoseKind::Free, expected)
             }
         };
-        let error = matrix3::sub(&calibrated, &expected);
         PoseResult {
             label,
             kind,
@@ -102,8 +96,6 @@ pub(super) fn poses(session: &Session<'_>, estimate: &Estimate) -> Vec<PoseResul
             raw: placement.mean.map(|m| m + offset),
             expected,
             calibrated,
-            error,
-            error_norm: matrix3::norm(&error),
             tilt_deg,
             tilt_sd_deg,
             magnitude_error_mps2: Some(length - gravity),

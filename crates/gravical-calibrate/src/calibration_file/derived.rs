@@ -6,8 +6,8 @@ use gravical_fit::model::{BENDS, BIAS, Covariance as ParameterCovariance, DRIFT,
 use gravical_fit::{Deviations, Gravity, Sensor, covariance_by_gravity, deviations};
 
 use super::{
-    Accelerometer, CHANNELS, Calibration, ChannelDrift, Covariance, DriftVerdict, Gyroscope,
-    NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
+    Accelerometer, Budget, CHANNELS, COVERAGE, Calibration, ChannelDrift, Covariance, DriftVerdict,
+    Gyroscope, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
@@ -173,13 +173,24 @@ impl Accelerometer {
         ))
     }
 
+    /// Deviation of the scale from nominal, %; none if the nominal scale is unknown.
+    pub fn scale_deviation_percent(&self) -> Option<[f64; 3]> {
+        let nominal = self.nominal_scale?;
+        Some(self.scale().map(|k| 100.0 * (k / nominal - 1.0)))
+    }
+
+    /// Unit of calibrated values.
+    pub fn output_unit(&self) -> AccelUnit {
+        AccelUnit::MetrePerSecondSquared
+    }
+
     /// Input units per m/s², mean of the axes.
     #[doc(hidden)]
     pub fn mean_scale(&self) -> f64 {
         self.scale().iter().sum::<f64>() / 3.0
     }
 
-    /// Input units per m/s² by definition, or by the deviation that the file gives.
+    /// Input units per m/s² by definition, or by the nominal scale of the session.
     #[doc(hidden)]
     pub fn nominal_per_mps2(&self) -> Option<f64> {
         let by_definition = AccelScale {
@@ -187,11 +198,7 @@ impl Accelerometer {
             lsb_per_g: None,
             origin: Origin::Given,
         };
-        by_definition.nominal().or_else(|| {
-            let deviation = self.scale_deviation_percent?[0];
-            let nominal = self.scale()[0] / (1.0 + deviation / 100.0);
-            (nominal.is_finite() && nominal > 0.0).then_some(nominal)
-        })
+        by_definition.nominal().or(self.nominal_scale)
     }
 
     /// The offset of unsigned counts, where the bias shows that it contains one.
@@ -208,6 +215,36 @@ impl Accelerometer {
         let values = |v: [f64; 3]| v.map(|v| (v - offset) / nominal);
         let zero_known = values(self.bias).iter().all(|b| b.abs() < 40.0);
         zero_known.then(|| values(raw))
+    }
+}
+
+impl PoseResult {
+    /// calibrated − expected, m/s².
+    pub fn error(&self) -> [f64; 3] {
+        matrix3::sub(&self.calibrated, &self.expected)
+    }
+
+    /// Its length.
+    pub fn error_norm(&self) -> f64 {
+        matrix3::norm(&self.error())
+    }
+}
+
+impl Budget {
+    /// Root of the sum of the squares of all contributions, m/s².
+    pub fn combined_mps2(&self) -> f64 {
+        let known = self.contributions.iter().filter_map(|c| c.norm_mps2);
+        known.map(|n| n * n).sum::<f64>().sqrt()
+    }
+
+    /// k.
+    pub fn coverage_factor(&self) -> f64 {
+        COVERAGE
+    }
+
+    /// k times the combined uncertainty, m/s².
+    pub fn expanded_mps2(&self) -> f64 {
+        COVERAGE * self.combined_mps2()
     }
 }
 
@@ -247,6 +284,11 @@ impl Gyroscope {
         let parameters = parameters(&self.matrix, &self.bias, [0.0; 6])?;
         let sd = deviations(&parameters, &covariance.of_parameters()?);
         Some((sd.bias, Some(sd.scale)))
+    }
+
+    /// Unit of calibrated values.
+    pub fn output_unit(&self) -> GyroUnit {
+        GyroUnit::RadianPerSecond
     }
 
     /// Input units per °/s, mean of the axes.

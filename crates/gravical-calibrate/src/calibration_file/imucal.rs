@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::{Error, Result};
 
-use super::verdict::IMUCAL;
 use super::{
     Accelerometer, Calibration, FORMAT, GravitySource, Gyroscope, Method, Reliability, SensorInfo,
     creation_time, syntax,
@@ -72,7 +71,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
             _ => Method::Unknown,
         },
         input_unit: accel_unit.unwrap_or_default(),
-        output_unit: AccelUnit::MetrePerSecondSquared,
         bias: file.b_a,
         matrix,
         ..Accelerometer::default()
@@ -85,7 +83,6 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
         let matrix = inverse_of(&file.K_g, &file.R_g, DEGREES_PER_RADIAN)?;
         Ok(Gyroscope {
             input_unit: gyro_unit.unwrap_or_default(),
-            output_unit: GyroUnit::RadianPerSecond,
             bias: file.b_g,
             matrix,
             g_sensitivity: file.K_ga,
@@ -96,7 +93,7 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
     let file = Calibration {
         format: FORMAT.to_owned(),
         created: creation_time(),
-        tool: IMUCAL.to_owned(),
+        tool: "imucal".to_owned(),
         recorded: None,
         sensor: SensorInfo::default(),
         gravity_mps2: STANDARD_GRAVITY_MPS2,

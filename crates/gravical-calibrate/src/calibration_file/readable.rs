@@ -4,7 +4,8 @@
 use gravical_fit::Deviations;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::types::{Accelerometer, Calibration, Gyroscope, Verdict};
+use super::types::{Accelerometer, Budget, Calibration, Gyroscope, PoseResult, Verdict};
+use crate::recording::{AccelUnit, GyroUnit};
 
 /// Writes a type with what some of its methods return, and reads it without.
 macro_rules! readable {
@@ -37,5 +38,8 @@ macro_rules! readable {
 }
 
 readable!(Calibration, verdict: Verdict);
-readable!(Accelerometer, scale: [f64; 3], orientation: [[f64; 3]; 3], deviations: Option<Deviations>);
-readable!(Gyroscope, scale: [f64; 3], orientation: [[f64; 3]; 3]);
+readable!(Accelerometer, output_unit: AccelUnit, scale: [f64; 3], orientation: [[f64; 3]; 3],
+    scale_deviation_percent: Option<[f64; 3]>, deviations: Option<Deviations>);
+readable!(Gyroscope, output_unit: GyroUnit, scale: [f64; 3], orientation: [[f64; 3]; 3]);
+readable!(PoseResult, error: [f64; 3], error_norm: f64);
+readable!(Budget, combined_mps2: f64, coverage_factor: f64, expanded_mps2: f64);

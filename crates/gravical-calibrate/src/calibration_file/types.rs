@@ -8,6 +8,9 @@ use crate::recording::Finding;
 use crate::recording::units::{AccelUnit, GyroUnit};
 use crate::utc::UtcTime;
 
+/// k of an expanded uncertainty.
+#[doc(hidden)]
+pub const COVERAGE: f64 = 2.0;
 /// Value of `format`.
 pub const FORMAT: &str = "gravical-calibration/3";
 
@@ -131,8 +134,6 @@ pub struct Accelerometer {
     pub method: Method,
     /// Unit of the raw values.
     pub input_unit: AccelUnit,
-    /// `m/s^2`.
-    pub output_unit: AccelUnit,
     /// Bias, input unit (includes a zero offset).
     pub bias: [f64; 3],
     /// calibrated = matrix · (raw − bias), m/s² per input unit, row-major.
@@ -143,8 +144,9 @@ pub struct Accelerometer {
     /// Nonlinear response of the axes, not applied: what it adds to ‖a‖ as a share of g at 1 g,
     /// quadratic x, y, z, then cubic; null if it was not fitted.
     pub bends: Option<[f64; 6]>,
-    /// Deviation of the scale from nominal, %; null if the nominal scale is unknown.
-    pub scale_deviation_percent: Option<[f64; 3]>,
+    /// Nominal scale, input unit per m/s²; null if it is unknown.
+    #[serde(default)]
+    pub nominal_scale: Option<f64>,
 }
 
 /// How far an accelerometer can be trusted, in numbers; the verdict follows from them, the findings, the poses and the
@@ -239,6 +241,8 @@ pub enum PoseKind {
 /// One pose of the sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+// Written and read by `readable`.
+#[serde(remote = "Self")]
 pub struct PoseResult {
     /// `+x` … for faces, otherwise its name.
     pub label: String,
@@ -257,10 +261,6 @@ pub struct PoseResult {
     pub expected: [f64; 3],
     /// Calibrated mean, m/s².
     pub calibrated: [f64; 3],
-    /// calibrated − expected, m/s².
-    pub error: [f64; 3],
-    /// Its length.
-    pub error_norm: f64,
     /// Tilt from the face, degrees; null for free poses. For `ferraris` the
     /// angle of the raw mean, which combines pose, bias and misalignment.
     pub tilt_deg: Option<f64>,
@@ -297,15 +297,11 @@ fn default_true() -> bool {
 /// Uncertainty of ‖a‖ at rest, root mean square over all directions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+// Written and read by `readable`.
+#[serde(remote = "Self")]
 pub struct Budget {
     /// Contributions.
     pub contributions: Vec<Contribution>,
-    /// Root of the sum of their squares, m/s².
-    pub combined_mps2: f64,
-    /// Coverage factor k.
-    pub coverage_factor: f64,
-    /// k times the combined uncertainty, m/s².
-    pub expanded_mps2: f64,
 }
 
 /// A contribution to the uncertainty.
@@ -377,8 +373,6 @@ pub struct Gyroscope {
     pub method: GyroMethod,
     /// Unit of the raw values.
     pub input_unit: GyroUnit,
-    /// `rad/s`.
-    pub output_unit: GyroUnit,
     /// Bias, input unit.
     pub bias: [f64; 3],
     /// calibrated = matrix · (raw − bias − g_sensitivity · a), rad/s per input
@@ -395,7 +389,7 @@ pub struct Gyroscope {
     pub motions: Option<MotionCounts>,
     /// The angle for motions left out of the fit one by one, rms, degrees; null if the remaining
     /// ones do not determine the parameters.
-    pub leave_one_out_deg: Option<f64>,
+    pub left_out_deg: Option<f64>,
 }
 
 /// How a gyroscope was estimated.

@@ -2,13 +2,11 @@
 
 use gravical_fit::Grade;
 
-use super::types::{Calibration, Method, PoseKind, PoseResult, Verdict};
+use super::types::{Calibration, Method, PoseKind, PoseResult, Reliability, Verdict};
 use crate::axes::in_words;
 use crate::numfmt::{count, mg, words};
 use crate::recording::Finding;
 
-/// The tool of a file that imucal wrote.
-pub(super) const IMUCAL: &str = "imucal";
 /// Angles between the axes that are less well known than this are worth a word, degrees.
 const OPEN_ANGLE_DEG: f64 = 0.3;
 
@@ -16,11 +14,14 @@ impl Calibration {
     /// The grade and its reasons, by the numbers and findings of the file: the session, the error of the result and what
     /// it could hide, what poses contradict, and what would improve it.
     pub fn verdict(&self) -> Verdict {
-        if self.tool == IMUCAL {
-            let why = "read from a file of imucal, which contains neither its quality nor the gravity it was computed with";
+        if self.poses.is_empty() && self.reliability == Reliability::default() {
+            let why = format!(
+                "read from a file of {}, which contains neither its quality nor the gravity it was computed with",
+                self.tool
+            );
             return Verdict {
                 grade: Grade::NotVerifiable,
-                reasons: vec![why.to_owned()],
+                reasons: vec![why],
             };
         }
         let r = &self.reliability;

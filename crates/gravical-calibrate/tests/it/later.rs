@@ -221,7 +221,7 @@ fn calibrations_are_compared_in_one_unit() {
     let error = compare(&a, &b, ["a.json", "b.json"]).unwrap_err();
     assert_eq!(error.code(), "units-differ");
     // Two of unknown range compare when they are of one size.
-    b.accelerometer.scale_deviation_percent = None;
+    b.accelerometer.nominal_scale = None;
     assert!(compared(&b, &b.clone()).magnitude.norm_rms_mps2 < 1e-9);
     // Unsigned counts carry 32768 in their bias.
     let mut unsigned = b.clone();

@@ -160,7 +160,7 @@ fn accelerometer<'a>(file: &Calibration) -> Section<'a> {
         .full(Block::Paragraph(format!(
             "a is specific force in m/s²: at rest an axis that points up reads +g. Raw values are in {raw}, as in the file. The rows of R have unit length; matrix = R⁻¹ K⁻¹."
         )))
-        .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent))
+        .with(bias_and_scale(raw, "m/s²", bias, scale, a.scale_deviation_percent()))
         .with(matrices(&a.orientation(), &a.matrix, &format!("matrix, m/s² per {raw}")));
     let code = export::snippets(file).map(|(name, fence, code)| Block::Code(name, fence, code));
     code.into_iter().fold(section, Section::full)
@@ -198,7 +198,7 @@ fn gyroscope<'a>(g: &Gyroscope) -> Section<'a> {
 /// How well the motions between poses are explained.
 fn motions(g: &Gyroscope) -> Option<String> {
     let (residual, motions) = (digits(g.residual_deg?, 2), g.motions?);
-    let left_out = g.leave_one_out_deg.map_or_else(
+    let left_out = g.left_out_deg.map_or_else(
         || "too few motions for leave-one-out".to_owned(),
         |d| format!("leave-one-out {}°", digits(d, 2)),
     );
@@ -274,7 +274,7 @@ fn poses<'a>(file: &Calibration) -> Section<'a> {
         let unused = if p.fitted { "" } else { " (not used)" };
         let mut cells = Cell::axes(Some(p.raw), |v| fixed(v, decimals)).to_vec();
         cells.extend(Cell::axes(Some(p.calibrated), |v| fixed(v, 3)));
-        cells.extend(exact.then(|| Cell::number(fixed(p.error_norm, 4))));
+        cells.extend(exact.then(|| Cell::number(fixed(p.error_norm(), 4))));
         cells.extend([
             Cell::maybe(p.magnitude_error_mps2, mg),
             Cell::maybe(p.left_out_error_mps2, mg),
@@ -383,15 +383,15 @@ fn method<'a>(file: &Calibration) -> Section<'a> {
 fn budget(file: &Calibration) -> Option<Table> {
     let budget = file.reliability.budget.as_ref()?;
     // Digits according to the combined uncertainty.
-    let n = decimals_of(milli_g(budget.combined_mps2), 2);
+    let n = decimals_of(milli_g(budget.combined_mps2()), 2);
     let mg = |v: f64| fixed(milli_g(v), n);
     let caption = "Uncertainty of the magnitude at rest, all directions, 1σ";
     let mut table = Table::new(caption, ["source", "mg"]);
     for part in &budget.contributions {
         table = table.row(words(&part.source), [Cell::maybe(part.norm_mps2, mg)]);
     }
-    let expanded = format!("expanded, k = {}", budget.coverage_factor);
-    let combined = [Cell::number(mg(budget.combined_mps2))];
+    let expanded = format!("expanded, k = {}", budget.coverage_factor());
+    let combined = [Cell::number(mg(budget.combined_mps2()))];
     let table = table.row("combined (root sum of squares)", combined);
-    Some(table.row(expanded, [Cell::number(mg(budget.expanded_mps2))]))
+    Some(table.row(expanded, [Cell::number(mg(budget.expanded_mps2()))]))
 }

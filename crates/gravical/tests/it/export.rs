@@ -170,7 +170,7 @@ fn a_target_refuses_options_and_names_that_it_cannot_use() {
 #[test]
 fn counts_of_unknown_scale_go_only_where_counts_are_taken() {
     let mut file = in_counts();
-    file.accelerometer.scale_deviation_percent = None;
+    file.accelerometer.nominal_scale = None;
     for target in &TARGETS {
         let result = export(&file, target, &ExportOptions::default());
         let code = result.as_ref().err().map(|e| e.code());
