@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::text::{Format, Rows};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
@@ -22,10 +23,22 @@ impl Recording {
     ///
     /// `no-rows`, `no-values`, `all-zero`, `sensor-unknown`, `too-many-labels`, `unit-changed`, `shifted-columns`.
     pub fn judge(format: &Format, rows: Rows) -> Result<Self, Error> {
-        let mut recording = clean(format, rows)?;
-        recording.judge_units()?;
-        recording.judge_samples();
-        Ok(recording)
+        clean(format, rows)?.judged()
+    }
+
+    /// The same of rows that others follow; none where no row is a measurement so far.
+    pub(crate) fn judge_so_far(format: &Format, rows: Rows) -> Result<Option<Self>, Error> {
+        use Problem::{AllZero, NoRowRead, NoValues};
+        match clean(format, rows) {
+            Err(NoRowRead { .. } | NoValues { .. } | AllZero { .. }) => Ok(None),
+            cleaned => cleaned?.judged().map(Some),
+        }
+    }
+
+    fn judged(mut self) -> Result<Self, Error> {
+        self.judge_units()?;
+        self.judge_samples();
+        Ok(self)
     }
 
     fn judge_units(&mut self) -> Result<(), Error> {
