@@ -86,7 +86,9 @@ fn codes(text: &str) -> Vec<String> {
     // Rows of `errors!`.
     let row = |line: &str| {
         let (name, category) = line.trim().strip_prefix('"')?.split_once("\" ")?;
-        ["input:", "usage:", "device:"].contains(&category).then(|| name.to_owned())
+        ["input:", "usage:", "device:"]
+            .contains(&category)
+            .then(|| name.to_owned())
     };
     let rows = code.lines().filter_map(row);
     made.filter_map(literal).chain(rows).collect()
