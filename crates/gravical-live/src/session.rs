@@ -15,11 +15,12 @@ use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
 use gravical_calibrate::recording::{Follow, Recording};
 use gravical_calibrate::stats::mean_of_finite;
-use gravical_recording::{Error, Result};
+use gravical_recording::Result;
 
 use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use crate::folder::{Journal, section};
 use crate::options::LiveOptions;
+use crate::problem::Problem;
 use crate::rest::{Fault, LET_GO, Stillness, StillnessDetector, UNSCALED, Units, block};
 use crate::words::{any_of, face_of, sentence};
 
@@ -172,11 +173,7 @@ impl Session {
 
     fn samples(&mut self, samples: Vec<Sample>) -> Result<Vec<Message>> {
         if self.reading.is_calibrated_by_board() {
-            return Err(Error::input(
-                "already-calibrated",
-                "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
-            )
-            .with_hint("gravical live --format si: with it the sketch sends raw values"));
+            return Err(Problem::AlreadyCalibrated.error());
         }
         for sample in samples {
             self.sample(sample)?;
@@ -812,7 +809,7 @@ impl Session {
     }
 
     fn calibrated(&self) -> Result<Calibration> {
-        let no_rows = || Error::input("no-rows", "no row was received yet");
+        let no_rows = || Problem::NoRows.error();
         let recording = self.recording().ok_or_else(no_rows)??;
         let sections = self.poses.iter().map(|pose| section(pose, &recording));
         let options = CalibrateOptions {
