@@ -444,7 +444,7 @@ impl Session {
         let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
         for finding in &recording.findings {
-            if !finding.is_of_samples() {
+            if !finding.is_of_samples {
                 text += &format!(" {}", sentence(&finding.message));
             }
         }
@@ -524,10 +524,8 @@ impl Session {
         let text =
             format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
         self.emit(Event::Floor, &text);
-        for finding in &recording.findings {
-            if finding.kind == "frozen-axis" {
-                self.warn(&finding.message);
-            }
+        for finding in recording.frozen_axes() {
+            self.warn(&finding.message);
         }
         if gravity.source == GravitySource::Standard {
             let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";

@@ -6,6 +6,7 @@ pub(crate) mod findings;
 mod time;
 
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
@@ -71,14 +72,21 @@ impl Recording {
         Ok(())
     }
 
+    /// What is found of axes that keep one value while the others change.
+    pub fn frozen_axes(&self) -> Vec<Finding> {
+        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
+        let sensors = sensors.zip(names(&self.format).chunks(3));
+        let mut findings = Vec::new();
+        for ((sensor, names), steps) in sensors.zip(&self.units.resolution) {
+            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
+        }
+        findings
+    }
+
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self) {
         let names = names(&self.format);
-        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
-        let mut findings = Vec::new();
-        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.units.resolution) {
-            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
-        }
+        let mut findings = self.frozen_axes();
         let gyro_end = self.units.gyro.as_ref().map(Clipping::of_gyro);
         // In a file of its own the gyroscope is the first sensor.
         let alone = gyro_end
@@ -100,6 +108,7 @@ impl Recording {
                 findings.push(repeated);
             }
         }
+        findings.iter_mut().for_each(|f| f.is_of_samples = true);
         if self.format.is_guessed {
             findings.extend(findings::not_an_accelerometer(&self.accel));
         }
