@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use gravical_calibrate::calibration_file::Grade;
 use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::recording::{AccelUnit, GyroUnit};
-use gravical_recording::{Error, Result};
+use gravical_recording::Result;
 
+use crate::problem::Problem;
 use crate::words::{face_of, sentence};
 
 /// Version of the events. From the first release on types and fields are only added to it.
@@ -436,9 +437,8 @@ impl Command {
             })
         };
         command().ok_or_else(|| {
-            Error::usage("command-unknown", format!("\"{}\" is no command", text.trim())).with_hint(
-                "port NAME; simulate; undo; redo +x; take; latitude 48.1; gravity 9.81; stop; cancel; with a simulated sensor also +x, -z, 0.6 0.6 0.5, free, shake",
-            )
+            let text = text.trim().to_owned();
+            Problem::NoCommand { text }.error()
         })
     }
 }

@@ -14,9 +14,10 @@ use gravical_calibrate::gravity::Gravity;
 use gravical_calibrate::poses::sections::Section;
 use gravical_calibrate::recording::{ReadOptions, Recording, read};
 use gravical_calibrate::stats::moments;
-use gravical_recording::{Error, Result};
+use gravical_recording::Result;
 
 use crate::event::{Event, Message, Pose, SourceKind};
+use crate::problem::Problem;
 
 /// Name of the journal.
 pub const JOURNAL: &str = "session.ndjson";
@@ -69,9 +70,8 @@ impl Journal {
                     continue;
                 }
                 let message: Message = serde_json::from_slice(line).map_err(|e| {
-                    Error::input("journal-syntax", format!("not an event: {e}"))
-                        .at(&path, Some(number))
-                        .with_hint("an event a line, as `gravical live` writes them")
+                    let why = e.to_string();
+                    Problem::NotAnEvent { why }.error().at(&path, Some(number))
                 })?;
                 journal.add(message.event);
             }
@@ -117,11 +117,7 @@ impl Journal {
     /// those that it was accepted with.
     pub fn sections(&self, recording: &Recording) -> Result<Vec<Section>> {
         if self.poses.is_empty() {
-            return Err(
-                Error::input("sections-empty", "no pose was accepted in this session")
-                    .at(&self.folder, None)
-                    .with_hint("`gravical live --resume` goes on with it"),
-            );
+            return Err(Problem::NoPose.error().at(&self.folder, None));
         }
         let checked = |pose: &Pose| {
             let found = section(pose, recording);
@@ -130,14 +126,9 @@ impl Journal {
             if off <= SAME_MEAN * norm(&pose.mean) {
                 return Ok(found);
             }
-            let [first, last] = pose.lines;
-            let what = format!(
-                "lines {first} to {last} are not those of pose {} in {JOURNAL}: the recording was changed",
-                pose.pose
-            );
-            Err(Error::input("recording-changed", what)
-                .at(recording.name.as_ref(), None)
-                .with_hint("to find the poses anew, give the recording instead of the folder"))
+            let (lines, pose) = (pose.lines, pose.pose);
+            let error = Problem::OtherRows { lines, pose }.error();
+            Err(error.at(recording.name.as_ref(), None))
         };
         self.poses.iter().map(checked).collect()
     }

@@ -40,6 +40,7 @@
 pub mod event;
 pub mod folder;
 mod options;
+mod problem;
 mod rest;
 mod session;
 mod words;

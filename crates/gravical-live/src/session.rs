@@ -15,11 +15,12 @@ use gravical_calibrate::poses::{MAX_FACE_ANGLE_DEG, SegmentOptions};
 use gravical_calibrate::recording::units::{AccelUnit, GyroScale};
 use gravical_calibrate::recording::{Follow, Recording};
 use gravical_calibrate::stats::mean_of_finite;
-use gravical_recording::{Error, Result};
+use gravical_recording::Result;
 
 use crate::event::{Command, Event, Loss, Message, Pose, Rejection, State, Status, Tile, Wanted};
 use crate::folder::{Journal, section};
 use crate::options::LiveOptions;
+use crate::problem::Problem;
 use crate::rest::{Fault, LET_GO, Stillness, StillnessDetector, UNSCALED, Units, block};
 use crate::words::{any_of, face_of, sentence};
 
@@ -172,11 +173,7 @@ impl Session {
 
     fn samples(&mut self, samples: Vec<Sample>) -> Result<Vec<Message>> {
         if self.reading.is_calibrated_by_board() {
-            return Err(Error::input(
-                "already-calibrated",
-                "the board sends calibrated values, as the line with its settings says: a calibration needs raw ones",
-            )
-            .with_hint("gravical live --format si: with it the sketch sends raw values"));
+            return Err(Problem::AlreadyCalibrated.error());
         }
         for sample in samples {
             self.sample(sample)?;
@@ -447,7 +444,7 @@ impl Session {
         let mut text = sentence(&format!("{rate}, {columns}, {unit}, {gyro} gyroscope"));
         // A second is too short to say anything of the samples.
         for finding in &recording.findings {
-            if !finding.is_of_samples() {
+            if !finding.is_of_samples {
                 text += &format!(" {}", sentence(&finding.message));
             }
         }
@@ -527,10 +524,8 @@ impl Session {
         let text =
             format!("Noise at rest {noise_mg:.1} mg; above {limit_mg:.0} mg it counts as moving.");
         self.emit(Event::Floor, &text);
-        for finding in &recording.findings {
-            if finding.kind == "frozen-axis" {
-                self.warn(&finding.message);
-            }
+        for finding in recording.frozen_axes() {
+            self.warn(&finding.message);
         }
         if gravity.source == GravitySource::Standard {
             let text = "Local gravity is not known, so the scale is uncertain by 0.15 % (1σ): give the latitude, or the value.";
@@ -812,7 +807,7 @@ impl Session {
     }
 
     fn calibrated(&self) -> Result<Calibration> {
-        let no_rows = || Error::input("no-rows", "no row was received yet");
+        let no_rows = || Problem::NoRows.error();
         let recording = self.recording().ok_or_else(no_rows)??;
         let sections = self.poses.iter().map(|pose| section(pose, &recording));
         let options = CalibrateOptions {

@@ -9,8 +9,8 @@ use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::bufread::GzDecoder;
 use sha2::{Digest, Sha256};
 
-use crate::error::Error;
 use crate::hash::hex;
+use crate::problem::Problem;
 
 /// Bytes that decide on the encoding.
 const ENCODING_BYTES: usize = 65_536;
@@ -68,9 +68,7 @@ pub fn from_reader(raw: Box<dyn Read + Send>, hash: bool) -> io::Result<Input> {
     };
     let (magic, raw) = peek(raw, 4)?;
     if magic == b"PK\x03\x04" {
-        let error = Error::input("is-an-archive", "this is a ZIP archive, not a recording");
-        let error = error.with_hint("unpack it and give the recording in it");
-        return Err(io::Error::other(error));
+        return Err(io::Error::other(Problem::IsArchive.error()));
     }
     let is_gzip = magic.starts_with(&GZIP_MAGIC);
     let cut_off = Arc::new(AtomicBool::new(false));

@@ -264,18 +264,6 @@ impl std::error::Error for Error {
     }
 }
 
-/// How to read a file whose rows from a line on cannot be read with those before them; the first
-/// `head_lines` belong to both parts.
-pub(crate) fn cut_hint(head_lines: usize, line: usize) -> String {
-    let after = match head_lines {
-        0 => format!("tail -n +{line} FILE"),
-        _ => format!("sed '{},{}d' FILE", head_lines + 1, line - 1),
-    };
-    format!(
-        "cut the file and read the parts: `sed '{line},$d' FILE > before.csv`, `{after} > after.csv`"
-    )
-}
-
 /// The enum `Problem` of what a crate refuses, `Problem::CODES` for the documents, and `Problem::error`.
 ///
 /// ```ignore

@@ -60,6 +60,9 @@ pub struct Finding {
     /// How many lines (or cells, or samples) are concerned in all.
     #[serde(default)]
     pub count: u64,
+    /// True for what the values show once there are enough: a channel that does not change, the end of the range.
+    #[serde(skip)]
+    pub is_of_samples: bool,
 }
 
 fn is_false(is_it: &bool) -> bool {
@@ -83,6 +86,7 @@ impl Finding {
             file: None,
             lines: Vec::new(),
             count: 0,
+            is_of_samples: false,
         }
     }
 
@@ -101,12 +105,6 @@ impl Finding {
     /// The message with its options, in the words of a surface.
     pub fn worded(&self, word: impl Fn(&Advice) -> String) -> String {
         with_options(&self.message, &self.options, word)
-    }
-
-    /// True for what the values show once there are enough: a channel that does not change, the end of the range.
-    pub fn is_of_samples(&self) -> bool {
-        let kinds = ["clipped", "frozen-axis", "repeated-rows", "sensor-hung"];
-        kinds.contains(&&*self.kind)
     }
 
     /// Adds the lines it concerns.

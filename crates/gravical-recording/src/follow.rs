@@ -8,9 +8,10 @@ use crate::error::{Error, Result};
 use crate::judge;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::role::Role;
-use crate::text::{Format, Heading, Parser, Reason, Rows, no_table, sniff};
+use crate::text::{Format, Heading, Parser, Reason, Rows, sniff};
 
 /// The format is looked for each time that so many lines more are there.
 const LOOK_LINES: usize = 50;
@@ -23,7 +24,6 @@ const MAX_LINES: usize = 800;
 const TAIL_ROWS: usize = 1024;
 /// No row is longer.
 const MAX_ROW_BYTES: usize = 1 << 20;
-const LONG_ROW: &str = "a row of more than a megabyte";
 
 /// A row of a recording that grows. Values are in the unit of the recording.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -166,7 +166,7 @@ impl Follow {
         let from = memrchr2(b'\n', b'\r', &self.bytes).map_or(0, |at| at + 1);
         match self.bytes.len() - from {
             ..=MAX_ROW_BYTES => Ok(samples),
-            _ => Err(no_table("", LONG_ROW)),
+            _ => Err(Problem::LongRow.error()),
         }
     }
 
@@ -344,12 +344,11 @@ impl Opened {
         if self.writes_blanks {
             tail.blanks.clear();
         }
-        let judged = has_new.then(|| Recording::judge(&self.format, tail));
+        let judged = has_new.then(|| Recording::judge_so_far(&self.format, tail));
         let samples = match judged {
-            None => Vec::new(),
-            Some(Ok(tail)) => self.samples(&tail),
+            Some(Ok(Some(tail))) => self.samples(&tail),
             // Rows of which none is a measurement so far are judged with those that follow.
-            Some(Err(e)) if matches!(e.code(), "no-rows" | "no-values" | "all-zero") => Vec::new(),
+            None | Some(Ok(None)) => Vec::new(),
             // Of others the whole recording says why they are none of the samples.
             Some(Err(_)) => {
                 self.last_line = self.rows.lines.last().copied().unwrap_or_default();

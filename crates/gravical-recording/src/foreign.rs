@@ -3,36 +3,17 @@
 
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::escape::path_word;
+use crate::problem::Problem;
 
-/// Files of other tools by their first bytes, what they are, and how their samples become a table.
-const CONTAINERS: [(&[u8], &str, &str); 5] = [
-    (
-        b"#ROSBAG",
-        "this is a bag of ROS 1, not a table",
-        "`rostopic echo -b FILE.bag -p /TOPIC > imu.csv` writes the messages of sensor_msgs/Imu: %time, field.angular_velocity.x … and field.linear_acceleration.x … are read",
-    ),
-    (
-        b"SQLite format 3",
-        "this is a database (.db3 is a bag of ROS 2), not a table",
-        "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FOLDER` writes the messages of sensor_msgs/Imu: stamp, angular velocity and linear acceleration are read",
-    ),
-    (
-        b"\x89MCAP0",
-        "this is an MCAP file (a bag of ROS 2), not a table",
-        "`ros2 topic echo --csv /TOPIC > imu.csv` beside `ros2 bag play FILE` writes the messages of sensor_msgs/Imu; PlotJuggler exports CSV with __time, angular_velocity/x … and linear_acceleration/x …: both are read",
-    ),
-    (
-        b"ULog\x01\x12\x35",
-        "this is a log of PX4 (ULog), not a table",
-        "`ulog2csv FILE.ulg` (pyulog) writes FILE_sensor_combined_0.csv: timestamp, gyro_rad[0] … and accelerometer_m_s2[0] … are read",
-    ),
-    (
-        b"H Product:Blackbox",
-        "this is a log of Betaflight or INAV (Blackbox), not a table",
-        "`blackbox_decode FILE.bbl` writes FILE.01.csv: time (us), gyroADC[0] … and accSmooth[0] … are read",
-    ),
+/// Files of other tools by their first bytes.
+const CONTAINERS: [(&[u8], Problem); 5] = [
+    (b"#ROSBAG", Problem::IsRosBag),
+    (b"SQLite format 3", Problem::IsDatabase),
+    (b"\x89MCAP0", Problem::IsMcap),
+    (b"ULog\x01\x12\x35", Problem::IsUlog),
+    (b"H Product:Blackbox", Problem::IsBlackbox),
 ];
 
 /// Refuses the files of other tools by their first bytes, before they are decoded.
@@ -41,11 +22,9 @@ const CONTAINERS: [(&[u8], &str, &str); 5] = [
 ///
 /// `no-rows` with the command that makes a table of one.
 pub(crate) fn refuse_container(magic: &[u8], file: &Path) -> Result<()> {
-    let is_one = |c: &&(&[u8], &str, &str)| magic.starts_with(c.0);
-    match CONTAINERS.iter().find(is_one) {
-        Some((_, what, hint)) => Err(Error::input("no-rows", *what)
-            .at(file, None)
-            .with_hint(*hint)),
+    let mut containers = CONTAINERS.into_iter();
+    match containers.find(|(first, _)| magic.starts_with(first)) {
+        Some((_, problem)) => Err(problem.error().at(file, None)),
         None => Ok(()),
     }
 }
@@ -64,12 +43,7 @@ pub(crate) fn refuse_calibration(head: &[u8], file: &Path) -> Result<()> {
         return Ok(());
     }
     let word = path_word(file);
-    let hint = format!(
-        "`gravical check {word} RECORDING` tests it with a recording at rest, `gravical apply {word} RECORDING` applies it"
-    );
-    let text = "this is a calibration file, not a recording";
-    let error = Error::input("is-a-calibration", text).at(file, None);
-    Err(error.with_hint(hint))
+    Err(Problem::IsCalibration { file: word }.error().at(file, None))
 }
 
 #[cfg(test)]

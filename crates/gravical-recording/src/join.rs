@@ -12,9 +12,10 @@
 use std::path::Path;
 
 use crate::bytes::Input;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::finding::{Case, Finding};
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::read::{open_head, read_gyroscope};
 use crate::recording::{JoinedFile, Recording};
 use crate::source::{open, open_bytes, path_name, stem};
@@ -107,9 +108,8 @@ fn join_input(
     options: &ReadOptions,
 ) -> Result<()> {
     if recording.gyro.is_some() {
-        let text = "this recording has a gyroscope of its own, and a second one is given";
-        let error = Error::usage("gyro-twice", text).at(recording.name.as_ref(), None);
-        let error = error.with_hint("leave the second one out, or ignore the recording's own");
+        let error = Problem::GyroTwice.error();
+        let error = error.at(recording.name.as_ref(), None);
         return Err(error.advise("gyro", "").advise("columns", "gx=-,gy=-,gz=-"));
     }
     recording.refuse_averaged("cut the recording, and join its parts")?;
@@ -155,31 +155,25 @@ fn refuse_restart(recording: &Recording) -> Result<()> {
     let Some((line, _)) = recording.clock.restarts.first() else {
         return Ok(());
     };
-    let text = "the time stamps restart in the middle: the files cannot be joined by them";
-    let error = Error::input("gyro-restart", text).at_line(*line as usize);
-    let hint = "split both files where the board was reset, and read the parts separately";
-    Err(error.in_file(recording.name.as_ref()).with_hint(hint))
+    let (error, line) = (Problem::GyroRestart.error(), u64::from(*line));
+    Err(error.at(recording.name.as_ref(), Some(line)))
 }
 
 /// Refuses files whose rows do not follow each other alike: without stamps they are joined by them.
 fn check_rows(recording: &Recording, gyro: &Recording) -> Result<()> {
-    let (rows, others) = (recording.lines.len(), gyro.lines.len());
+    let (rows, of_gyro) = (recording.lines.len(), gyro.lines.len());
     let apart =
         |row: &usize| recording.line(*row) - recording.line(0) != gyro.line(*row) - gyro.line(0);
-    let text = if rows != others {
-        format!(
-            "{others} rows of the gyroscope, {rows} of the accelerometer, without time stamps in both files to join them by"
-        )
+    let problem = if rows != of_gyro {
+        let (gyro, accel) = (of_gyro, rows);
+        Problem::GyroRows { gyro, accel }
     } else if let Some(row) = (0..rows).find(apart) {
-        format!(
-            "rows were set aside before line {} in one of the files, and there are no time stamps in both to join them by",
-            recording.line(row)
-        )
+        let line = recording.line(row);
+        Problem::GyroLines { line }
     } else {
         return Ok(());
     };
-    let error = Error::input("gyro-length", text).at(gyro.name.as_ref(), None);
-    Err(error.with_hint("give files with time stamps, or with the same rows"))
+    Err(problem.error().at(gyro.name.as_ref(), None))
 }
 
 /// The rates at the times of the accelerometer's rows, and a finding about rows without any.
@@ -227,19 +221,14 @@ fn by_stamps(
     let uncovered: LineSpans = uncovered.map(|row| recording.line(row)).collect();
     let rows = times_s.len() as u64;
     if uncovered.count() == rows {
-        let [of_accel, of_gyro] = [recording, gyro].map(|r| {
+        let spans_s = [recording, gyro].map(|r| {
             let start_s = r.clock.start_s.unwrap_or(f64::NAN);
-            let end_s = start_s + r.clock.duration_s.unwrap_or(f64::NAN);
-            format!("from {start_s:.3} to {end_s:.3} s")
+            [start_s, start_s + r.clock.duration_s.unwrap_or(f64::NAN)]
         });
-        let text = format!(
-            "the two files have no time in common: {} runs {of_accel}, this one {of_gyro}",
-            recording.name
-        );
-        let error = Error::input("gyro-overlap", text).at(gyro.name.as_ref(), None);
-        let hint =
-            "give the two files of one recording, stamped by one clock, or the time unit of both";
-        return Err(error.with_hint(hint).advise("time_unit", ""));
+        let name = recording.name.clone();
+        let error = Problem::GyroOverlap { name, spans_s }.error();
+        let error = error.at(gyro.name.as_ref(), None);
+        return Err(error.advise("time_unit", ""));
     }
     let finding = (!uncovered.is_empty()).then(|| {
         let case = Case::GyroUncovered {

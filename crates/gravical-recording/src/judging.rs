@@ -6,9 +6,11 @@ pub(crate) mod findings;
 mod time;
 
 use crate::error::Error;
+use crate::finding::Finding;
 use crate::full_scale::Clipping;
 use crate::judge::{self, AccelClaim, Encoding};
 use crate::metadata;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::text::{Format, Rows};
 use crate::units::{AccelUnit, GyroScale, GyroUnit, Origin};
@@ -22,10 +24,22 @@ impl Recording {
     ///
     /// `no-rows`, `no-values`, `all-zero`, `sensor-unknown`, `too-many-labels`, `unit-changed`, `shifted-columns`.
     pub fn judge(format: &Format, rows: Rows) -> Result<Self, Error> {
-        let mut recording = clean(format, rows)?;
-        recording.judge_units()?;
-        recording.judge_samples();
-        Ok(recording)
+        clean(format, rows)?.judged()
+    }
+
+    /// The same of rows that others follow; none where no row is a measurement so far.
+    pub(crate) fn judge_so_far(format: &Format, rows: Rows) -> Result<Option<Self>, Error> {
+        use Problem::{AllZero, NoRowRead, NoValues};
+        match clean(format, rows) {
+            Err(NoRowRead { .. } | NoValues { .. } | AllZero { .. }) => Ok(None),
+            cleaned => cleaned?.judged().map(Some),
+        }
+    }
+
+    fn judged(mut self) -> Result<Self, Error> {
+        self.judge_units()?;
+        self.judge_samples();
+        Ok(self)
     }
 
     fn judge_units(&mut self) -> Result<(), Error> {
@@ -58,14 +72,21 @@ impl Recording {
         Ok(())
     }
 
+    /// What is found of axes that keep one value while the others change.
+    pub fn frozen_axes(&self) -> Vec<Finding> {
+        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
+        let sensors = sensors.zip(names(&self.format).chunks(3));
+        let mut findings = Vec::new();
+        for ((sensor, names), steps) in sensors.zip(&self.units.resolution) {
+            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
+        }
+        findings
+    }
+
     /// Frozen axes, values at the end of the range, repeats, columns of another sensor.
     fn judge_samples(&mut self) {
         let names = names(&self.format);
-        let sensors = std::iter::once(&self.accel).chain(&self.gyro);
-        let mut findings = Vec::new();
-        for ((sensor, names), steps) in sensors.zip(names.chunks(3)).zip(&self.units.resolution) {
-            findings.extend(judge::frozen_axes(sensor, names, steps, &self.lines));
-        }
+        let mut findings = self.frozen_axes();
         let gyro_end = self.units.gyro.as_ref().map(Clipping::of_gyro);
         // In a file of its own the gyroscope is the first sensor.
         let alone = gyro_end
@@ -87,6 +108,7 @@ impl Recording {
                 findings.push(repeated);
             }
         }
+        findings.iter_mut().for_each(|f| f.is_of_samples = true);
         if self.format.is_guessed {
             findings.extend(findings::not_an_accelerometer(&self.accel));
         }

@@ -55,6 +55,7 @@ pub mod option_text;
 mod options;
 #[doc(hidden)]
 pub mod output;
+mod problem;
 mod read;
 mod recording;
 mod role;

@@ -2,8 +2,9 @@
 
 use sysinfo::{MemoryRefreshKind, RefreshKind, System};
 
-use crate::error::{Error, Result, cut_hint};
+use crate::error::Result;
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::text::Format;
 
 /// Share of the memory of the machine that a program may take for recordings: others run beside it.
@@ -33,12 +34,8 @@ impl Budget {
         if rows as u64 <= max_rows {
             return Ok(());
         }
-        let text = format!(
-            "the recording takes more than {:.1} GiB of memory, the share of this machine that it may take; {max_rows} lines fit",
-            self.0 as f64 / (1_u64 << 30) as f64
-        );
-        let hint = cut_hint(format.head_lines, max_rows as usize);
-        Err(Error::input("too-large", text).with_hint(hint))
+        let (bytes, lines, head) = (self.0, max_rows, format.head_lines);
+        Err(Problem::TooLarge { bytes, lines, head }.error())
     }
 }
 

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use crate::error::{Error, Result};
 use crate::meter::Meter;
+use crate::problem::Problem;
 use crate::role::Role;
 use crate::units::{AccelUnit, GyroUnit, POSSIBLE, TimeUnit};
 
@@ -148,9 +149,8 @@ impl FromStr for ColumnsSpec {
         let channel = |name: &str| -> Result<Role> {
             let name = name.trim();
             Role::of_name(name).ok_or_else(|| {
-                Error::usage("columns-syntax", format!("there is no channel \"{name}\"")).with_hint(
-                    "channels are t, dt, ax, ay, az, gx, gy, gz, temp and label; _ leaves a column to recognition, - skips it",
-                )
+                let name = name.to_owned();
+                Problem::NoChannel { name }.error()
             })
         };
         if text.contains('=') {
@@ -164,7 +164,8 @@ impl FromStr for ColumnsSpec {
             }
             let pairs = pairs.iter().map(|pair| {
                 let (name, column) = pair.split_once('=').ok_or_else(|| {
-                    Error::usage("columns-syntax", format!("\"{pair}\" has no ="))
+                    let pair = pair.clone();
+                    Problem::NoEqualsSign { pair }.error()
                 })?;
                 let column = column.trim();
                 let column = (!matches!(column, "" | "-" | "_")).then(|| column.to_owned());
@@ -190,8 +191,8 @@ fn check_once(roles: impl Iterator<Item = Role> + Clone) -> Result<()> {
     let count = |role: &Role| roles.clone().filter(|other| other == role).count();
     let is_twice = |role: &Role| *role != Role::Other && count(role) > 1;
     roles.clone().find(is_twice).map_or(Ok(()), |role| {
-        let text = format!("{} is named twice", role.name(0));
-        Err(Error::usage("columns-syntax", text))
+        let channel = role.name(0);
+        Err(Problem::NamedTwice { channel }.error())
     })
 }
 

@@ -9,6 +9,7 @@ use flate2::write::GzEncoder;
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
+use crate::problem::Problem;
 
 /// Name and version of the program, as results state it.
 pub const TOOL: &str = concat!("gravical ", env!("CARGO_PKG_VERSION"));
@@ -23,14 +24,11 @@ const PREFIX: &str = ".gravical-";
 /// `exists` (usage) if the file exists and `force` is false; `is-folder`.
 pub fn check_target(path: &Path, force: bool) -> Result<()> {
     if path == Path::new("-") {
-        let what = "a file is written here, which standard output is not";
-        return Err(Error::usage("stdout-target", what)
-            .with_hint("name a file, or have the result printed")
-            .advise("json", "true"));
+        return Err(Problem::FileToStdout.error().advise("json", "true"));
     }
     let name = path.as_os_str().to_string_lossy();
     if path.is_dir() || name.ends_with(['/', MAIN_SEPARATOR]) {
-        return Err(is_folder(path));
+        return Err(Problem::IsFolder.error().at(path, None));
     }
     // A dangling link exists, too.
     if !force && !is_special(path) && path.symlink_metadata().is_ok() {
@@ -39,17 +37,9 @@ pub fn check_target(path: &Path, force: bool) -> Result<()> {
     Ok(())
 }
 
-fn is_folder(path: &Path) -> Error {
-    Error::usage("is-folder", "a file name is needed; this is a folder")
-        .at(path, None)
-        .with_hint("name a file in it")
-}
-
 fn exists(path: &Path) -> Error {
-    Error::usage("exists", "the file exists already; nothing was written")
-        .at(path, None)
-        .with_hint("name another file, or replace it")
-        .advise("force", "true")
+    let error = Problem::Exists.error().at(path, None);
+    error.advise("force", "true")
 }
 
 /// Whether the name of a file has this ending, in small letters or capitals.
@@ -68,10 +58,8 @@ pub fn folder_of(path: &Path) -> &Path {
 
 /// The error of a file whose folder is missing.
 pub fn no_folder(folder: &Path, path: &Path) -> Error {
-    let text = format!("there is no folder \"{}\"", folder.display());
-    Error::usage("no-folder", text)
-        .at(path, None)
-        .with_hint("create it first, or name a file elsewhere")
+    let folder = folder.display().to_string();
+    Problem::NoFolder { folder }.error().at(path, None)
 }
 
 /// True for a device or a pipe such as /dev/null, which is written to and never replaced by a
@@ -89,14 +77,11 @@ pub fn is_special(path: &Path) -> bool {
 /// `no-folder` (usage), with the error of the file system; `stdout-target` (usage) for `-`.
 pub fn make_folder(path: &Path) -> Result<()> {
     if path == Path::new("-") {
-        let what = "several files are written into a folder, which standard output is not";
-        return Err(Error::usage("stdout-target", what)
-            .with_hint("name a folder (one that is called - is ./-)"));
+        return Err(Problem::FolderToStdout.error());
     }
     std::fs::create_dir_all(path).map_err(|e| {
-        Error::usage("no-folder", format!("the folder cannot be created: {e}"))
-            .at(path, None)
-            .with_hint("name a folder with write permission")
+        let why = e.to_string();
+        Problem::FolderNotMade { why }.error().at(path, None)
     })
 }
 
@@ -147,7 +132,7 @@ pub fn write_atomic<T>(
     persist(file, path, force).map_err(|e| match e.kind() {
         // Another program created it after the check above.
         io::ErrorKind::AlreadyExists if !force => exists(path),
-        _ if path.is_dir() => is_folder(path),
+        _ if path.is_dir() => Problem::IsFolder.error().at(path, None),
         _ => io(e),
     })?;
     Ok(filled)

@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::finding::Finding;
 use crate::judge::Encoding;
+use crate::problem::Problem;
 use crate::text::{Format, Ledger};
 use crate::units::{TimeUnit, Units};
 use crate::utc::UtcTime;
@@ -196,8 +197,7 @@ impl Recording {
         if !self.is_averaged() {
             return Ok(());
         }
-        let text = "the rows of this recording are means of neighbouring samples";
-        let error = Error::usage("averaged", text).at(self.name.as_ref(), None);
+        let error = Problem::Averaged.error().at(self.name.as_ref(), None);
         Err(error.with_hint(hint))
     }
 

@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::bytes::{Input, from_reader};
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 
 /// Name of a file without folder and endings (`.csv.gz` is two).
 pub fn stem(name: &str) -> String {
@@ -36,9 +37,7 @@ pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
         return input(path, Box::new(io::stdin()), None, options);
     }
     if path.is_dir() {
-        let error = Error::input("is-a-directory", "this is a folder, not a recording");
-        let hint = "give its files, or the folder to `gravical calibrate`";
-        return Err(error.at(path, None).with_hint(hint));
+        return Err(Problem::IsDirectory.error().at(path, None));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let total = file.metadata().ok().filter(std::fs::Metadata::is_file);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::text::{Format, Rows};
 
@@ -69,11 +70,8 @@ impl Recording {
         format.device = Some("table in memory".to_owned());
         for column in format.channels() {
             if let Some(TableColumn::Texts(_)) = columns.get(column) {
-                let text = format!("column {} holds texts, not numbers", column + 1);
-                let error = Error::input("no-values", text)
-                    .with_hint("convert it to numbers, or name other columns, as t=…,ax=…")
-                    .advise("columns", "");
-                return Err(in_file(error));
+                let column = column + 1;
+                return Err(in_file(Problem::TextColumn { column }.into()));
             }
         }
         let judged = Recording::judge(&format, rows).map_err(in_file)?;
@@ -95,12 +93,12 @@ fn table(
         let mut lengths: Vec<usize> = columns.iter().map(|c| c.rows()).collect();
         lengths.sort_unstable();
         lengths.dedup();
-        let (names, columns) = (names.len(), columns.len());
-        let text = format!("{columns} columns of {lengths:?} rows, and {names} names");
-        let hint =
-            "give every column one value for each row, NaN where there is none, and one name";
-        let error = Error::usage("samples-length", text).at(name.as_ref(), None);
-        return Err(error.with_hint(hint));
+        let problem = Problem::SamplesLength {
+            columns: columns.len(),
+            lengths,
+            names: names.len(),
+        };
+        return Err(problem.error().at(name.as_ref(), None));
     }
     let mut table = Rows::new(columns.len());
     for (at, column) in columns.iter().enumerate() {

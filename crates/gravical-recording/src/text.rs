@@ -18,8 +18,6 @@ pub(crate) use lines::LineBlocks;
 pub use names::Column;
 pub(crate) use names::sensor_of_file;
 pub(crate) use parse::Parser;
-pub(crate) use roles::sensor_unknown;
 pub use rows::{AsideLines, CopiedText, Ledger, Reason, Rows};
 pub use sniff::{is_prose, sniff, sniff_table};
-pub(crate) use sniff::{no_rows, no_table};
 pub(crate) use words::Heading;

@@ -16,6 +16,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::problem::Problem;
 
 /// Time stamps from here on are dates; below they count from the start of a board.
 const EARLIEST_S: i64 = 946_684_800; // 2000-01-01
@@ -78,8 +79,8 @@ impl FromStr for UtcTime {
             Some(civil.to_zoned(jiff::tz::TimeZone::UTC).ok()?.timestamp())
         };
         zoned.or_else(plain).map(whole).ok_or_else(|| {
-            Error::usage("date-syntax", format!("\"{text}\" is not a date"))
-                .with_hint("write 2026-03-09 or 2026-03-09T10:15:00Z; without a zone it is UTC")
+            let text = text.to_owned();
+            Problem::NoDate { text }.error()
         })
     }
 }

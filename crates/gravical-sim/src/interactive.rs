@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions, bad};
+use crate::options::{LINE_OFFSET_M, LineOptions, Scenario, SimulateOptions};
+use crate::problem::Problem;
 use crate::record::{INSIDE_HZ, warmer_c};
 use crate::scenario::{Draws, Plan, Z_UP, attitude_of};
 use crate::sensor::{Part, Reading};
@@ -107,7 +108,7 @@ impl InteractiveSensor {
         let up = up
             .try_normalize(1e-9)
             .filter(|_| up.norm().is_finite())
-            .ok_or_else(|| bad("a direction needs three numbers that are not all 0"))?;
+            .ok_or_else(|| Problem::NoDirection.error())?;
         Ok(self.carry(up))
     }
 

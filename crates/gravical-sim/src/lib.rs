@@ -32,6 +32,7 @@
 
 mod interactive;
 mod options;
+mod problem;
 mod random;
 mod record;
 mod scenario;

@@ -2,23 +2,24 @@
 
 use serde::{Deserialize, Serialize};
 
-use gravical_recording::{Error, Result};
+use crate::problem::Problem;
+use gravical_recording::Result;
 
 /// Displacement of a line along x, m.
 pub(crate) const LINE_OFFSET_M: f64 = 0.02;
 
-pub(crate) fn bad(message: impl Into<String>) -> Error {
-    Error::usage("simulate-option", message)
-        .with_hint("`gravical simulate --help` explains the options")
-}
-
 /// Refuses values outside their range, including NaN: name, value, lowest, highest, unit.
-fn check(options: &[(&str, f64, f64, f64, &str)]) -> Result<()> {
-    for (name, value, low, high, unit) in options {
+fn check(options: &[(&'static str, f64, f64, f64, &'static str)]) -> Result<()> {
+    for &(name, value, low, high, unit) in options {
         if !(low..=high).contains(&value) {
-            return Err(bad(format!(
-                "{name} is {value} {unit}; it has to be between {low} and {high}"
-            )));
+            let problem = Problem::OutOfRange {
+                name,
+                value,
+                unit,
+                low,
+                high,
+            };
+            return Err(problem.error());
         }
     }
     Ok(())
@@ -253,11 +254,10 @@ impl SimulateOptions {
         ])?;
         if ![2, 4, 8, 16].contains(&sensor.accel_range_g) {
             let range_g = sensor.accel_range_g;
-            let text = format!("range {range_g} g: the part has 2, 4, 8, 16 g");
-            return Err(bad(text));
+            return Err(Problem::OtherRange { range_g }.error());
         }
         if self.file.raw && self.file.wrong_header {
-            return Err(bad("raw counts have no header of units"));
+            return Err(Problem::RawWithHeader.error());
         }
         Ok(())
     }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use rand::RngExt;
 
-use crate::options::{FileOptions, SimulateOptions, bad};
+use crate::options::{FileOptions, SimulateOptions};
+use crate::problem::Problem;
 use crate::random::{Purpose, stream, uniform};
 use crate::scenario::{self, Plan};
 use crate::sensor::{
@@ -144,9 +145,7 @@ fn planned(options: &SimulateOptions, max: usize) -> Result<(Truth, Vec<Plan>)> 
     let plans = scenario::plan(options);
     let rows: usize = plans.iter().map(|p| row_count(p, options)).sum();
     if rows > max {
-        return Err(bad(format!(
-            "{rows} rows; {max} at most: lower the rate or the duration"
-        )));
+        return Err(Problem::TooManyRows { rows, max }.error());
     }
     Ok((Truth::draw(options), plans))
 }

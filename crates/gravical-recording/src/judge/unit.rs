@@ -4,10 +4,11 @@
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::cells::median;
-use crate::error::{Error, cut_hint};
+use crate::error::Error;
 use crate::finding::{Case, Finding};
 use crate::full_scale::range_of_16_bits;
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::units::{AccelScale, AccelUnit, Origin, Units};
 
 /// Rows of a block whose spread tells rest from motion.
@@ -394,28 +395,21 @@ pub fn refuse_jump(
             continue;
         };
         let is_shifted = || gyro.is_some_and(|gyro| is_shifted(block, gyro, start, before));
-        let (code, why) = if is_other_unit(before, other, block) {
-            (
-                "unit-changed",
-                "the unit or range changed without a new header",
-            )
-        } else if is_shifted() {
-            (
-                "shifted-columns",
-                "the values stand in the columns of others: the bus lost a byte",
-            )
-        } else {
+        let is_other_unit = is_other_unit(before, other, block);
+        if !is_other_unit && !is_shifted() {
             continue;
-        };
+        }
         let between = (before * other).sqrt();
         let is_new = |row: &usize| (norm(*row) > between) == (other > between);
         let near = from.saturating_sub(BLOCK_ROWS)..from + BLOCK_ROWS;
         let line = lines[near.rev().take_while(is_new).last().unwrap_or(from)] as usize;
-        let text = format!(
-            "the magnitude at rest is {before:.4} before line {line} and {other:.4} from there on: {why}"
-        );
-        let error = Error::input(code, text).at_line(line);
-        return Err(error.with_hint(cut_hint(head_lines, line)));
+        let (norms, head) = ([before, other], head_lines);
+        let problem = if is_other_unit {
+            Problem::UnitChanged { norms, line, head }
+        } else {
+            Problem::ShiftedColumns { norms, line, head }
+        };
+        return Err(problem.error().at_line(line));
     }
     Ok(())
 }

@@ -5,13 +5,13 @@ use std::ops::Range;
 
 use super::findings;
 use super::time::JudgedTime;
-use crate::error::Error;
 use crate::finding::{Case, Finding};
 use crate::judge::{self, Encoding};
+use crate::problem::Problem;
 use crate::recording::{Labels, ReadAs, Recording};
 use crate::role::Role;
 use crate::spans::LineSpans;
-use crate::text::{Format, Reason, Rows, no_rows, sensor_of_file, sensor_unknown};
+use crate::text::{Format, Reason, Rows, sensor_of_file};
 use crate::units::Units;
 
 /// Sensors that are listed.
@@ -24,7 +24,7 @@ const CHANNELS: [&str; 6] = ["ax", "ay", "az", "gx", "gy", "gz"];
 /// # Errors
 ///
 /// There are no rows, or the sensor did not answer.
-pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Error> {
+pub(super) fn clean(format: &Format, mut rows: Rows) -> Result<Recording, Problem> {
     let options = &format.options;
     let mut findings = findings::of_columns(format);
     let mut read_as = ReadAs::default();
@@ -133,7 +133,7 @@ fn select_sensor(
     format: &Format,
     rows: &mut Rows,
     column: usize,
-) -> Result<(Option<String>, Option<Finding>), Error> {
+) -> Result<(Option<String>, Option<Finding>), Problem> {
     let labels = column_labels(rows, column);
     let sensors = labels.names.iter().filter(|name| !name.is_empty());
     let mut sensors: Vec<String> = sensors.take(MAX_SENSORS).cloned().collect();
@@ -157,7 +157,10 @@ fn select_sensor(
     let usual = usual.or(sensors.first());
     let wanted = match (&format.options.sensor, usual) {
         (Some(wanted), _) if sensors.contains(wanted) => wanted,
-        (Some(wanted), _) => return Err(sensor_unknown(wanted, &sensors)),
+        (Some(wanted), _) => {
+            let wanted = wanted.clone();
+            return Err(Problem::SensorUnknown { wanted, sensors });
+        }
         (None, Some(first)) => first,
         (None, None) => return Ok((None, None)),
     };
@@ -206,49 +209,39 @@ fn column_labels(rows: &Rows, column: usize) -> Labels {
     labels
 }
 
-fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Error> {
+fn find_labels(format: &Format, rows: &Rows) -> Result<Option<Labels>, Problem> {
     let Some(column) = format.columns.iter().position(|c| c.role == Role::Label) else {
         return Ok(None);
     };
     if rows.texts[column].contains(&u8::MAX) {
-        let text = "the label column holds more than 254 words";
-        let error = Error::input("too-many-labels", text);
-        let error = error.with_hint("leave the column out, or cut the file");
-        return Err(error.advise("columns", "label=-"));
+        return Err(Problem::TooManyLabels);
     }
     Ok(Some(column_labels(rows, column)))
 }
 
 /// Whether the sensor answered at all.
-fn check_values(format: &Format, rows: &Rows) -> Result<(), Error> {
+fn check_values(format: &Format, rows: &Rows) -> Result<(), Problem> {
     let count = rows.rows();
     if count == 0 {
         let sum = rows.ledger.sum();
-        return Err(no_rows(format!("no row could be read: {sum}")));
+        return Err(Problem::NoRowRead { sum });
     }
     let channels = format.accel.map(|c| &rows.columns[c]);
-    for (channel, name) in channels.iter().zip(names(format)) {
-        if channel.iter().all(|v| v.is_nan()) {
-            let text = format!("{name} has no value in any of the {count} rows (empty or NaN)");
-            return Err(Error::input("no-values", text)
-                .with_hint("choose other columns, as ax=…,ay=…,az=…")
-                .advise("columns", ""));
+    for (values, channel) in channels.iter().zip(names(format)) {
+        if values.iter().all(|v| v.is_nan()) {
+            let rows = count;
+            return Err(Problem::NoValues { channel, rows });
         }
     }
     let is_zero = |c: &&Vec<f64>| c.iter().all(|v| v.is_nan() || *v == 0.0);
     if channels.iter().all(is_zero) {
-        let axes = format
-            .accel
-            .map(|c| format.names.get(c).cloned().unwrap_or_default());
         let axes = if format.names.is_empty() {
-            names(format)[..3].join(", ")
+            names(format)[..3].iter().map(|n| (*n).to_owned()).collect()
         } else {
-            axes.join(", ")
+            let name = |c: usize| format.names.get(c).cloned().unwrap_or_default();
+            format.accel.map(name).to_vec()
         };
-        let text =
-            format!("{axes} read zero or nothing in all {count} rows: the sensor did not answer");
-        let hint = "check the wiring (SDA, SCL, power) and that the sketch wakes the sensor";
-        return Err(Error::input("all-zero", text).with_hint(hint));
+        return Err(Problem::AllZero { axes, rows: count });
     }
     Ok(())
 }

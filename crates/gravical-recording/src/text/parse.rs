@@ -18,7 +18,8 @@ use super::number::parse_cell;
 use super::rows::{CopiedText, Reason, Rows, mark};
 use super::words::{Heading, LinePattern};
 use crate::board::BoardSettings;
-use crate::error::{Error, cut_hint};
+use crate::error::Error;
+use crate::problem::Problem;
 
 /// A column with so many words may hold numbers wrapped in words.
 pub(crate) const MANY_WORDS: u8 = 32;
@@ -148,13 +149,6 @@ pub(crate) struct Parser {
     slots: Vec<String>,
 }
 
-/// Rows that are written under other columns.
-fn header_differs(line: usize, why: &str) -> Error {
-    Error::input("header-differs", format!("the header in line {line} {why}"))
-        .at_line(line)
-        .with_hint(cut_hint(0, line))
-}
-
 impl Parser {
     /// From the first line of a text on; `copied`: the columns whose text is kept.
     pub(crate) fn new(format: &Format, copied: &[(usize, usize)]) -> Self {
@@ -261,8 +255,8 @@ impl Parser {
                 Ok(Some(Reason::RepeatedHeader))
             }
             Some(false) => {
-                let why = "has other columns, or another delimiter, than the first";
-                Err(header_differs(self.line_number, why))
+                let line = self.line_number;
+                Err(Problem::OtherHeader { line }.error().at_line(line))
             }
         }
     }
@@ -280,8 +274,8 @@ impl Parser {
         if let (Some(before), Some(now)) = (self.format.board, BoardSettings::parse(line))
             && !before.has_units_of(&now)
         {
-            let why = "follows a line of the board with another range or format";
-            return Err(header_differs(self.line_number, why));
+            let line = self.line_number;
+            return Err(Problem::OtherSettings { line }.error().at_line(line));
         }
         Ok(Reason::Comment)
     }

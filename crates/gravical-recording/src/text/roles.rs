@@ -14,15 +14,14 @@ pub(crate) use clocks::is_counter;
 use super::format::{Format, Misfit};
 use super::names::sensor_of_file;
 use super::rows::Rows;
-use crate::error::Error;
 use crate::judge::shows_gravity;
+use crate::problem::Problem;
 use crate::role::Role;
 use behaviour::{Axes, answers};
-pub(crate) use errors::sensor_unknown;
-use errors::{columns_unknown, no_accelerometer, no_gyroscope};
+use errors::{columns_unknown, no_accelerometer};
 
 /// Assigns roles: by the user, the names in the format, the rows of the head.
-pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Error> {
+pub(crate) fn assign(format: &mut Format, sample: &Rows, file_name: &str) -> Result<(), Problem> {
     let is_gyroscope = format.options.is_gyroscope;
     given::assign(format)?;
     let file = sensor_of_file(file_name).filter(|_| !is_gyroscope);
@@ -71,10 +70,10 @@ fn choose_sensors(
     mut accel: Vec<[usize; 3]>,
     gyro: &[[usize; 3]],
     sample: &Rows,
-) -> Result<(), Error> {
+) -> Result<(), Problem> {
     if format.options.is_gyroscope {
-        let none = || no_gyroscope(&format.names);
-        format.accel = *gyro.first().ok_or_else(none)?;
+        let names = format.names.clone();
+        format.accel = *gyro.first().ok_or(Problem::NoGyroscope { names })?;
         return Ok(());
     }
     // Names tell sensors apart that stand side by side.

@@ -15,10 +15,9 @@ use crate::date::{self, parse_date};
 use crate::error::Error;
 use crate::metadata;
 use crate::options::ReadOptions;
+use crate::problem::Problem;
 use crate::role::Role;
 use crate::units::{is_listed, is_unit};
-
-const NO_ROWS: &str = "no rows of at least three numbers";
 
 /// Of a text without a table at most one line in this many looks like a row.
 const LINES_PER_ROW: usize = 10;
@@ -26,29 +25,15 @@ const LINES_PER_ROW: usize = 10;
 /// Lines by which the dialect is told.
 const DIALECT_LINES: usize = 400;
 
-/// `no-rows` with what a recording is.
-pub(crate) fn no_rows(text: impl Into<String>) -> Error {
-    Error::input("no-rows", text).with_hint(
-        "a recording is a table of text: one sample a line, x, y and z of an accelerometer at least, separated by comma, semicolon, tab or spaces",
-    )
-}
-
-/// `no-rows` for a text without a table of samples; `what` is there instead.
-pub(crate) fn no_table(head: &str, what: &str) -> Error {
+/// What a text without a table of samples is, or else why it has none.
+fn no_table(head: &str, why: Problem) -> Problem {
     let head = head.trim_start_matches('\u{feff}').trim_start();
-    let (text, hint) = match head.chars().next() {
-        Some('{' | '[') => (
-            "this is JSON; no table of samples was found in it",
-            "one sample a line is read: `jq -c '.[]' FILE > rows.json` writes a list so, `jq -c '.NAME[]'` one that has a name, and `jq -r '[.t, .ax, .ay, .az] | transpose[] | @csv'` a list for each quantity",
-        ),
-        Some('<') => return no_rows("this is HTML or XML; no table of samples was found in it"),
-        _ if has_one_number_a_line(head) => (
-            "no table of samples was found: one number a line",
-            "`grep . FILE | paste -d, - - - > rows.csv` joins three lines to a row; give as many - as a row has numbers",
-        ),
-        _ => return no_rows(format!("no table of samples was found: {what}")),
-    };
-    Error::input("no-rows", text).with_hint(hint)
+    match head.chars().next() {
+        Some('{' | '[') => Problem::IsJson,
+        Some('<') => Problem::IsMarkup,
+        _ if has_one_number_a_line(head) => Problem::OneNumberALine,
+        _ => why,
+    }
 }
 
 /// Whether most lines are nothing but a number.
@@ -67,9 +52,7 @@ fn has_one_number_a_line(head: &str) -> bool {
 /// file holds counts per epoch.
 pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Format, Error> {
     if head.trim().is_empty() {
-        let text = "the file is empty, or holds nothing but blanks and NUL bytes";
-        return Err(Error::input("empty-file", text)
-            .with_hint("record again: nothing was written to this file"));
+        return Err(Problem::EmptyFile.error());
     }
     let (line_end, lines) = split_lines(head);
     let with_roles = |format: Format| format.with_roles(head, file_name, options);
@@ -77,16 +60,17 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     let is_axis = |column: &Column| column.is_accel() || column.is_gyro();
     let names_axes = table.iter().flat_map(|t| &t.columns).any(is_axis);
     let table = table
-        .ok_or_else(|| no_table(head, NO_ROWS))
+        .ok_or_else(|| no_table(head, Problem::NoTable))
         .and_then(|format| {
             if options.columns.is_none() && has_few_rows(&format, &lines, head) {
-                return Err(no_table(head, "only a few lines of numbers among others"));
+                return Err(no_table(head, Problem::FewRows));
             }
-            with_roles(format).or_else(|e| {
+            with_roles(format).or_else(|problem| {
                 // A comment above the rows may as well be about something else.
-                let is_unnamed = e.code() == "no-accelerometer";
+                use Problem::{NoAccelerometer, TooFewAxes};
+                let is_unnamed = matches!(problem, TooFewAxes { .. } | NoAccelerometer { .. });
                 let unnamed = Format::table(&lines, line_end, false).filter(|_| is_unnamed);
-                unnamed.and_then(|f| with_roles(f).ok()).ok_or(e)
+                unnamed.and_then(|f| with_roles(f).ok()).ok_or(problem)
             })
         });
     let (is_wordy, is_guessed) = match &table {
@@ -106,7 +90,7 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
             return Ok(sentences);
         }
     }
-    table.map(|(format, _)| format)
+    Ok(table?.0)
 }
 
 /// Dialect and columns of any table of numbers, by the head of a file as UTF-8.
@@ -116,7 +100,8 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
 /// There is no table.
 pub fn sniff_table(head: &str) -> Result<Format, Error> {
     let (line_end, lines) = split_lines(head);
-    Format::table(&lines, line_end, true).ok_or_else(|| no_table(head, NO_ROWS))
+    let table = Format::table(&lines, line_end, true);
+    table.ok_or_else(|| no_table(head, Problem::NoTable).error())
 }
 
 /// What ends the lines of a text, and these.
@@ -185,7 +170,8 @@ impl Format {
         options: &ReadOptions,
     ) -> Result<Self, Error> {
         if columns == 0 {
-            return Err(no_rows("no row could be read: 0 lines = 0 rows"));
+            let sum = sample.ledger.sum();
+            return Err(Problem::NoRowRead { sum }.error());
         }
         let mut format = Format::new(Dialect::of_commas(columns), b'\n', names.to_vec());
         format.options = options.clone();
@@ -264,14 +250,10 @@ impl Format {
         head: &str,
         file_name: &str,
         options: &ReadOptions,
-    ) -> Result<(Self, bool), Error> {
+    ) -> Result<(Self, bool), Problem> {
         self.options = options.clone();
         if counts_epochs(&self.metadata) {
-            return Err(Error::input(
-                "epochs-of-counts",
-                "the file holds activity counts per epoch, not acceleration",
-            )
-            .with_hint("export the raw acceleration (in ActiLife: a RAW CSV file)"));
+            return Err(Problem::EpochsOfCounts);
         }
         let mut parser = Parser::new(&self, &[]);
         // What of it is before an error: that is reported when the rows are read.

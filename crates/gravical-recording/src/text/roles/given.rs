@@ -1,13 +1,12 @@
 //! Columns that the user names.
 
-use super::errors::list_columns;
-use crate::error::Error;
 use crate::options::ColumnsSpec;
+use crate::problem::Problem;
 use crate::role::Role;
 use crate::text::format::Format;
 
 /// Gives the columns that the user names their roles; no other column keeps such a role.
-pub(super) fn assign(format: &mut Format) -> Result<(), Error> {
+pub(super) fn assign(format: &mut Format) -> Result<(), Problem> {
     let is_gyroscope = format.options.is_gyroscope;
     let is_clock = |role: &Role| matches!(role, Role::Time | Role::Step);
     let is_gyro = |role: &Role| matches!(role, Role::Gyro(_));
@@ -21,8 +20,7 @@ pub(super) fn assign(format: &mut Format) -> Result<(), Error> {
             }
             if order.len() > format.columns.len() {
                 let (named, columns) = (order.len(), format.columns.len());
-                let text = format!("{named} columns are named, the file has {columns}");
-                return Err(columns_missing(text).with_hint("leave the last ones out"));
+                return Err(Problem::TooManyNamed { named, columns });
             }
             let columns = order.into_iter().enumerate();
             given.extend(columns.filter_map(|(column, role)| Some((role?, Some(column)))));
@@ -36,8 +34,8 @@ pub(super) fn assign(format: &mut Format) -> Result<(), Error> {
                     (None, None) if is_gyroscope => {}
                     (None, Some(_)) if is_gyroscope && role == Role::Time => {}
                     (None, Some(name)) => {
-                        let error = columns_missing(format!("there is no column \"{name}\""));
-                        return Err(error.with_hint(list_columns(&format.names)));
+                        let names = format.names.clone();
+                        return Err(Problem::NoColumn { name, names });
                     }
                     _ => given.push((role, column)),
                 }
@@ -61,10 +59,6 @@ pub(super) fn assign(format: &mut Format) -> Result<(), Error> {
     }
     format.has_no_clock = names_clock && !format.columns.iter().any(|c| is_clock(&c.role));
     Ok(())
-}
-
-fn columns_missing(text: String) -> Error {
-    Error::usage("columns-missing", text).of_option("columns")
 }
 
 fn find_column(names: &[String], name: &str) -> Option<usize> {

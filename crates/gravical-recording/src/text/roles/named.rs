@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 use std::hash::Hash;
 
-use super::errors::sensor_unknown;
-use crate::error::Error;
+use crate::problem::Problem;
 use crate::role::Role;
 use crate::text::format::Format;
 use crate::text::names::{Column, axis, is_linear, role_from_unit, words};
@@ -149,7 +148,7 @@ pub(super) fn find_sensor(
     names: &[String],
     format: &Format,
     found: &[[usize; 3]],
-) -> Result<usize, Error> {
+) -> Result<usize, Problem> {
     let asked = words(wanted);
     let has_name = |i: &usize| names[*i] == wanted;
     let has_words = |i: &usize| {
@@ -161,6 +160,9 @@ pub(super) fn find_sensor(
     let fits = ways.map(|way| (0..found.len()).filter(way).collect::<Vec<_>>());
     match fits.iter().find(|fits| !fits.is_empty()).map(Vec::as_slice) {
         Some([only]) => Ok(*only),
-        _ => Err(sensor_unknown(wanted, names)),
+        _ => Err(Problem::SensorUnknown {
+            wanted: wanted.to_owned(),
+            sensors: names.to_vec(),
+        }),
     }
 }
