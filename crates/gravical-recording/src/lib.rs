@@ -82,13 +82,12 @@ pub use memory::max_bytes;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions};
 pub use read::{read, read_bytes, read_head, read_samples};
-pub use recording::{Clock, HEAD_BYTES, JoinedFile, Labels, ReadAs, Recording, whole_lines};
+pub use recording::{Clock, JoinedFile, Labels, ReadAs, Recording};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};
 pub use stream::{Piece, Stream};
 pub use table::TableColumn;
 pub use text::{
     AsideLines, CALIBRATED, Column, CopiedText, Format, Ledger, Reason, Rows, is_prose, sniff,
-    sniff_table,
 };
-pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, POSSIBLE, TimeUnit, Units};
+pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, TimeUnit, Units};

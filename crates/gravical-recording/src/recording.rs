@@ -13,7 +13,7 @@ use crate::units::{TimeUnit, Units};
 use crate::utc::UtcTime;
 
 /// Bytes of the text that decide on the format.
-pub const HEAD_BYTES: usize = 262_144;
+pub(crate) const HEAD_BYTES: usize = 262_144;
 
 /// What a column of labels says.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -244,7 +244,7 @@ impl Recording {
 }
 
 /// The first 256 KiB of a text, without the line that they cut.
-pub fn whole_lines(head: &[u8]) -> String {
+pub(crate) fn whole_lines(head: &[u8]) -> String {
     String::from_utf8_lossy(without_cut_line(head)).replace('\0', "")
 }
 

@@ -19,5 +19,5 @@ pub use names::Column;
 pub(crate) use names::sensor_of_file;
 pub(crate) use parse::Parser;
 pub use rows::{AsideLines, CopiedText, Ledger, Reason, Rows};
-pub use sniff::{is_prose, sniff, sniff_table};
+pub use sniff::{is_prose, sniff};
 pub(crate) use words::Heading;

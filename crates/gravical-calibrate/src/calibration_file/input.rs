@@ -44,8 +44,6 @@ pub enum InputRole {
     Calibration,
     /// Noise of the sensor, by `gravical noise`.
     Noise,
-    /// Positions that the result was compared with.
-    Reference,
     /// A role of a later version.
     #[serde(other)]
     Other,

@@ -93,17 +93,6 @@ pub fn sniff(head: &str, file_name: &str, options: &ReadOptions) -> Result<Forma
     Ok(table?.0)
 }
 
-/// Dialect and columns of any table of numbers, by the head of a file as UTF-8.
-///
-/// # Errors
-///
-/// There is no table.
-pub fn sniff_table(head: &str) -> Result<Format, Error> {
-    let (line_end, lines) = split_lines(head);
-    let table = Format::table(&lines, line_end, true);
-    table.ok_or_else(|| no_table(head, Problem::NoTable).error())
-}
-
 /// What ends the lines of a text, and these.
 fn split_lines(head: &str) -> (u8, Vec<&str>) {
     let line_end = if head.contains('\n') { b'\n' } else { b'\r' };

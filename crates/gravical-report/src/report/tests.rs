@@ -67,7 +67,7 @@ fn names_are_no_markup() {
     let input = InputFile {
         path: evil.to_owned(),
         sha256: None,
-        role: InputRole::Reference,
+        role: InputRole::Other,
     };
     let document = super::motion(&motion.result, &recording, &figures).with_provenance(
         evil,
