@@ -108,6 +108,7 @@ pub mod finding;
 pub mod inspect;
 pub mod motion;
 pub mod noise;
+mod problem;
 mod rewrite;
 pub mod session;
 #[doc(hidden)]
