@@ -73,8 +73,8 @@ gravical_recording::errors! {
     "unit-mismatch" input:
         OtherUnit { unit: AccelUnit, origin: Origin, wanted: AccelUnit } => "the recording is in {unit} ({}), the calibration is for {wanted}", source(origin)
             => "use a calibration from recordings in {unit}; to use this one all the same, give the unit";
-        OtherRange { found: RecordingCase } => "{found}" => "use a calibration for this range; to use this one all the same, give the unit";
-        OtherGravity { found: RecordingCase } => "{found}" => "use the calibration of this sensor at this setting; to use this one all the same, give the unit";
+        OtherSetting { found: RecordingCase } => "{found}" => "use {}; to use this one all the same, give the unit",
+            if let RecordingCase::OtherRange { .. } = found { "a calibration for this range" } else { "the calibration of this sensor at this setting" };
     "sensors-differ" input:
         SerialsDiffer { files: [String; 2], serials: [String; 2] } =>
             "{} is of the sensor with the serial number {}, {} of {}", files[0], serials[0], files[1], serials[1]
@@ -106,12 +106,14 @@ gravical_recording::errors! {
             => "leave it to the fit, which treats it as a free pose";
     "missing-face" input:
         MissingFaces { missing: Vec<Face>, oblique: usize, poses: usize } =>
-            "{} of six faces found; missing: {}{}", 6 - missing.len(), list(&missing, " ", |face| face.name()), aside(oblique, poses)
+            "{} of six faces found; missing: {}{}", 6 - missing.len(), list(&missing, " ", |face| face.name()),
+            if oblique == 0 { String::new() } else { format!("; {oblique} of {poses} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis") }
             => "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
             list(&missing, ", ", |face| in_words(face.direction()));
     "underdetermined" input:
         Underdetermined { poses: usize, covered: Vec<String>, missing: Vec<String>, open: [f64; 3], sd_mps2: f64 } =>
-            "{}; axes covered: {}{}", count(poses, "pose"), covered.join(", "), known_to(open, sd_mps2)
+            "{}; axes covered: {}{}", count(poses, "pose"), covered.join(", "),
+            if sd_mps2.is_finite() { format!("; ‖a‖ with {} would be known to ±{:.0} mg only", in_words(open), milli_g(sd_mps2)) } else { String::new() }
             => "record {} too, at rest for 3 s or more each, and calibrate again with all poses",
             if missing.is_empty() { in_words(open) } else { list(&missing, ", ", |a| format!("{a} up and {a} down")) };
     "singular" input:
@@ -143,7 +145,7 @@ gravical_recording::errors! {
         Singular => "the accelerometer's matrix is singular";
         NoGravity { mps2: f64 } => "gravity_mps2: {mps2} m/s² is not a possible gravity" => "{OWN_FILE}";
         NoSize { field: &'static str } => "{field}: it has to be 0 or more and below 1e9" => "{OWN_FILE}";
-        NotOfSensors { section: &'static str, field: &'static str } => "{section}.{field}: a value is beyond any sensor" => "{OWN_FILE}";
+        BeyondSensors { section: &'static str, field: &'static str } => "{section}.{field}: a value is beyond any sensor" => "{OWN_FILE}";
         SingularMatrix { section: &'static str } => "{section}.matrix: the matrix is singular" => "{OWN_FILE}";
         OtherParameters { field: &'static str, possible: [usize; 2] } => "{field}.parameters: they have to be {}, in this order",
             possible.map(|size| Covariance::names(size).join(", ")).join("; or ") => "{OWN_FILE}";
@@ -194,26 +196,4 @@ fn there_is(all: &[String]) -> String {
     let mut lines = all[..all.len() - more].to_vec();
     lines.extend((more > 0).then(|| format!("and {more} more")));
     format!("; there is: {}", lines.join("; "))
-}
-
-/// Poses that lie on no face.
-fn aside(oblique: usize, poses: usize) -> String {
-    match oblique {
-        0 => String::new(),
-        _ => format!(
-            "; {oblique} of {poses} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis"
-        ),
-    }
-}
-
-/// How well the least known direction would be known.
-fn known_to(open: [f64; 3], sd_mps2: f64) -> String {
-    if !sd_mps2.is_finite() {
-        return String::new();
-    }
-    let sd = milli_g(sd_mps2);
-    format!(
-        "; ‖a‖ with {} would be known to ±{sd:.0} mg only",
-        in_words(open)
-    )
 }

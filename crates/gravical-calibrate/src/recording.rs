@@ -53,9 +53,8 @@ pub fn nominal_accel(recording: &Recording) -> Result<f64> {
     recording.units.accel.nominal().ok_or_else(|| {
         let error = Problem::RangeUnknown.error();
         let error = error.at(recording.name.as_ref(), None);
-        error
-            .advise("accel_unit", "counts")
-            .advise("accel_range", "2")
+        let error = error.advise("accel_unit", "counts");
+        error.advise("accel_range", "2")
     })
 }
 

@@ -81,7 +81,7 @@ fn sensor(section: &'static str, bias: &[f64; 3], matrix: &[[f64; 3]; 3]) -> Res
 fn sizes(section: &'static str, field: &'static str, values: &[f64]) -> Result<()> {
     let possible = -MAX_PARAMETER..MAX_PARAMETER;
     let are_possible = values.iter().all(|v| possible.contains(v));
-    require(are_possible, Problem::NotOfSensors { section, field })
+    require(are_possible, Problem::BeyondSensors { section, field })
 }
 
 impl Covariance {

@@ -297,9 +297,8 @@ impl TemperatureModel {
         let [low, high] = self.range_c;
         // Not where one is no number, either.
         if !(low <= high && self.reference_c.is_finite()) {
-            return Some(Problem::DriftRange {
-                range_c: self.range_c,
-            });
+            let range_c = self.range_c;
+            return Some(Problem::DriftRange { range_c });
         }
         let is_faulty = |c: &&ChannelDrift| {
             let has_slope = c.per_c.is_some_and(f64::is_finite);

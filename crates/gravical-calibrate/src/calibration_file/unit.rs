@@ -54,8 +54,7 @@ pub fn judge_unit(
     }
     let is_gravity = |norm: f64| (norm / gravity_mps2 - 1.0).abs() <= TOLERANCE;
     let other_gravity = norm_mps2.filter(|norm| !is_gravity(*norm));
-    let range = other_range(section, scale);
-    let mismatch = if let Some([lsb_per_g, wanted_lsb_per_g]) = range {
+    let found = if let Some([lsb_per_g, wanted_lsb_per_g]) = other_range(section, scale) {
         RecordingCase::OtherRange {
             lsb_per_g,
             wanted_lsb_per_g,
@@ -77,15 +76,11 @@ pub fn judge_unit(
         return Ok(());
     };
     if scale.origin != Origin::Given {
-        let found = mismatch;
-        return refuse(match range {
-            Some(_) => Problem::OtherRange { found },
-            None => Problem::OtherGravity { found },
-        });
+        return refuse(Problem::OtherSetting { found });
     }
     // Already reported if the given unit itself has the wrong size.
     if !recording.units.contradicts_given {
-        findings.push(mismatch.finding().in_file(name));
+        findings.push(found.finding().in_file(name));
     }
     Ok(())
 }
