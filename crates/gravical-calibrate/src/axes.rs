@@ -3,6 +3,7 @@
 use gravical_fit::Face;
 use serde::{Deserialize, Serialize};
 
+use crate::problem::Problem;
 use crate::{Error, Result};
 
 /// Names of the axes.
@@ -107,11 +108,7 @@ impl std::str::FromStr for AxisMap {
     /// board's y. `-x,-y,-z` is the one map that mirrors: an accelerometer whose
     /// signs are the other way round.
     fn from_str(text: &str) -> Result<Self> {
-        let wrong = |why: &str| {
-            Error::usage("axes-syntax", format!("{text}: {why}")).with_hint(
-                "give three axes with signs, such as x,-z,y: the new x, y and z, each as an axis of the sensor",
-            )
-        };
+        let given = || text.to_owned();
         let row = |part: &str| {
             let part = part.trim().to_lowercase();
             let is_named = |face: &Face| [&part, &format!("+{part}")].contains(&&face.name());
@@ -119,14 +116,14 @@ impl std::str::FromStr for AxisMap {
             face.map(|face| (face.axis, face.up))
         };
         let rows: Option<Vec<(usize, bool)>> = text.split(',').map(row).collect();
-        let rows = rows.ok_or_else(|| wrong("not an axis"))?;
+        let rows = rows.ok_or_else(|| Problem::NoAxis { text: given() }.error())?;
         let is_complete = (0..3).all(|axis: usize| rows.iter().any(|row| row.0 == axis));
         let rows = <[(usize, bool); 3]>::try_from(rows).ok();
         let rows = rows.filter(|_| is_complete);
-        let rows = rows.ok_or_else(|| wrong("each axis has to occur once"))?;
+        let rows = rows.ok_or_else(|| Problem::NotEachOnce { text: given() }.error())?;
         let map = AxisMap { rows };
         if map.mirrors() && !map.inverts() {
-            return Err(wrong("this mirrors the sensor, which no mounting does"));
+            return Err(Problem::Mirrors { text: given() }.error());
         }
         Ok(map)
     }

@@ -13,24 +13,23 @@ use gravical_fit::model::BIAS;
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::{Deserialize, Serialize};
 
+use crate::Result;
 use crate::calibrate::DRIFT_MPS2_PER_C;
 use crate::calibration_file::{
     Calibration, GravitySource, InputFile, TemperatureRange, judge_unit,
 };
 use crate::finding::{Case, Finding};
 use crate::gravity::Gravity;
-use crate::later::{
-    ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor, singular,
-};
+use crate::later::{ASSUMED_ERROR_MPS2, chi_square, gravity_differs, probability, sensor};
 use crate::numfmt::{mg, milli_g};
 use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::mean::pooled_noise;
 use crate::poses::rests::{find_rests, why_never_static};
 use crate::poses::{self, Interval, Measured, Pose, SegmentOptions, measure_intervals};
+use crate::problem::Problem;
 use crate::recording::{Recording, after_losses, already_calibrated};
 use crate::stats::{mean_of_finite, median, rms};
 use crate::temperature::{NoTemperature, bring_to_reference, not_applied};
-use crate::{Error, Result};
 
 pub use crate::later::{Judgement, Verdict};
 
@@ -210,8 +209,8 @@ pub fn check(
         .map(|interval| is_fitted(calibration, &recordings[interval.recording], interval))
         .collect();
     let counts = counts(&intervals, &fitted);
-    let result =
-        later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(|| singular(name))?;
+    let singular = || Problem::Singular.error().at(name.as_ref(), None);
+    let result = later::check(&sensor, here, &means, |i| counts[i]).ok_or_else(singular)?;
     let describe = |(i, length): (usize, &Length)| {
         let interval = &intervals[i];
         let recording = &recordings[interval.recording];
@@ -349,7 +348,7 @@ fn static_intervals(
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<Pose>> {
     let Some(first) = recordings.first() else {
-        return Err(Error::input("no-recordings", "there is no recording"));
+        return Err(Problem::NoRecording.error());
     };
     let mut intervals = Vec::new();
     for (index, recording) in recordings.iter().enumerate() {
@@ -373,10 +372,8 @@ fn static_intervals(
     }
     poses::leave_out_empty(&mut intervals, findings);
     if intervals.is_empty() {
-        let what = "never at rest long enough to compare with gravity";
-        return Err(Error::input("never-static", what)
-            .at(first.name.as_ref(), None)
-            .with_hint("lay the sensor down for 3 s or more, in any pose, better in several"));
+        let none = Problem::NoneToCheck.error();
+        return Err(none.at(first.name.as_ref(), None));
     }
     Ok(intervals)
 }

@@ -12,12 +12,13 @@ use gravical_core::unit::DEGREES_PER_RADIAN;
 use gravical_fit::{Sensor, Test, later};
 use serde::Serialize;
 
+use crate::Result;
 use crate::calibration_file::{Accelerometer, Calibration, TemperatureRange};
 use crate::finding::{Case, Finding};
-use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor, singular};
+use crate::later::{PART_SIGNIFICANCE, chi_square, gravity_differs, probability, sensor};
 use crate::numfmt::{decimals_for, fixed, signed, unit};
+use crate::problem::Problem;
 use crate::recording::AccelUnit;
-use crate::{Error, Result};
 
 pub use crate::later::{Judgement, Verdict};
 
@@ -172,7 +173,8 @@ pub fn compare(a: &Calibration, b: &Calibration, names: [&str; 2]) -> Result<Com
     let mut findings = Vec::new();
     let pair = [a, b];
     let [sensor_a, sensor_b] = sensors(pair, names, &mut findings)?;
-    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(|| singular(names[1]))?;
+    let singular = || Problem::Singular.error().at(names[1].as_ref(), None);
+    let found = later::compare(&sensor_a, &sensor_b).ok_or_else(singular)?;
     findings.extend(gravity_differs(
         pair.map(|f| f.gravity_mps2),
         ["in A", "in B"],
@@ -329,13 +331,12 @@ fn sensors(
     let [of_x, of_y] = [x, y].map(Accelerometer::mean_scale);
     let unknown = [x, y].map(|s| s.input_unit).contains(&AccelUnit::Unknown);
     if !(unknown || x.input_unit == y.input_unit) || (of_y / of_x - 1.0).abs() > SAME_SCALE {
-        let [a, b] = [(x, of_x), (y, of_y)]
-            .map(|(s, scale)| format!("{} ({scale:.5} per m/s²)", s.input_unit.name()));
-        let [name_a, name_b] = names;
-        let text =
-            format!("the calibrations are for different units: {name_a} for {a}, {name_b} for {b}");
-        return Err(Error::input("units-differ", text)
-            .with_hint("calibrate both from recordings in one unit and range"));
+        let differ = Problem::CalibrationsDiffer {
+            names: names.map(str::to_owned),
+            units: [x, y].map(|s| s.input_unit),
+            per_mps2: [of_x, of_y],
+        };
+        return Err(differ.error());
     }
     if unknown {
         findings.push(Case::ScalesAlike.finding());

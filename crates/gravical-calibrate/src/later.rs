@@ -5,10 +5,11 @@ use gravical_fit::model::{BIAS, Covariance};
 use gravical_fit::{SIGNIFICANCE, Sensor, Test};
 use serde::Serialize;
 
+use crate::Result;
 use crate::calibration_file::Calibration;
 use crate::finding::{Case, Finding};
 use crate::numfmt::count;
-use crate::{Error, Result};
+use crate::problem::Problem;
 
 /// Gravity that differs by less than this fraction is the same.
 const SAME_GRAVITY: f64 = 1e-5;
@@ -87,15 +88,9 @@ pub(crate) fn sensor(file: &Calibration, name: &str, unit: f64, offset: f64) -> 
     let mut sensor = file
         .sensor()
         .or_else(assumed)
-        .ok_or_else(|| singular(name))?;
+        .ok_or_else(|| Problem::Singular.error().at(name.as_ref(), None))?;
     for axis in 0..3 {
         sensor.parameters[BIAS + axis] -= offset;
     }
     Ok(sensor.rescaled(unit))
-}
-
-/// The error of a file whose numbers make no calibration.
-pub(crate) fn singular(name: &str) -> Error {
-    let what = "the accelerometer's matrix is singular";
-    Error::input("calibration-values", what).at(name.as_ref(), None)
 }

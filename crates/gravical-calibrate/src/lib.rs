@@ -26,6 +26,7 @@ pub mod gravity;
 mod later;
 pub mod numfmt;
 pub mod poses;
+mod problem;
 pub mod recording;
 pub mod rounding;
 #[doc(hidden)]

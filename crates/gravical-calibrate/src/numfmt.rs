@@ -72,6 +72,20 @@ pub fn mg(mps2: f64) -> String {
     digits(mg, 2)
 }
 
+/// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
+pub fn duration_text(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 120.0 => (s, "s"),
+        s if s < 5400.0 => (s / 60.0, "min"),
+        s if s < 48.0 * 3600.0 => (s / 3600.0, "h"),
+        s => (s / 86400.0, "d"),
+    };
+    match value {
+        v if v < 9.95 => format!("{v:.1} {unit}"),
+        v => format!("{v:.0} {unit}"),
+    }
+}
+
 /// A unit as printed; files and options have `m/s^2`.
 pub fn unit(name: &str) -> String {
     match name {

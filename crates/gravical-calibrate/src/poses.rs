@@ -32,6 +32,7 @@ use gravical_core::matrix3::sub;
 use serde::Deserialize;
 
 use crate::finding::{Case, after};
+use crate::problem::Problem;
 use crate::recording::units::GyroScale;
 use crate::recording::{AccelUnit, Finding, Recording};
 use crate::stats::mean_of_finite;
@@ -154,7 +155,7 @@ pub(crate) struct Measured {
 /// `never-static`, each with the next thing to do.
 pub fn segment(recordings: &[Recording], options: &SegmentOptions) -> Result<Segmentation> {
     if recordings.is_empty() {
-        return Err(Error::input("no-recordings", "there is no recording"));
+        return Err(Problem::NoRecording.error());
     }
     check_units(recordings)?;
     if options.sections.is_some() {
@@ -205,11 +206,9 @@ pub(crate) fn cut_recordings(
 ) -> Result<Vec<Interval>> {
     if let Some(sections) = &options.sections {
         let [one] = recordings else {
-            let count = recordings.len();
-            let what = format!("a section list belongs to one recording; there are {count}");
-            return Err(Error::usage("several-files", what)
-                .of_option("sections")
-                .with_hint("calibrate that recording alone, or name each file after its face"));
+            let recordings = recordings.len();
+            let of_several = Problem::SectionsOfSeveral { recordings }.error();
+            return Err(of_several.of_option("sections"));
         };
         return named::by_sections(one, sections);
     }
@@ -258,18 +257,12 @@ pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> R
             return Err(unknown_unit(recording));
         }
         if reads(recording) != reads(first) {
-            let what = format!(
-                "the recordings are not in the same unit: {} is in {}, this one in {}",
-                first.name,
-                describe(first),
-                describe(recording)
-            );
-            return Err(Error::input("units-differ", what)
-                .at(recording.name.as_ref(), None)
-                .with_hint(
-                    "record all poses with the same settings; if they are in one unit, give it",
-                )
-                .advise("accel_unit", ""));
+            let differ = Problem::RecordingsDiffer {
+                first: first.name.clone(),
+                scales: [first, recording].map(|r| r.units.accel),
+            };
+            let error = differ.error().at(recording.name.as_ref(), None);
+            return Err(error.advise("accel_unit", ""));
         }
     }
     Ok(())
@@ -277,23 +270,14 @@ pub fn check_units<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> R
 
 fn unknown_unit(recording: &Recording) -> Error {
     let why = recording.units.unknown.as_ref();
-    let text = why.map_or("the unit is not known", |f| f.message.as_str());
-    let error = Error::input("unit-unknown", text)
-        .at(recording.name.as_ref(), None)
-        .with_hint(
-            "use raw acceleration, and give its unit; counts stands for counts of any scale",
-        );
+    let unknown = Problem::UnitUnknown {
+        why: why.map(|f| f.message.clone()),
+    };
+    let error = unknown.error().at(recording.name.as_ref(), None);
     let options = why.into_iter().flat_map(|f| &f.options);
     options.fold(error, |error, advice| {
         error.advise(&advice.name, &advice.value)
     })
-}
-
-fn describe(recording: &Recording) -> String {
-    match recording.units.accel.lsb_per_g {
-        Some(lsb) => format!("counts at {lsb} per g"),
-        None => recording.units.accel.unit.name().to_owned(),
-    }
 }
 
 /// Measures static intervals: means with the noise of all together, single spikes left out.

@@ -27,6 +27,7 @@ use std::path::Path;
 
 use crate::escape::path_word;
 use crate::finding::Case;
+use crate::problem::Problem;
 use crate::{Error, Result};
 
 pub use crate::finding::{Finding, LineSpans, Severity};
@@ -50,12 +51,10 @@ pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
 #[doc(hidden)]
 pub fn nominal_accel(recording: &Recording) -> Result<f64> {
     recording.units.accel.nominal().ok_or_else(|| {
-        let what = "counts of unknown range have no unit";
-        Error::input("unit-unknown", what)
-            .at(recording.name.as_ref(), None)
-            .with_hint("give the range, for example of ±2 g")
-            .advise("accel_unit", "counts")
-            .advise("accel_range", "2")
+        let error = Problem::RangeUnknown.error();
+        let error = error.at(recording.name.as_ref(), None);
+        let error = error.advise("accel_unit", "counts");
+        error.advise("accel_range", "2")
     })
 }
 
@@ -73,14 +72,10 @@ pub(crate) fn common_serial(recordings: &[Recording]) -> Result<Option<String>> 
     let Some((other, another)) = named.find(|(_, another)| *another != serial) else {
         return Ok(Some(serial));
     };
-    let what =
-        format!("{one} is of the sensor with the serial number {serial}, {other} of {another}");
-    Err(Error::input("sensors-differ", what)
-        .at(other.as_ref(), None)
-        .with_hint(
-            "calibrate the recordings of each sensor alone; or name the sensor if they are of one",
-        )
-        .advise("sensor_id", ""))
+    let files = [one, other].map(String::clone);
+    let serials = [serial, another];
+    let differ = Problem::SerialsDiffer { files, serials }.error();
+    Err(differ.at(other.as_ref(), None).advise("sensor_id", ""))
 }
 
 /// Adds to an error what was wrong with lines of `recordings`: too few poses can be too few rows.

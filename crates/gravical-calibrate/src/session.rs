@@ -7,8 +7,9 @@ use serde::Deserialize;
 
 use crate::calibrate::CalibrateOptions;
 use crate::calibration_file::Calibration;
-use crate::finding::{Case, Finding};
+use crate::finding::{Case, Finding, after};
 use crate::poses::sections::read_sections;
+use crate::problem::Problem;
 use crate::recording::{
     ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read,
     read_head, source,
@@ -125,16 +126,8 @@ pub fn is_summary(path: &Path) -> bool {
 
 /// The error of a folder without a recording, with the first that was left out.
 fn no_recordings(folder: &Path, left_out: &[Finding]) -> Error {
-    let error = Error::input("no-recordings", "there is no recording in this folder");
-    let detail = left_out.first().map_or(String::new(), |first| {
-        let file = first.file.as_deref().unwrap_or("-");
-        format!("; {file}: {}", first.message)
-    });
-    let endings = ENDINGS.join(", .");
-    let hint = format!(
-        "folders inside this one are not read; recordings end in .{endings}; `gravical inspect` says of each file what helps"
-    );
-    error.at(folder, None).with_detail(&detail).with_hint(hint)
+    let error = Problem::NoneInFolder.error().at(folder, None);
+    after(error, left_out.get(..1).unwrap_or_default())
 }
 
 /// Folders in `folder` that hold what may be recordings: named, not read.
@@ -165,7 +158,7 @@ pub fn is_something_else(error: &Error) -> bool {
 /// `no-rows` for prose, such as a licence; those of [`read`].
 pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
     if ends_in_words(path) {
-        return Err(Error::input("no-rows", "this is text, not rows of numbers").at(path, None));
+        return Err(Problem::Prose.error().at(path, None));
     }
     read(path, options)
 }
@@ -195,12 +188,8 @@ fn is_rescued(path: &Path) -> bool {
 
 /// A gyroscope's file beside several inputs.
 pub fn several_with_gyro(inputs: usize) -> Error {
-    Error::usage(
-        "gyro-inputs",
-        format!("it belongs to one recording of the accelerometer; there are {inputs}"),
-    )
-    .of_option("gyro")
-    .with_hint("give one continuous recording, or files that hold both sensors")
+    let error = Problem::GyroOfSeveral { inputs }.error();
+    error.of_option("gyro")
 }
 
 /// The recordings among files, and those that hold a gyroscope alone; `of_folder`: nobody said that they are

@@ -47,6 +47,7 @@ use gravical_fit::temperature::{Block, Direction, detect_directions, fit_drift};
 use gravical_fit::{BiasDrift, DriftTest};
 use serde::Serialize;
 
+use crate::Result;
 use crate::calibration_file::{
     CHANNELS, ChannelDrift, DriftVerdict, TemperatureModel, TemperatureRange,
 };
@@ -54,8 +55,8 @@ use crate::finding::{Case, Finding};
 use crate::numfmt::milli_g;
 use crate::poses::rests::MANY_POSES;
 use crate::poses::{Pose, Segmentation, check_units};
+use crate::problem::Problem;
 use crate::recording::{GyroUnit, Recording};
-use crate::{Error, Result};
 
 /// The temperature must span more than this at rest, °C, for a meaningful result.
 pub const MIN_SPAN_C: f64 = 5.0;
@@ -79,32 +80,21 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
     if recordings.len() > 1 {
         check_units(recordings)?;
     }
-    let input = |code, message: &str, hint: &str| {
+    let refuse = |problem: Problem| {
         let name = recordings.first().map_or("", |r| r.name.as_str());
-        let error = Error::input(code, message).at(Path::new(name), None);
-        error.with_hint(hint)
-    };
-    let too_narrow = |span_c: f64| {
-        let what = format!(
-            "the temperature spans {span_c:.1} °C at rest; more than {MIN_SPAN_C:.0} °C are needed"
-        );
-        let hint = "cool the sensor and let it warm up again, untouched, over all temperatures at which it will be used";
-        input("temperature-span", &what, hint)
+        problem.error().at(Path::new(name), None)
     };
     let ranges = recordings.iter().filter_map(Recording::temperature_range_c);
     let Some(recorded) = TemperatureRange::of(ranges.flatten()) else {
-        let what = "the recording has no temperature";
-        let hint = "record the sensor's own temperature in a column called temperature, or name its column";
-        return Err(input("missing-temperature", what, hint).advise("columns", ""));
+        return Err(refuse(Problem::NoTemperature).advise("columns", ""));
     };
-    if recorded.span_c() <= MIN_SPAN_C {
-        return Err(too_narrow(recorded.span_c()));
+    let span_c = recorded.span_c();
+    if span_c <= MIN_SPAN_C {
+        return Err(refuse(Problem::TooNarrow { span_c }));
     }
     let mut rests: Vec<_> = recordings.iter().map(rests::detect_rests).collect();
     if rests.iter().all(Vec::is_empty) {
-        let what = "it is never static for some seconds";
-        let hint = "leave the sensor untouched while its temperature changes";
-        return Err(input("never-static", what, hint));
+        return Err(refuse(Problem::NoneOfSoak));
     }
     let range = |rest: &Vec<RestBlock>| TemperatureRange::of(rest.iter().map(|b| b.t_c));
     let span_c = |rest: &Vec<RestBlock>| range(rest).map_or(0.0, |range| range.span_c());
@@ -117,7 +107,10 @@ pub fn study(recordings: &[Recording]) -> Result<TemperatureModel> {
         Some(used) if used.span_c() > MIN_SPAN_C => {
             Ok(fit_model(recordings, &rests, [used.min, used.max]))
         }
-        used => Err(too_narrow(used.map_or(widest_c, |used| used.span_c()))),
+        used => {
+            let span_c = used.map_or(widest_c, |used| used.span_c());
+            Err(refuse(Problem::TooNarrow { span_c }))
+        }
     }
 }
 
@@ -256,10 +249,7 @@ pub fn for_calibration(
     let model = if thermal.is_empty() {
         study(recordings).ok()
     } else if session.is_none() {
-        let what = "the poses have no temperature at which a drift could be zero";
-        return Err(Error::input("missing-temperature", what)
-            .with_hint("record the temperature with the session, or leave the soak recordings out")
-            .advise("thermal", ""));
+        return Err(Problem::PosesWithout.error().advise("thermal", ""));
     } else {
         check_soak_units(recordings, thermal)?;
         Some(study(thermal)?)
@@ -419,11 +409,9 @@ fn check_soak_units(recordings: &[Recording], thermal: &[Recording]) -> Result<(
         (unit != GyroUnit::Unknown).then_some(unit)
     };
     match (unit(recordings), unit(thermal)) {
-        (Some(a), Some(b)) if a != b => {
-            let what = format!("the gyroscope's unit is {a} in the session and {b} in the soak");
-            Err(Error::input("units-differ", what)
-                .at(thermal[0].name.as_ref(), None)
-                .with_hint("record the soak with the same sensor, range and program as the session, or give its unit"))
+        (Some(session), Some(soak)) if session != soak => {
+            let differ = Problem::SoakDiffers { session, soak }.error();
+            Err(differ.at(thermal[0].name.as_ref(), None))
         }
         _ => Ok(()),
     }

@@ -32,6 +32,7 @@
 
 pub mod document;
 pub mod figure;
+mod problem;
 pub mod report;
 
 /// The program of the README.

@@ -57,17 +57,18 @@ use gravical_recording::write::Table;
 use gravical_recording::{CALIBRATED, Format, Piece, Stream};
 use serde::{Deserialize, Serialize};
 
+use crate::Result;
 use crate::calibration_file::{Calibration, judge_unit};
 use crate::finding::CalibrationCase;
 use crate::poses::face::AxisMap;
 use crate::poses::gyro_unit;
 use crate::poses::rests::find_rests;
+use crate::problem::Problem;
 use crate::recording::{
     AccelScale, Finding, GyroUnit, Ledger, ReadOptions, Reason, Recording, already_calibrated,
     join_gyroscope,
 };
 use crate::rewrite::write_rows;
-use crate::{Error, Result};
 
 pub use drift::TemperatureOutcome;
 
@@ -230,10 +231,7 @@ pub fn apply(
 ) -> Result<ApplySummary> {
     let gyro = options.gyro.as_deref();
     if gyro.is_some() && calibration.gyroscope.is_none() {
-        let what = "the calibration has no gyroscope, so it cannot be applied to one";
-        return Err(Error::usage("gyro-not-calibrated", what)
-            .of_option("gyro")
-            .with_hint("leave it out, or calibrate with it"));
+        return Err(Problem::GyroNotCalibrated.error().of_option("gyro"));
     }
     let table = |format: &Format| table(calibration, format, options);
     let copied = |format: &Format| table(format).copied().to_vec();
@@ -496,13 +494,12 @@ fn judge_gyroscope(
     let Some(scale) = gyro_unit::judge(recording, Some(section), &rests, findings) else {
         return Ok(None);
     };
-    let Some(mismatch) = gyro_unit::mismatch(section, &scale) else {
+    let Some(why) = gyro_unit::mismatch(section, &scale) else {
         return Ok(Some(section.input_unit));
     };
-    Err(Error::input("unit-mismatch", mismatch.to_string())
-        .at(Path::new(&recording.name), None)
-        .with_hint("give its unit, if this is the right one")
-        .advise("gyro_unit", section.input_unit.name()))
+    let error = Problem::GyroMismatch { why }.error();
+    let error = error.at(Path::new(&recording.name), None);
+    Err(error.advise("gyro_unit", section.input_unit.name()))
 }
 
 /// NaN on all axes if one is missing.

@@ -38,6 +38,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::apply::{OutputUnit, SetAside, set_aside};
 use crate::poses::gyro_unit::settle;
+use crate::problem::Problem;
 use crate::recording::{
     AccelScale, Finding, GyroScale, ReadOptions, Recording, nominal_accel, read_samples,
 };
@@ -204,11 +205,8 @@ fn times_s(recording: &mut Recording, options: &ConvertOptions) -> Result<Option
     let start_s = match recording.start_unix_s() {
         Some(start_s) if options.absolute_time => start_s,
         None if options.absolute_time => {
-            let what = "nothing in this recording says when it was made";
-            return Err(Error::input("no-date", what)
-                .at(recording.name.as_ref(), None)
-                .with_hint("leave absolute time out: times are seconds since the first row")
-                .advise("absolute_time", ""));
+            let error = Problem::NoDate.error().at(recording.name.as_ref(), None);
+            return Err(error.advise("absolute_time", ""));
         }
         _ => 0.0,
     };

@@ -7,8 +7,7 @@ pub use gravical_calibrate::finding::*;
 #[doc(inline)]
 pub use gravical_calibrate::finding::{Advice, Finding, LineSpans, Severity};
 
-use crate::noise::{duration_text, hidden};
-use crate::numfmt::{count, digits};
+use crate::numfmt::{count, digits, duration_text};
 use crate::poses::rests::Restless;
 
 gravical_recording::findings! {
@@ -63,6 +62,11 @@ gravical_recording::findings! {
     "noise-temperature" Warning "`noise`: the temperature moved by more than 1 °C" / "B and K are not corrected" / "record at constant temperature, after half an hour of warming":
         NoiseTemperature { changed_c: f64 } =>
             "the temperature moved by {changed_c:.1} °C: drift of the bias with temperature looks like bias instability and random walk";
+}
+
+/// Why noise is not seen.
+pub(crate) fn hidden(step: f64, unit: &str) -> String {
+    format!("the values change in steps of {step:.2e} {unit}, which hide the noise")
 }
 
 /// The kinds of all crates, in the order of the documents.

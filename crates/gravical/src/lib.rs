@@ -108,6 +108,7 @@ pub mod finding;
 pub mod inspect;
 pub mod motion;
 pub mod noise;
+mod problem;
 mod rewrite;
 pub mod session;
 #[doc(hidden)]
@@ -195,10 +196,10 @@ pub use gravical_core as core;
 pub use gravical_fit as fit;
 /// Guided calibration: a recording that grows and commands in, events out.
 pub use gravical_live as live;
-#[doc(hidden)]
-pub use gravical_recording::escape;
 use gravical_recording::option_text;
 pub use gravical_recording::{Category, Error, Location, Result, utc};
+#[doc(hidden)]
+pub use gravical_recording::{errors, escape};
 /// A virtual sensor with known parameters.
 pub use gravical_sim as simulate;
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::live::folder::JOURNAL;
 use crate::output::{check_target, folder_of, is_special, no_folder};
+use crate::problem::Problem;
 use crate::session::{files_in, is_result_file};
 use crate::{Error, Result};
 
@@ -24,10 +25,10 @@ pub fn check_targets(targets: &[PathBuf], inputs: &[PathBuf], force: bool) -> Re
         check_target(path, true)?;
         let id = file_id(path).filter(|_| !is_special(path));
         if id.as_ref().is_some_and(|id| files.contains(id)) {
-            return Err(is_input(path, "this is an input file"));
+            return Err(Problem::TargetIsInput.error().at(path, None));
         }
         if id.is_some_and(|id| listed.contains(&id)) && !is_result_file(path) {
-            return Err(is_input(path, "this may be a recording of an input folder"));
+            return Err(Problem::TargetMayBeInput.error().at(path, None));
         }
         check_target(path, force)?;
         let folder = folder_of(path);
@@ -76,18 +77,9 @@ fn read_files(inputs: &[PathBuf]) -> (HashSet<FileId>, HashSet<FileId>) {
     (files, listed)
 }
 
-fn is_input(path: &Path, what: &str) -> Error {
-    let text = format!("{what}; a result must not replace it");
-    Error::usage("target-is-input", text)
-        .at(path, None)
-        .with_hint("name another file for the result")
-}
-
 /// The error of two results with one path.
 pub fn same_target(path: &Path) -> Error {
-    Error::usage("same-target", "two results would be written here")
-        .at(path, None)
-        .with_hint("name a separate place for each")
+    Problem::SameTarget.error().at(path, None)
 }
 
 /// Canonical path, for comparison. A file that does not exist is identified by its folder.

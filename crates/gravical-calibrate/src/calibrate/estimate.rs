@@ -10,13 +10,14 @@ use gravical_fit::{
 };
 use serde::Deserialize;
 
+use crate::Result;
 use crate::calibration_file::{
     Accelerometer, COVERAGE, Covariance, Method, PoseTilt, Reliability, TiltSource,
 };
 use crate::poses::Pose;
 use crate::poses::face::Claim;
+use crate::problem::Problem;
 use crate::recording::AccelUnit;
-use crate::{Error, Result};
 
 use super::ferraris;
 use super::session::{Session, explain, one_sensor};
@@ -218,23 +219,21 @@ fn is_called(pose: &Pose, name: &str) -> bool {
 fn check_names(session: &Session<'_>) -> Result<()> {
     let (poses, options) = (&session.segmentation.poses, &session.options.estimate);
     for (option, names) in [("free_pose", &options.free), ("face_pose", &options.face)] {
-        let refuse = |what: String, hint: &str| {
-            let error = Error::usage("no-such-pose", what).of_option(option);
-            Err(error.with_hint(hint))
-        };
         for name in names {
-            let Some(pose) = poses.iter().find(|p| is_called(p, name)) else {
-                let known: Vec<&str> = poses.iter().map(|p| p.label.as_str()).collect();
-                let hint = format!("give one of: {}", known.join(", "));
-                return refuse(format!("there is no pose {name}"), &hint);
+            let pose = poses.iter().find(|p| is_called(p, name));
+            let name = name.clone();
+            let problem = match pose {
+                None => {
+                    let known = poses.iter().map(|p| p.label.clone()).collect();
+                    Problem::NoSuchPose { name, known }
+                }
+                Some(pose) if option == "face_pose" && pose.face.is_none() => {
+                    let angle_deg = pose.angle_deg;
+                    Problem::NoFacePose { name, angle_deg }
+                }
+                Some(_) => continue,
             };
-            if option == "face_pose" && pose.face.is_none() {
-                let what = format!(
-                    "{name} is {:.0}° from the nearest axis; beyond 25° it is no face pose",
-                    pose.angle_deg
-                );
-                return refuse(what, "leave it to the fit, which treats it as a free pose");
-            }
+            return Err(problem.error().of_option(option));
         }
     }
     Ok(())
@@ -255,10 +254,7 @@ fn by_fit(
     let hand = matrix3::det(&model) * matrix3::det(&mounting)
         / matrix3::row_norms(&model).iter().product::<f64>();
     let matrix = matrix3::inverse(&model).filter(|_| hand > 0.0);
-    let matrix = matrix.ok_or_else(|| {
-        let what = format!("the model has no inverse, or is left-handed (det R = {hand:.3})");
-        Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
-    })?;
+    let matrix = matrix.ok_or_else(|| Problem::NoInverse { hand }.error())?;
     let fitted = fit.poses();
     let source = match options.tilt {
         Some(_) => TiltSource::Given,

@@ -9,8 +9,9 @@ use gravical_core::six_position::{
 use gravical_fit::covariance_by_gravity;
 use gravical_fit::model::{BIAS, Covariance, DRIFT, Parameters};
 
-use crate::poses::face::{Face, angle_deg, in_words};
-use crate::poses::{MAX_FACE_ANGLE_DEG, Pose, advise_rate};
+use crate::poses::face::{Face, angle_deg};
+use crate::poses::{Pose, advise_rate};
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::stats::rms;
 use crate::{Error, Result};
@@ -88,23 +89,14 @@ pub fn sort_into_faces(placements: &[Pose], recordings: &[Recording]) -> Result<
 }
 
 fn incomplete(placements: &[Pose], missing: &[Face], recordings: &[Recording]) -> Error {
-    let names: Vec<String> = missing.iter().map(|f| f.name()).collect();
-    let (found, names) = (6 - missing.len(), names.join(" "));
-    let mut what = format!("{found} of six faces found; missing: {names}");
-    let oblique = placements.iter().filter(|p| p.face.is_none()).count();
-    if oblique > 0 {
-        let all = placements.len();
-        what += &format!(
-            "; {oblique} of {all} poses are more than {MAX_FACE_ANGLE_DEG}° from every axis"
-        );
-    }
-    let next: Vec<String> = missing.iter().map(|f| in_words(f.direction())).collect();
+    let problem = Problem::MissingFaces {
+        missing: missing.to_vec(),
+        oblique: placements.iter().filter(|p| p.face.is_none()).count(),
+        poses: placements.len(),
+    };
     let found = placements.iter().filter(|p| p.is_found);
-    let error = Error::input("missing-face", what).with_hint(format!(
-        "record 3 s or more at rest with each of these axes: {}; then calibrate again with all poses",
-        next.join(", ")
-    ));
-    let error = advise_rate(error, found.map(|p| &recordings[p.recording]));
+    let found = found.map(|p| &recordings[p.recording]);
+    let error = advise_rate(problem.error(), found);
     at_only(recordings, error)
 }
 
@@ -181,8 +173,5 @@ pub fn accelerometer(
         let calibration = parameters.calibration();
         Ok((parameters, calibration.ok_or(SixPositionError::Singular)?))
     });
-    both.map_err(|e| {
-        let what = format!("the six means determine no parameters: {e}");
-        Error::input("singular", what).with_hint("`gravical inspect` shows what each pose reads")
-    })
+    both.map_err(|why| Problem::SixMeans { why }.error())
 }

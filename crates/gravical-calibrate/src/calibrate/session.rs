@@ -7,9 +7,9 @@ use gravical_fit::model::{BIAS, DRIFT};
 use gravical_fit::{Options, Sensor, Undetermined, centre, fit};
 
 use crate::calibrate::CalibrateOptions;
-use crate::numfmt::{count, milli_g};
-use crate::poses::face::{AxisMap, Face, axes_where, in_words};
+use crate::poses::face::{AxisMap, Face, axes_where};
 use crate::poses::{Pose, Segmentation, advise_rate};
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -95,12 +95,12 @@ pub(super) fn one_sensor(
         });
         if let Some((other, apart)) = differs {
             let largest = |first: usize| apart.rows(first, 3).amax();
-            let (scale, bias) = (100.0 * largest(3), milli_g(largest(0)));
-            return Err(Error::input("sensors-differ", format!(
-                "{other} and {name} are of different sensors: fitted alone, their scales are {scale:.1} % and their biases {bias:.0} mg apart, more than one sensor changes"
-            ))
-            .at(name.as_ref(), None)
-            .with_hint("calibrate the recordings of each sensor alone"));
+            let differ = Problem::FitsDiffer {
+                files: [other, name.as_str()].map(str::to_owned),
+                scale_percent: 100.0 * largest(3),
+                bias_mps2: largest(0),
+            };
+            return Err(differ.error().at(name.as_ref(), None));
         }
         alone.push((name, sensor));
     }
@@ -111,9 +111,7 @@ pub(super) fn one_sensor(
 pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
     let poses = &session.segmentation.poses;
     if poses.is_empty() {
-        let none = Error::input("no-poses", "no pose has a mean reading")
-            .with_hint("`gravical inspect` shows what is in the recording");
-        return at_only(session.recordings, none);
+        return at_only(session.recordings, Problem::NoPoses.error());
     }
     let centre = centre(poses.iter().map(|p| &p.mean));
     let nearest = |pose: &Pose| {
@@ -122,27 +120,16 @@ pub(super) fn explain(open: Undetermined, session: &Session<'_>) -> Error {
             .axis
     };
     let is_up = |axis: usize| poses.iter().any(|pose| nearest(pose) == axis);
-    let (covered, missing) = (axes_where(is_up), axes_where(|axis| !is_up(axis)));
-    let mut message = format!(
-        "{}; axes covered: {}",
-        count(poses.len(), "pose"),
-        covered.join(", ")
-    );
-    let mut pose = in_words(open.direction);
-    if open.sd_mps2.is_finite() {
-        let sd = milli_g(open.sd_mps2);
-        message += &format!("; ‖a‖ with {pose} would be known to ±{sd:.0} mg only");
-    }
-    if !missing.is_empty() {
-        let both = missing.iter().map(|a| format!("{a} up and {a} down"));
-        pose = both.collect::<Vec<_>>().join(", ");
-    }
-    let error = Error::input("underdetermined", message).with_hint(format!(
-        "record {pose} too, at rest for 3 s or more each, and calibrate again with all poses"
-    ));
+    let problem = Problem::Underdetermined {
+        poses: poses.len(),
+        covered: axes_where(is_up),
+        missing: axes_where(|axis| !is_up(axis)),
+        open: open.direction,
+        sd_mps2: open.sd_mps2,
+    };
     let found = poses.iter().filter(|pose| pose.is_found);
-    let error = advise_rate(error, found.map(|pose| &session.recordings[pose.recording]));
-    at_only(session.recordings, error)
+    let found = found.map(|pose| &session.recordings[pose.recording]);
+    at_only(session.recordings, advise_rate(problem.error(), found))
 }
 
 /// The error at the only recording; of several none is meant.

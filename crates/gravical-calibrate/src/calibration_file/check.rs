@@ -4,7 +4,8 @@ use gravical_core::matrix3;
 use nalgebra::DMatrix;
 
 use super::{Calibration, Covariance, TemperatureModel};
-use crate::{Error, Result};
+use crate::Result;
+use crate::problem::Problem;
 
 /// Upper limit of all parameters, in any unit.
 const MAX_PARAMETER: f64 = 1e9;
@@ -21,9 +22,8 @@ const GRAVITY_MPS2: std::ops::RangeInclusive<f64> = 1.0..=12.0;
 impl Calibration {
     /// Refuses parameters that cannot be applied; the message gives the field.
     pub(crate) fn check(&self) -> Result<()> {
-        let is_possible = GRAVITY_MPS2.contains(&self.gravity_mps2);
-        let why = format!("{} m/s² is not a possible gravity", self.gravity_mps2);
-        require(is_possible, "gravity_mps2", &why)?;
+        let mps2 = self.gravity_mps2;
+        require(GRAVITY_MPS2.contains(&mps2), Problem::NoGravity { mps2 })?;
         let a = &self.accelerometer;
         sensor("accelerometer", &a.bias, &a.matrix)?;
         if let Some(c) = &a.covariance {
@@ -45,72 +45,58 @@ impl Calibration {
         ];
         for (field, value) in sizes_of_file.into_iter().chain(sizes_of_poses) {
             let is_size = value.is_none_or(|v| (0.0..MAX_PARAMETER).contains(&v));
-            require(is_size, field, "it has to be 0 or more and below 1e9")?;
+            require(is_size, Problem::NoSize { field })?;
         }
         if let Some(g) = &self.gyroscope {
             sensor("gyroscope", &g.bias, &g.matrix)?;
-            sizes("gyroscope.g_sensitivity", g.g_sensitivity.as_flattened())?;
+            let coupling = g.g_sensitivity.as_flattened();
+            sizes("gyroscope", "g_sensitivity", coupling)?;
             if let Some(c) = &g.covariance {
                 c.check("gyroscope.covariance", [12, 3])?;
             }
         }
         let fault = self.drift.as_ref().and_then(TemperatureModel::fault);
-        let why = fault.as_deref().unwrap_or_default();
-        require(fault.is_none(), "drift", why)
+        fault.map_or(Ok(()), |fault| Err(fault.error()))
     }
 }
 
-fn require(holds: bool, field: &str, why: &str) -> Result<()> {
+fn require(holds: bool, otherwise: Problem) -> Result<()> {
     if holds {
-        return Ok(());
+        Ok(())
+    } else {
+        Err(otherwise.error())
     }
-    Err(
-        Error::input("calibration-values", format!("{field}: {why}")).with_hint(
-            "use the file written by `gravical calibrate … -o cal.json`, or calibrate again",
-        ),
-    )
 }
 
-fn sensor(name: &str, bias: &[f64; 3], matrix: &[[f64; 3]; 3]) -> Result<()> {
-    sizes(&format!("{name}.bias"), bias)?;
-    let field = format!("{name}.matrix");
-    sizes(&field, matrix.as_flattened())?;
+fn sensor(section: &'static str, bias: &[f64; 3], matrix: &[[f64; 3]; 3]) -> Result<()> {
+    sizes(section, "bias", bias)?;
+    sizes(section, "matrix", matrix.as_flattened())?;
     let lengths = matrix3::row_norms(matrix);
     let unit = matrix3::scale_rows(matrix, &lengths.map(f64::recip));
     let is_regular =
         lengths.iter().all(|l| *l >= MIN_FACTOR) && matrix3::det(&unit).abs() >= MIN_VOLUME;
-    require(is_regular, &field, "the matrix is singular")
+    require(is_regular, Problem::SingularMatrix { section })
 }
 
-fn sizes(field: &str, values: &[f64]) -> Result<()> {
+fn sizes(section: &'static str, field: &'static str, values: &[f64]) -> Result<()> {
     let possible = -MAX_PARAMETER..MAX_PARAMETER;
     let are_possible = values.iter().all(|v| possible.contains(v));
-    require(are_possible, field, "a value is beyond any sensor")
+    require(are_possible, Problem::BeyondSensors { section, field })
 }
 
 impl Covariance {
     /// Checks names, size and properties of a covariance that may have one of two sizes.
-    fn check(&self, field: &str, possible: [usize; 2]) -> Result<()> {
+    fn check(&self, field: &'static str, possible: [usize; 2]) -> Result<()> {
         let n = self.parameters.len();
-        let names = possible.map(Self::names);
-        let why = names.each_ref().map(|names| names.join(", ")).join("; or ");
-        require(
-            names.contains(&self.parameters),
-            &format!("{field}.parameters"),
-            &format!("they have to be {why}, in this order"),
-        )?;
-        let field = format!("{field}.values");
+        let is_named = possible.map(Self::names).contains(&self.parameters);
+        require(is_named, Problem::OtherParameters { field, possible })?;
         let is_square = self.values.len() == n && self.values.iter().all(|row| row.len() == n);
-        require(
-            is_square,
-            &field,
-            &format!("there have to be {n} rows of {n}"),
-        )?;
+        require(is_square, Problem::NotSquare { field, size: n })?;
         let c = DMatrix::from_fn(n, n, |i, j| self.values[i][j]);
         let sd: Vec<f64> = c.diagonal().iter().map(|v| v.sqrt()).collect();
         let is_sd = sd.iter().all(|s| (0.0..MAX_PARAMETER).contains(s));
-        let why = "a variance is negative, beyond any sensor, or not a number";
-        require(is_sd && c.iter().all(|v| v.is_finite()), &field, why)?;
+        let are_numbers = is_sd && c.iter().all(|v| v.is_finite());
+        require(are_numbers, Problem::NoVariance { field })?;
         // Normalised to correlations, since the parameters have different units.
         let correlations = DMatrix::from_fn(n, n, |i, j| match (sd[i] * sd[j], c[(i, j)]) {
             (0.0, 0.0) => 0.0,
@@ -121,7 +107,6 @@ impl Covariance {
         let is_symmetric = asymmetry.iter().all(|d| d.abs() <= ROUNDING);
         let is_covariance =
             is_symmetric && correlations.symmetric_eigenvalues().min() >= -(n as f64) * ROUNDING;
-        let why = "not a covariance: it is not symmetric, or not positive semidefinite";
-        require(is_covariance, &field, why)
+        require(is_covariance, Problem::NoCovariance { field })
     }
 }

@@ -9,6 +9,7 @@ use super::{
     Accelerometer, Budget, CHANNELS, COVERAGE, Calibration, ChannelDrift, Covariance, DriftVerdict,
     Gyroscope, NextPose, PoseKind, PoseResult, Reliability, TemperatureModel, TiltSource,
 };
+use crate::problem::Problem;
 use crate::recording::units::{AccelScale, AccelUnit, GyroUnit, Origin};
 use crate::stats::rms;
 
@@ -334,17 +335,18 @@ impl TemperatureModel {
     }
 
     /// Why it cannot be applied; `None` if it can.
-    pub(super) fn fault(&self) -> Option<String> {
+    pub(super) fn fault(&self) -> Option<Problem> {
         let [low, high] = self.range_c;
         // Not where one is no number, either.
         if !(low <= high && self.reference_c.is_finite()) {
-            return Some(format!("its range is {low} to {high} °C"));
+            let range_c = self.range_c;
+            return Some(Problem::DriftRange { range_c });
         }
         let is_faulty = |c: &&ChannelDrift| {
             let has_slope = c.per_c.is_some_and(f64::is_finite);
             c.is_corrected() && !has_slope || !CHANNELS.contains(&c.channel.as_str())
         };
-        let name = &self.channels.iter().find(is_faulty)?.channel;
-        Some(format!("{name} is no channel, or its per_c no number"))
+        let channel = self.channels.iter().find(is_faulty)?.channel.clone();
+        Some(Problem::DriftChannel { channel })
     }
 }

@@ -4,12 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::unit::other_range;
 use super::{Calibration, InputFile};
+use crate::problem::Problem;
 use crate::recording::{AccelScale, AccelUnit, Recording, common_serial};
 use crate::utc::UtcTime;
 use crate::{Error, Result};
-
-/// Calibrations that an error lists.
-const MAX_LISTED: usize = 8;
 
 /// A calibration of a folder.
 struct Found {
@@ -34,6 +32,7 @@ impl Found {
         is_same || !is_known(section.input_unit) || !is_known(scale.unit)
     }
 
+    /// For errors.
     fn line(&self) -> String {
         let file = Path::new(&self.input.path).file_name().unwrap_or_default();
         let file = file.to_string_lossy();
@@ -68,24 +67,18 @@ pub fn find_calibration(
     if let (Some(named), Some(given)) = (&named, sensor_id)
         && named != given
     {
-        let what = format!("the recording is of the sensor {named}, not of {given}");
-        return Err(Error::input("sensors-differ", what)
-            .with_hint("leave the sensor out, or name the file of the calibration")
-            .advise("sensor_id", ""));
+        let (named, given) = (named.clone(), given.to_owned());
+        let of_another = Problem::NotOfSensor { named, given }.error();
+        return Err(of_another.advise("sensor_id", ""));
     }
     let mut all = calibrations(folder)?;
     let sensor = named.or_else(|| sensor_id.map(str::to_owned));
     // Calibrations that name no sensor may be of several.
     let is_one = |c: &Found| c.sensor().is_some() && c.sensor() == all[0].sensor();
     if sensor.is_none() && all.len() > 1 && !all.iter().all(is_one) {
-        let what = format!(
-            "the recording names no sensor, and the calibrations in the folder may be of several{}",
-            there_is(&all)
-        );
-        return Err(Error::usage("sensor-id-missing", what)
-            .at(folder, None)
-            .with_hint("name the sensor, or the file of its calibration")
-            .advise("sensor_id", ""));
+        let there = all.iter().map(Found::line).collect();
+        let unnamed = Problem::SensorUnnamed { there }.error().at(folder, None);
+        return Err(unnamed.advise("sensor_id", ""));
     }
     let scale = recordings.first().map(|r| r.units.accel);
     let recorded = recordings.iter().filter_map(Recording::recorded_at).min();
@@ -103,20 +96,13 @@ pub fn find_calibration(
         let Found { file, input, .. } = all.swap_remove(last);
         return Ok((file, input, reason));
     }
-    let mut wanted = String::new();
-    if !all.is_empty() {
-        let of = sensor.map(|id| format!(" of the sensor {id}"));
-        let unit = scale.map(|scale| match scale.lsb_per_g {
-            Some(lsb) => format!(" in {}, {lsb:.0} per g,", scale.unit),
-            None => format!(" in {}", scale.unit),
-        });
-        let before = recorded.map(|time| format!(" from before {}", time.minute()));
-        wanted.extend([of, unit, before].into_iter().flatten());
-    }
-    let what = format!("no calibration{wanted} is in this folder{}", there_is(&all));
-    Err(Error::input("no-calibration", what)
-        .at(folder, None)
-        .with_hint("calibrate the sensor at this setting with -o in this folder, or name a file"))
+    let none = Problem::NoneFits {
+        sensor,
+        scale,
+        recorded,
+        there: all.iter().map(Found::line).collect(),
+    };
+    Err(none.error().at(folder, None))
 }
 
 /// Files of a folder that may be calibrations by their names, in the order of these.
@@ -132,19 +118,6 @@ pub fn json_files(folder: &Path) -> Result<Vec<PathBuf>> {
     paths.retain(|p| p.extension().is_some_and(is_json));
     paths.sort();
     Ok(paths)
-}
-
-/// `; there is: FILE: SENSOR, UNIT, TIME; …`, for errors.
-fn there_is(all: &[Found]) -> String {
-    if all.is_empty() {
-        return String::new();
-    }
-    let lines = all.iter().take(MAX_LISTED).map(Found::line);
-    let mut lines: Vec<String> = lines.collect();
-    if all.len() > MAX_LISTED {
-        lines.push(format!("and {} more", all.len() - MAX_LISTED));
-    }
-    format!("; there is: {}", lines.join("; "))
 }
 
 /// The calibrations in a folder; other JSON is left out.

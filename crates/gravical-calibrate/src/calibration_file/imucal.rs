@@ -8,12 +8,13 @@ use gravical_core::matrix3::{diagonal, identity, inverse, mul};
 use gravical_core::unit::{DEGREES_PER_RADIAN, RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 use serde::{Deserialize, Serialize};
 
+use crate::Result;
+use crate::problem::Problem;
 use crate::recording::units::{AccelUnit, GyroUnit};
-use crate::{Error, Result};
 
 use super::{
     Accelerometer, Calibration, FORMAT, GravitySource, Gyroscope, Method, Reliability, SensorInfo,
-    creation_time, syntax,
+    creation_time, syntax, to_text,
 };
 
 type Matrix = [[f64; 3]; 3];
@@ -51,15 +52,12 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
     if let Some(version) = &file.format_version
         && !version.starts_with("2.")
     {
-        return Err(Error::input(
-            "calibration-format",
-            format!("imucal's format {version}; versions 2.x and before 2.0 are read"),
-        ));
+        let version = version.clone();
+        return Err(Problem::ImucalVersion { version }.error());
     }
     for (unit, wanted) in [(&file.acc_unit, "m/s^2"), (&file.gyr_unit, "deg/s")] {
-        if let Some(other) = unit.as_ref().filter(|unit| *unit != wanted) {
-            let what = format!("its output unit is {other}; only {wanted} can be read");
-            return Err(Error::input("calibration-format", what));
+        if let Some(unit) = unit.clone().filter(|unit| unit != wanted) {
+            return Err(Problem::ImucalUnit { unit, wanted }.error());
         }
     }
     let accel_unit = file.from_acc_unit.as_deref().and_then(AccelUnit::parse);
@@ -115,11 +113,10 @@ pub fn from_imucal(value: &serde_json::Value) -> Result<Calibration> {
 
 /// (K·R)⁻¹; `per_unit`: imucal's output units per output unit of this program.
 fn inverse_of(k: &Matrix, r: &Matrix, per_unit: f64) -> Result<Matrix> {
-    let wrong = |what| Error::input("calibration-values", what);
     if *k != diagonal(std::array::from_fn(|i| k[i][i])) {
-        return Err(wrong("K of the imucal file is not diagonal"));
+        return Err(Problem::ImucalNotDiagonal.error());
     }
-    let singular = || wrong("K or R of the imucal file is singular");
+    let singular = || Problem::ImucalSingular.error();
     let k_inverse = inverse(k).ok_or_else(singular)?;
     let r_inverse = inverse(r).ok_or_else(singular)?;
     Ok(mul(&r_inverse, &k_inverse).map(|row| row.map(|v| v / per_unit)))
@@ -165,10 +162,7 @@ pub fn to_imucal(file: &Calibration) -> Result<String> {
         cal_type: "Ferraris".to_owned(),
         format_version: Some("2.0.0".to_owned()),
     };
-    let mut text = serde_json::to_string_pretty(&imucal)
-        .map_err(|e| Error::input("calibration-syntax", e.to_string()))?;
-    text.push('\n');
-    Ok(text)
+    to_text(&imucal)
 }
 
 #[cfg(test)]

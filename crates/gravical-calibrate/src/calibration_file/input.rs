@@ -1,17 +1,17 @@
 //! Input files of a result.
 
-use crate::numfmt::words;
 use std::io::Read as _;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::hash::sha256;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
 /// Largest size of a calibration or a list, which are read at once.
-const MAX_BYTES: u64 = 16 << 20;
+pub(crate) const MAX_BYTES: u64 = 16 << 20;
 
 /// An input file of a result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,14 +83,7 @@ impl InputFile {
             .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
             .map_err(|e| Error::io(path, e))?;
         if bytes.len() as u64 > MAX_BYTES {
-            let what = format!(
-                "more than {} MiB, too large for: {}",
-                MAX_BYTES >> 20,
-                words(&role)
-            );
-            return Err(Error::input("too-large", what)
-                .at(path, None)
-                .with_hint("check the order of the arguments"));
+            return Err(Problem::TooLarge { role }.error().at(path, None));
         }
         let parsed = parse(&bytes).map_err(|e| e.in_file(path))?;
         let input = InputFile {

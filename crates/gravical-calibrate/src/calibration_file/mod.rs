@@ -22,6 +22,7 @@ use serde_json::error::Category;
 
 use crate::escape::shown_json;
 use crate::finding::Case;
+use crate::problem::Problem;
 use crate::recording::Finding;
 use crate::utc::UtcTime;
 use crate::{Error, Result};
@@ -63,10 +64,7 @@ impl Calibration {
     /// JSON cannot represent.
     pub fn to_json(&self) -> Result<String> {
         self.check()?;
-        let mut text = serde_json::to_string_pretty(self)
-            .map_err(|e| Error::input("calibration-syntax", e.to_string()))?;
-        text.push('\n');
-        Ok(shown_json(&text).into_owned())
+        Ok(shown_json(&to_text(self)?).into_owned())
     }
 
     /// Writes the file to `path` atomically; nothing that cannot be read back.
@@ -126,24 +124,19 @@ impl Calibration {
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let value: serde_json::Value = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
-        let foreign = |what: String| Err(Error::input("calibration-format", what));
         match value.get("format").and_then(serde_json::Value::as_str) {
             _ if value.get("K_a").is_some() => return from_imucal(&value),
             Some(FORMAT) => {}
-            Some(other) if other.starts_with("gravical-calibration/") => {
-                let what = format!("this is {other} of another version; this one reads {FORMAT}");
-                return Err(Error::input("calibration-format", what)
-                    .with_hint("calibrate again from the recordings"));
-            }
             Some(other) => {
-                return foreign(format!(
-                    "the format is \"{other}\"; this program reads {FORMAT}"
-                ));
+                let format = other.to_owned();
+                let problem = if other.starts_with("gravical-calibration/") {
+                    Problem::OtherVersion { format }
+                } else {
+                    Problem::OtherFormat { format }
+                };
+                return Err(problem.error());
             }
-            None => {
-                let what = "it has neither \"format\" nor \"K_a\" of imucal";
-                return foreign(format!("this JSON is not a calibration: {what}"));
-            }
+            None => return Err(Problem::NoFormat.error()),
         }
         let file: Calibration = serde_json::from_slice(bytes).map_err(|e| syntax(&e))?;
         file.check()?;
@@ -162,22 +155,26 @@ fn syntax(error: &serde_json::Error) -> Error {
     let (line, column) = (error.line() as u64, error.column() as u64);
     let text = error.to_string();
     let place = format!(" at line {line} column {column}");
-    let detail = text.strip_suffix(&place).unwrap_or(&text);
-    let message = match error.classify() {
-        Category::Eof if line <= 1 && column == 0 => "the file is empty".to_owned(),
-        Category::Data => format!("this is not a valid calibration: {detail}"),
-        _ => format!("this is not a calibration file: not valid JSON ({detail})"),
+    let why = text.strip_suffix(&place).unwrap_or(&text).to_owned();
+    let mut out = match error.classify() {
+        Category::Eof if line <= 1 && column == 0 => Problem::EmptyFile.error(),
+        Category::Data => Problem::NotValid { why }.error(),
+        _ => Problem::NotJson { why }.error(),
     };
-    let mut out = Error::input("calibration-syntax", message);
     if line > 0 {
         out = out.at(Path::new(""), Some(line));
     }
     if column > 0 {
         out = out.at_column(column);
     }
-    out.with_hint(
-        "a calibration is what `gravical calibrate … -o cal.json` writes, or a file of imucal",
-    )
+    out
+}
+
+/// JSON with a newline at the end.
+fn to_text(value: &impl serde::Serialize) -> Result<String> {
+    let text = serde_json::to_string_pretty(value);
+    let text = text.map_err(|e| Problem::NotWritten { why: e.to_string() }.error())?;
+    Ok(text + "\n")
 }
 
 /// Time for `created`: the current time, or SOURCE_DATE_EPOCH.

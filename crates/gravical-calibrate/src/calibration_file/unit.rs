@@ -5,9 +5,10 @@ use std::path::Path;
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 
 use super::{Accelerometer, Calibration};
+use crate::Result;
 use crate::finding::{Case, RecordingCase};
+use crate::problem::Problem;
 use crate::recording::{AccelScale, AccelUnit, Finding, Origin, Recording};
-use crate::{Error, Result};
 
 /// Largest relative deviation of calibrated gravity, or of counts per g: far beyond any sensor
 /// error, far below the ratio of two ranges.
@@ -38,44 +39,32 @@ pub fn judge_unit(
     let (scale, name) = (recording.units.accel, &recording.name);
     let section = &calibration.accelerometer;
     let (unit, wanted) = (scale.unit, section.input_unit);
-    let refuse = |message: String, other: &str| {
+    let refuse = |problem: Problem| {
         let known = Some(wanted).filter(|unit| *unit != AccelUnit::Unknown);
-        Err(Error::input("unit-mismatch", message)
-            .at(Path::new(name), None)
-            .with_hint(format!(
-                "use {other}; to use this one all the same, give the unit"
-            ))
-            .advise("accel_unit", known.map_or("", AccelUnit::name)))
+        let error = problem.error().at(Path::new(name), None);
+        Err(error.advise("accel_unit", known.map_or("", AccelUnit::name)))
     };
     let unknown = unit == AccelUnit::Unknown || wanted == AccelUnit::Unknown;
     if !unknown && unit != wanted {
-        let source = match scale.origin {
-            Origin::Given => "as given",
-            Origin::Data => "according to gravity",
-            Origin::Header => "according to its header",
-            Origin::Assumed => "assumed",
-        };
-        return refuse(
-            format!("the recording is in {unit} ({source}), the calibration is for {wanted}"),
-            &format!("a calibration from recordings in {unit}"),
-        );
+        return refuse(Problem::OtherUnit {
+            unit,
+            origin: scale.origin,
+            wanted,
+        });
     }
     let is_gravity = |norm: f64| (norm / gravity_mps2 - 1.0).abs() <= TOLERANCE;
     let other_gravity = norm_mps2.filter(|norm| !is_gravity(*norm));
-    let (mismatch, other) = if let Some([lsb_per_g, wanted_lsb_per_g]) = other_range(section, scale)
-    {
-        let mismatch = RecordingCase::OtherRange {
+    let found = if let Some([lsb_per_g, wanted_lsb_per_g]) = other_range(section, scale) {
+        RecordingCase::OtherRange {
             lsb_per_g,
             wanted_lsb_per_g,
-        };
-        (mismatch, "a calibration for this range")
+        }
     } else if let Some(norm_mps2) = other_gravity {
-        let mismatch = RecordingCase::OtherGravity {
+        RecordingCase::OtherGravity {
             at_rest: at_rest.to_owned(),
             norm_mps2,
             gravity_mps2,
-        };
-        (mismatch, "the calibration of this sensor at this setting")
+        }
     } else {
         let unverified = Case::UnitTaken {
             unit,
@@ -87,11 +76,11 @@ pub fn judge_unit(
         return Ok(());
     };
     if scale.origin != Origin::Given {
-        return refuse(mismatch.to_string(), other);
+        return refuse(Problem::OtherSetting { found });
     }
     // Already reported if the given unit itself has the wrong size.
     if !recording.units.contradicts_given {
-        findings.push(mismatch.finding().in_file(name));
+        findings.push(found.finding().in_file(name));
     }
     Ok(())
 }

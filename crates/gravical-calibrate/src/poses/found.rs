@@ -9,7 +9,7 @@ use gravical_core::matrix3;
 use gravical_fit::Sphere;
 
 use crate::finding::Case;
-use crate::numfmt::count;
+use crate::problem::Problem;
 use crate::recording::{Finding, Recording};
 use crate::{Error, Result};
 
@@ -55,15 +55,14 @@ pub(super) fn in_recording(
         // Without a rate a rest may be a pause of a motion.
         let is_assumed = recording.clock.rate_hz().is_none();
         let rows = recording.rows();
-        let what = match &rests[..] {
-            [] if few => format!("{rows} rows: no recording of poses, and no table of means"),
+        let problem = match &rests[..] {
+            [] if few => Problem::FewRows { rows },
             [] => return Err(never_still(recording)),
-            _ if is_brief || is_assumed && is_hardly_static => {
-                let poses = count(directions(recording, &rests, None).len(), "pose");
-                format!(
-                    "at rest in {rows_at_rest} of {rows} rows, in {poses}: too little for a calibration"
-                )
-            }
+            _ if is_brief || is_assumed && is_hardly_static => Problem::HardlyAtRest {
+                rows_at_rest,
+                rows,
+                poses: directions(recording, &rests, None).len(),
+            },
             _ => {
                 let pauses = unused_pauses(recording, &nominal, &rests);
                 unused.extend(pauses.clone());
@@ -71,7 +70,7 @@ pub(super) fn in_recording(
                 return Ok(intervals_of(index, rests, None));
             }
         };
-        return Err(never_static(recording, what));
+        return Err(never_static(recording, problem));
     }
     let segments = recording.segments();
     let stem = gravical_recording::source::stem(&recording.name);
@@ -277,7 +276,7 @@ fn longest_per_pose(recording: &Recording, spans: Vec<Range<usize>>) -> Vec<Rang
 /// The error for a session that is never at rest, at its first recording.
 pub(super) fn never_still(recording: &Recording) -> Error {
     let why = why_never_static(recording);
-    never_static(recording, format!("never at rest: {why}"))
+    never_static(recording, Problem::NeverAtRest { why })
 }
 
 /// Advises to give the rate of recordings whose rests are counted in rows, or by a clock of no sure unit.
@@ -293,12 +292,12 @@ pub(crate) fn advise_rate<'a>(
     }
 }
 
-fn never_static(recording: &Recording, what: String) -> Error {
+fn never_static(recording: &Recording, problem: Problem) -> Error {
     let hint = if recording.rows() < FEW_ROWS {
         "a table of means needs a row for each of six directions or more, or a column \"label\" that names each row (+x, -x … or pose 1 …); a recording needs 3 s at rest in each pose"
     } else {
         "lay the sensor down for 3 s or more, and 20 rows, in each of six poses or more, or name the rows of each, in a column \"label\" or in a list, or cut the file to the part with the poses; `gravical inspect` shows the static intervals"
     };
-    let error = Error::input("never-static", what).at(Path::new(&recording.name), None);
+    let error = problem.error().at(Path::new(&recording.name), None);
     advise_rate(error.with_hint(hint), [recording]).advise("sections", "")
 }

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use crate::Result;
 use crate::finding::{Case, Finding};
+use crate::problem::Problem;
 use crate::recording::{Labels, Recording};
-use crate::{Error, Result};
 
 use super::face::{AXES, Claim, claim};
 use super::sections::Section;
@@ -15,11 +16,12 @@ pub(super) fn by_sections(recording: &Recording, sections: &[Section]) -> Result
     let rows = recording.rows();
     let is_wrong = |s: &&Section| s.rows.is_empty() || s.rows.end > rows;
     if let Some(Section { label, rows: wrong }) = sections.iter().find(is_wrong) {
-        let what =
-            format!("section \"{label}\" has the rows {wrong:?}, the recording has {rows} rows");
-        return Err(Error::input("sections-range", what)
-        .at(recording.name.as_ref(), None)
-        .with_hint("rows are data rows counted from 0 (header and blank lines do not count), the end is exclusive"));
+        let beyond = Problem::SectionBeyond {
+            label: label.clone(),
+            section: wrong.clone(),
+            rows,
+        };
+        return Err(beyond.error().at(recording.name.as_ref(), None));
     }
     let named = sections.iter().map(|s| (s.label.as_str(), s.rows.clone()));
     Ok(named.map(|named| interval(0, named)).collect())

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::calibration_file::{InputFile, InputRole};
+use crate::problem::Problem;
 use crate::{Error, Result};
 
 /// A stretch of rows with a name.
@@ -75,16 +76,14 @@ pub fn parse_sections(bytes: &[u8]) -> Result<Vec<Section>> {
         Some(_) => from_csv(bytes)?,
     };
     if rows.is_empty() {
-        let what = "the section list has no section";
-        return Err(Error::input("sections-empty", what));
+        return Err(Problem::NoSection.error());
     }
     rows.into_iter().map(section).collect()
 }
 
-fn syntax(message: String, line: Option<u64>) -> Error {
-    Error::input("sections-syntax", message)
-        .at(Path::new(""), line)
-        .with_hint("a section list is {\"x_p\": {\"start\": 0, \"end\": 500}, …} or lines of label,start,end")
+fn syntax(why: String, line: Option<u64>) -> Error {
+    let error = Problem::NoSectionList { why }.error();
+    error.at(Path::new(""), line)
 }
 
 /// Sections with their lines, where known.
@@ -141,17 +140,12 @@ fn section((row, line): (Row, Option<u64>)) -> Result<Section> {
     let Row { label, start, end } = row;
     let whole = |v: f64| v.fract() == 0.0 && (0.0..9.0e15).contains(&v);
     if !whole(start) || !whole(end) {
-        let what = format!(
-            "section \"{label}\": start {start} and end {end} have to be whole row numbers from 0"
-        );
-        return Err(syntax(what, line));
+        let problem = Problem::NotWhole { label, start, end };
+        return Err(problem.error().at(Path::new(""), line));
     }
     if end <= start {
-        let what =
-            format!("section \"{label}\" ends at {end} and starts at {start}: it has no rows");
-        return Err(Error::input("sections-order", what)
-            .at(Path::new(""), line)
-            .with_hint("the end is exclusive: rows 0 to 499 are start 0, end 500"));
+        let problem = Problem::SectionEndsFirst { label, start, end };
+        return Err(problem.error().at(Path::new(""), line));
     }
     Ok(Section {
         label,

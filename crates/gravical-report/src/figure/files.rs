@@ -10,6 +10,7 @@ use gravical::output::{make_folder, write_text};
 use gravical::{Error, Result};
 
 use super::{Figure, svg};
+use crate::problem::Problem;
 
 /// Whether figures can be written to `folder`, before the work that they need.
 ///
@@ -17,14 +18,11 @@ use super::{Figure, svg};
 ///
 /// `no-folder` for what is none, `exists` where there are figures and `force` is false (both usage).
 pub fn check_figures(folder: &Path, force: bool) -> Result<()> {
-    let refuse = |code, what| Error::usage(code, what).at(folder, None);
     if folder.exists() && !folder.is_dir() {
-        let error = refuse("no-folder", "figures go into a folder, which this is not");
-        return Err(error.with_hint("name another file for the report"));
+        return Err(Problem::NoFolder.error().at(folder, None));
     }
     if !force && !figures_in(folder).is_empty() {
-        let error = refuse("exists", "this folder holds the figures of an earlier run");
-        let error = error.with_hint("name another file for the report, or replace all of them");
+        let error = Problem::EarlierFigures.error().at(folder, None);
         return Err(error.advise("force", "true"));
     }
     Ok(())
@@ -60,9 +58,7 @@ pub fn write_figures<'a>(
     let figures: Vec<(PathBuf, &Figure)> = figures.into_iter().map(at).collect();
     let is_foreign = |path: &PathBuf| path.exists() && !earlier.contains(path);
     if let Some((path, _)) = figures.iter().find(|(path, _)| is_foreign(path)) {
-        let text = "this file has the name of a figure, and is none of this program";
-        let error = Error::usage("exists", text).at(path, None);
-        return Err(error.with_hint("name another file for the report, or move this one"));
+        return Err(Problem::ForeignFile.error().at(path, None));
     }
     for (path, figure) in figures {
         write_text(&path, force, &svg::standalone(figure))?;

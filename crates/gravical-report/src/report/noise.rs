@@ -1,7 +1,7 @@
 //! Report of the noise of a sensor.
 
-use gravical::noise::{ChannelNoise, NoiseResult, Term, Unit, duration_text};
-use gravical::numfmt::{count, decimals_for, fixed, small, unit};
+use gravical::noise::{ChannelNoise, NoiseResult, Term, Unit};
+use gravical::numfmt::{count, decimals_for, duration_text, fixed, small, unit};
 
 use super::short_name;
 use crate::document::{Block, Cell, Document, Section, Table};

@@ -26,7 +26,7 @@ use gravical_core::filter::biquad::Biquad;
 use gravical_core::filter::butterworth::{MAX_ORDER, Pass, design, sections_of};
 use nalgebra::{DMatrix, DVector};
 
-use crate::numfmt::digits;
+use crate::problem::Problem;
 use crate::stats::median;
 use crate::{Error, Result};
 
@@ -44,9 +44,6 @@ const FROM_MEDIAN: f64 = 1.482_602_218_505_602;
 const FROM_MEAN: f64 = 1.253_314_137_315_500_1;
 /// Samples summed at once, so that they stay in the first-level cache.
 const BLOCK: usize = 1024;
-
-/// Hint of every syntax error.
-pub(super) const EXAMPLES: &str = "savgol:5,2 (window, order), butter:4,5Hz (low-pass), highpass:4,0.5Hz, hampel:7,3 (window, sigmas)";
 
 /// Specification of a filter; [`Filter::design`] designs it for a sampling rate.
 ///
@@ -112,11 +109,13 @@ impl FilterSpec {
         if is_within {
             return Ok(());
         }
-        let hint = format!(
-            "windows are odd, up to {MAX_WINDOW} (savgol) or 3 to {MAX_HAMPEL} (hampel); orders are below the window and at most {MAX_POLYNOMIAL} (savgol), or 1 to {MAX_ORDER}; a cutoff is above 0 Hz, sigmas are 0 to 1e6"
-        );
-        let what = format!("{self}: a parameter is out of range");
-        Err(Error::usage("filter-range", what).with_hint(hint))
+        let problem = Problem::FilterRange {
+            filter: self.to_string(),
+            window: MAX_WINDOW,
+            hampel: MAX_HAMPEL,
+            polynomial: MAX_POLYNOMIAL,
+        };
+        Err(problem.error())
     }
 
     /// True if a constant is unchanged.
@@ -155,7 +154,8 @@ impl FromStr for FilterSpec {
 
     fn from_str(text: &str) -> Result<Self> {
         let spec = parse(&text.to_ascii_lowercase()).ok_or_else(|| {
-            Error::usage("filter-syntax", format!("\"{text}\" is not a filter")).with_hint(EXAMPLES)
+            let text = text.to_owned();
+            Problem::NoFilter { text }.error()
         })?;
         spec.validate()?;
         Ok(spec)
@@ -226,8 +226,8 @@ impl Filter {
         let (shortest, reach, memory) = match *spec {
             FilterSpec::SavitzkyGolay { window, order } => {
                 let smooth = savitzky_golay(window, order).ok_or_else(|| {
-                    let what = format!("{spec}: the window does not determine the polynomial");
-                    Error::usage("filter-range", what).with_hint(EXAMPLES)
+                    let filter = spec.to_string();
+                    Problem::PolynomialOpen { filter }.error()
                 })?;
                 run = Box::new(smooth);
                 (window, window / 2, Some(window))
@@ -238,10 +238,9 @@ impl Filter {
                 is_high_pass,
             } => {
                 let rate_hz = rate_hz.ok_or_else(|| {
-                    let what = "needs the sampling rate, and the recording has no time stamps";
-                    Error::usage("rate-unknown", format!("{spec} {what}"))
-                        .with_hint("give the rate in Hz")
-                        .advise("rate", "")
+                    let filter = spec.to_string();
+                    let error = Problem::FilterWithoutRate { filter }.error();
+                    error.advise("rate", "")
                 })?;
                 let (sections, decay) = butterworth(order, cutoff_hz, is_high_pass, rate_hz)?;
                 let padding = 3 * (order + 1);
@@ -302,13 +301,8 @@ fn butterworth(
 ) -> Result<(Vec<Biquad<f64>>, usize)> {
     let share = cutoff_hz / rate_hz;
     if !(share > MIN_SHARE && share < 0.5 - MIN_SHARE) {
-        let what = format!(
-            "the cutoff has to be between 0 and {} Hz, half the rate, and {} Hz from both",
-            digits(0.5 * rate_hz, 4),
-            digits(MIN_SHARE * rate_hz, 1)
-        );
-        return Err(Error::usage("filter-range", what)
-            .with_hint("choose another cutoff; `gravical inspect` shows the rate"));
+        let margin_hz = MIN_SHARE * rate_hz;
+        return Err(Problem::Cutoff { rate_hz, margin_hz }.error());
     }
     let q = (SQRT_2 - 1.0).powf(0.5 / order as f64);
     let omega = (PI * share).tan();
@@ -317,7 +311,7 @@ fn butterworth(
     let mut sections = vec![Biquad::default(); sections_of(order)];
     let pass = if is_high_pass { Pass::High } else { Pass::Low };
     design(pass, order, designed_hz, rate_hz, &mut sections)
-        .map_err(|e| Error::usage("filter-range", e.to_string()).with_hint(EXAMPLES))?;
+        .map_err(|why| Problem::NoDesign { why }.error())?;
     // The pole nearest to the unit circle, (1 + s)/(1 − s) of s = Ω exp(±i(π/2 + π/2n)).
     let near = 2.0 * omega * (FRAC_PI_2 / order as f64).sin();
     let squared_radius = (1.0 + omega * omega - near) / (1.0 + omega * omega + near);

@@ -48,13 +48,14 @@ use gravical_recording::write::{Table, input_name};
 use gravical_recording::{Format, Stream};
 use serde::{Deserialize, Serialize};
 
+use crate::Result;
 use crate::calibration_file::InputFile;
 use crate::finding::{Case, Finding};
 use crate::poses::gyro_unit::settle;
+use crate::problem::Problem;
 use crate::recording::{ReadOptions, Recording};
 use crate::rewrite::write_rows;
 use crate::stats::pooled_deviation;
-use crate::{Error, Result};
 use rows::{Grid, Treatment};
 
 /// Decimals of a filtered value.
@@ -79,9 +80,7 @@ impl DenoiseOptions {
     /// `no-filter`, `filter-range` (usage).
     pub fn validate(&self) -> Result<()> {
         if self.filters.is_empty() {
-            return Err(Error::usage("no-filter", "no filter was given")
-                .with_hint(format!("give one of: {}", filter::EXAMPLES))
-                .advise("filter", ""));
+            return Err(Problem::FilterMissing.error().advise("filter", ""));
         }
         self.filters.iter().try_for_each(FilterSpec::validate)
     }

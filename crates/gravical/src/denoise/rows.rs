@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::filter::Filter;
+use crate::problem::Problem;
 use crate::recording::Recording;
 use crate::{Error, Result};
 
@@ -31,16 +32,10 @@ pub(super) struct Treatment {
 }
 
 fn uneven(recording: &Recording, share: f64) -> Error {
-    let percent = 100.0 * share;
     let rate_hz = recording.clock.rate_hz().unwrap_or(f64::NAN);
-    let what = format!(
-        "{percent:.1} % of the steps between time stamps are no whole number of periods at {rate_hz:.6} Hz; filters need evenly spaced samples"
-    );
-    Error::input("uneven-stamps", what)
-        .at(Path::new(&recording.name), None)
-        .with_hint("resample it to an even rate first; if only its clock is uneven, ignore it and give the rate; hampel filters take samples as they come")
-        .advise("columns", "t=-")
-        .advise("rate", "")
+    let error = Problem::UnevenStamps { share, rate_hz }.error();
+    let error = error.at(Path::new(&recording.name), None);
+    error.advise("columns", "t=-").advise("rate", "")
 }
 
 /// The rows of a recording on an even grid.

@@ -2,8 +2,9 @@
 
 use super::Export;
 use super::template::{Values, fill_template, nine_digits};
+use crate::Result;
 use crate::noise::{ChannelNoise, NoiseResult, Term};
-use crate::{Error, Result};
+use crate::problem::Problem;
 
 /// The `imu.yaml` of Kalibr: noise density N and random walk K of accelerometer and gyroscope, each
 /// the largest of the three axes.
@@ -34,7 +35,7 @@ pub fn kalibr(noise: &NoiseResult, upper_limit: bool) -> Result<Export> {
 /// The largest of the axes, and whether it is an upper limit.
 fn find_largest(
     noise: &NoiseResult,
-    sensor: &str,
+    sensor: &'static str,
     term: Term,
     upper_limit: bool,
 ) -> Result<(f64, bool)> {
@@ -43,28 +44,21 @@ fn find_largest(
     let value = |channel: &ChannelNoise| {
         let known = channel.estimate(term).map(|e| (e.value, false));
         let limit = || Some((channel.missing(term)?.at_most?, true));
-        let what = || format!("{} of {} is not determined", term.symbol(), channel.channel);
         let value = known.or_else(|| limit().filter(|_| upper_limit));
-        value.ok_or_else(|| unknown(&what(), upper_limit))
+        value.ok_or_else(|| {
+            let unknown = Problem::TermUnknown {
+                term,
+                channel: channel.channel.clone(),
+                upper_limit,
+            };
+            match unknown.error() {
+                unknown if upper_limit => unknown,
+                unknown => unknown.advise("upper_limit", "true"),
+            }
+        })
     };
     let values = own.map(value).collect::<Result<Vec<(f64, bool)>>>()?;
     let largest = values.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-    largest.filter(|_| values.len() == 3).ok_or_else(|| {
-        let what = format!("the noise of the {sensor} is not known");
-        unknown(&what, true)
-    })
-}
-
-fn unknown(what: &str, limits_used: bool) -> Error {
-    let message = format!("Kalibr wants numbers above zero, but {what}");
-    let error = Error::input("noise-unknown", message);
-    if limits_used {
-        error.with_hint(
-            "record accelerometer and gyroscope at rest, with more decimals or for longer",
-        )
-    } else {
-        error
-            .with_hint("record longer (`gravical noise` says how long), or take upper limits")
-            .advise("upper_limit", "true")
-    }
+    let largest = largest.filter(|_| values.len() == 3);
+    largest.ok_or_else(|| Problem::NoiseUnknown { sensor }.error())
 }

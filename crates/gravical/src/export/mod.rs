@@ -9,11 +9,12 @@ mod kalibr;
 mod sensor;
 mod template;
 
+use crate::Result;
 use crate::calibration_file::{Calibration, to_imucal};
 use crate::escape::shown_json;
 use crate::numfmt;
+use crate::problem::Problem;
 use crate::recording::units::AccelUnit;
-use crate::{Error, Result};
 use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::Deserialize;
 
@@ -121,22 +122,17 @@ impl Target {
         ];
         for (option, is_given) in given {
             if is_given && !self.options.contains(&option) {
-                let message = format!("means nothing to the target {}", self.name);
-                let error = Error::usage("export-option", message)
-                    .of_option(option)
-                    .with_hint("leave it out");
-                let taken = self.options.iter();
+                let error = Problem::NoOption { target: self.name }.error();
+                let (error, taken) = (error.of_option(option), self.options.iter());
                 return Err(taken.fold(error, |error, taken| error.advise(*taken, "")));
             }
         }
         let counts = [options.counts_per_g, options.counts_per_deg_s];
         let mut counts = counts.into_iter().flatten();
-        if let Some(bad) = counts.find(|c| !(c.is_finite() && *c > 0.0)) {
-            let message = format!("{bad} counts per unit is no positive number");
-            return Err(Error::usage("export-option", message)
-                .with_hint("these are of an MPU6050 in the ranges ±2 g and ±250 °/s")
-                .advise("counts_per_g", "16384")
-                .advise("counts_per_deg_s", "131"));
+        if let Some(counts) = counts.find(|c| !(c.is_finite() && *c > 0.0)) {
+            let error = Problem::NoCounts { counts }.error();
+            let error = error.advise("counts_per_g", "16384");
+            return Err(error.advise("counts_per_deg_s", "131"));
         }
         options.name.as_deref().map_or(Ok(()), check_name)
     }
@@ -156,14 +152,11 @@ fn check_name(name: &str) -> Result<()> {
     if is_identifier {
         return Ok(());
     }
-    let hint = format!(
-        "use letters, digits and single underscores, a letter first, at most {MAX_NAME}: for example imu_left"
-    );
-    Err(
-        Error::usage("export-name", format!("{name} is no identifier"))
-            .of_option("name")
-            .with_hint(hint),
-    )
+    let problem = Problem::NoIdentifier {
+        name: name.to_owned(),
+        longest: MAX_NAME,
+    };
+    Err(problem.error().of_option("name"))
 }
 
 /// Writes `file` for `target`.
@@ -192,9 +185,7 @@ pub fn export(file: &Calibration, target: &Target, options: &ExportOptions) -> R
             return Ok(Export { text, notes });
         }
         Noise => {
-            let what = "imu.yaml of Kalibr holds noise only, and a calibration contains none";
-            let error = Error::input("noise-unknown", what);
-            return Err(error.with_hint("export the result of `gravical noise`"));
+            return Err(Problem::NoiseOfCalibration.error());
         }
         Recorded(template) => template,
         Sketch(template) => {

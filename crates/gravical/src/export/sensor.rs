@@ -4,9 +4,10 @@ use gravical_core::matrix3::{mul, mul_vec, row_norms};
 use gravical_core::unit::{RADIANS_PER_DEGREE, STANDARD_GRAVITY_MPS2};
 
 use super::template::Values;
+use crate::Result;
 use crate::calibration_file::Calibration;
+use crate::problem::Problem;
 use crate::recording::units::{AccelUnit, GyroUnit};
-use crate::{Error, Result};
 
 /// Row-major.
 pub(super) type Matrix = [[f64; 3]; 3];
@@ -95,10 +96,9 @@ impl Sensor {
     /// `export-unit` (input) if that is unknown.
     pub fn take_nominal(&mut self) -> Result<()> {
         let per_unit = self.per_unit.ok_or_else(|| {
-            let message = format!("this target takes m/s², and the calibration is for {} of unknown nominal scale", self.unit);
-            Error::input("export-unit", message)
-                .with_hint("calibrate with the range, which gives the counts their nominal scale; or export to c, which takes the counts themselves")
-                .advise("accel_range", "")
+            let unit = self.unit.clone();
+            let error = Problem::NoNominalScale { unit }.error();
+            error.advise("accel_range", "")
         })?;
         self.subtract_zero_offset();
         self.rescale(per_unit / self.unit_size);
@@ -136,13 +136,9 @@ impl Sensor {
             let own = self.unit_size / mean_norm;
             if (own / wanted - 1.0).abs() > SAME_RANGE {
                 let unit = self.unit_name;
-                let message = format!(
-                    "the calibration's own scale is {own:.1} counts per {unit}, not {wanted}"
-                );
                 let option = format!("counts_per_{}", unit.replace('/', "_"));
-                return Err(Error::input("export-unit", message)
-                    .with_hint("give those of the range in which the recordings were made")
-                    .advise(option, ""));
+                let other = Problem::OtherScale { own, unit, wanted };
+                return Err(other.error().advise(option, ""));
             }
         }
         self.is_counts = true;

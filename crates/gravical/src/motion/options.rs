@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use crate::gravity::Gravity;
 use crate::poses::face::AxisMap;
+use crate::problem::Problem;
 use crate::recording::Meter;
 use crate::{Error, Result};
 
@@ -54,9 +55,8 @@ fn interval(text: &str) -> Result<(f64, f64)> {
         (ends.0 < ends.1).then_some(ends)
     });
     ends.ok_or_else(|| {
-        let text = format!("{text:?} is no start and later end, in seconds with a dash between");
-        Error::usage("rests-syntax", text)
-            .with_hint("write seconds as 0-5,7.2-: from 0 to 5 s, and from 7.2 s to the end")
+        let text = text.to_owned();
+        Problem::NoInterval { text }.error()
     })
 }
 
@@ -74,13 +74,11 @@ impl Intervals {
             let from = time_s.partition_point(|t| *t < start);
             let span = from..time_s.partition_point(|t| *t <= end);
             if span.len() < 2 {
-                let end = end.min(last_s);
-                let text = format!(
-                    "there are fewer than two samples in the rest from {start} s to {end} s: \
-                     the recording goes from {first_s:.3} s to {last_s:.3} s"
-                );
-                return Err(Error::usage("rests-outside", text)
-                    .with_hint("seconds count from the first row of the recording"));
+                let outside = Problem::RestOutside {
+                    rest_s: [start, end.min(last_s)],
+                    recorded_s: [first_s, last_s],
+                };
+                return Err(outside.error());
             }
             spans.push(span);
         }

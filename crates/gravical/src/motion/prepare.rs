@@ -10,13 +10,14 @@ use gravical_core::matrix3;
 use gravical_motion::Samples;
 
 use super::options::{MotionOptions, Procedure};
+use crate::Result;
 use crate::calibration_file::Calibration;
 use crate::finding::{Case, RecordingCase};
 use crate::poses::gyro_unit::{judge, mismatch};
 use crate::poses::rests::find_rests;
+use crate::problem::Problem;
 use crate::recording::{Finding, Recording};
 use crate::temperature::{NoTemperature, not_applied};
-use crate::{Error, Result};
 
 /// What a motion is computed from.
 pub(super) struct Prepared {
@@ -50,15 +51,10 @@ pub(super) fn prepare(
     let by_file = || file.map(|file| file.accelerometer.mean_scale());
     let per_mps2 = recording.units.accel.nominal().or_else(by_file);
     let per_mps2 = per_mps2.ok_or_else(|| {
-        Error::input(
-            "unit-unknown",
-            "the unit of the accelerometer is unknown, so there is no velocity in m/s",
-        )
-        .at(Path::new(&recording.name), None)
-        .with_hint("give it, and the range for counts; or give a calibration")
-        .advise("accel_unit", "")
-        .advise("accel_range", "")
-        .advise("calibration", "")
+        let error = Problem::UnitUnknown.error();
+        let error = error.at(Path::new(&recording.name), None);
+        let error = error.advise("accel_unit", "").advise("accel_range", "");
+        error.advise("calibration", "")
     })?;
     // Where nothing is turned the gyroscope has no part in the result.
     let (per_rad_s, gyro_calibration) = if options.procedure == Procedure::Strapdown {
@@ -90,12 +86,9 @@ pub(super) fn prepare(
         calibrated.as_ref(),
     );
     if samples.len() < 2 {
-        let (complete, all) = (samples.len(), time_s.len());
-        let text =
-            format!("{complete} of {all} rows hold a complete sample; two at least are needed");
-        return Err(Error::input("no-samples", text)
-            .at(Path::new(&recording.name), None)
-            .with_hint("`gravical inspect` shows what is in it"));
+        let (complete, rows) = (samples.len(), time_s.len());
+        let error = Problem::FewSamples { complete, rows }.error();
+        return Err(error.at(Path::new(&recording.name), None));
     }
     Ok(Prepared {
         uncalibrated,
@@ -146,12 +139,9 @@ fn times(recording: &Recording) -> Result<Vec<f64>> {
     let stamps = recording.time_s.clone();
     let times = stamps.or_else(|| recording.clock.rate_hz().map(by_rate));
     times.ok_or_else(|| {
-        let text = "there are no usable time stamps, and no rate is stated";
-        Error::input("rate-unknown", text)
-            .at(Path::new(&recording.name), None)
-            .with_hint("give the sampling rate, or the unit of the time stamps if there are any")
-            .advise("rate", "")
-            .advise("time_unit", "")
+        let error = Problem::MotionWithoutRate.error();
+        let error = error.at(Path::new(&recording.name), None);
+        error.advise("rate", "").advise("time_unit", "")
     })
 }
 

@@ -44,21 +44,22 @@ use gravical_signal::{
     block_len, chi_square_factors, fit_noise,
 };
 
+use crate::Result;
 use crate::calibration_file::{CHANNELS, InputFile, TemperatureRange};
-use crate::finding::{Case, Finding, LineSpans, RecordingCase};
-use crate::numfmt;
+use crate::finding::{Case, Finding, LineSpans, RecordingCase, hidden};
+use crate::numfmt::{self, duration_text};
 use crate::poses::check_units;
 use crate::poses::gyro_unit::settle;
 use crate::poses::rests::{find_quiet, why_never_static};
+use crate::problem::Problem;
 use crate::recording::{self, ReadOptions, Recording, nominal_accel};
 use crate::rounding;
 use crate::stats::pooled_deviation;
-use crate::{Error, Result};
 
 pub use gravical_signal::NoiseTerm as Term;
 pub use result::{
     AllanPoint, ChannelNoise, Estimate, FittedCurve, Misfit, NOISE_FORMAT, NoiseResult,
-    NotObservable, Unit, duration_text, read_noise,
+    NotObservable, Unit, read_noise,
 };
 
 use series::Pieces;
@@ -173,24 +174,20 @@ pub fn noise_of_samples(channel: &str, samples: &[f64], period_s: f64) -> Channe
 fn used_ranges(recording: &Recording) -> Result<(Vec<Range<usize>>, f64)> {
     let here = Path::new(&recording.name);
     let Some(rate_hz) = recording.clock.rate_hz() else {
-        let what = "there are no time stamps and no sampling rate: averaging times are unknown";
-        return Err(Error::usage("rate-unknown", what)
-            .at(here, None)
-            .with_hint("give the rate in Hz")
-            .advise("rate", ""));
+        let error = Problem::NoiseWithoutRate.error().at(here, None);
+        return Err(error.advise("rate", ""));
     };
     let mut ranges = find_quiet(recording);
     let longest = ranges.iter().map(Range::len).max().unwrap_or(0);
     let longest_s = longest as f64 / rate_hz;
     if longest_s < MIN_DURATION_S {
-        let what = match longest {
-            0 => why_never_static(recording).to_string(),
-            _ => format!("the longest static interval takes {longest_s:.1} s"),
+        let problem = match longest {
+            0 => Problem::NeverAtRest {
+                why: why_never_static(recording),
+            },
+            _ => Problem::ShortRest { longest_s },
         };
-        let what = format!("noise is what a sensor shows while nothing moves, and {what}");
-        return Err(Error::input("not-at-rest", what)
-            .at(here, None)
-            .with_hint("record the sensor while it lies still, away from fans and footsteps, for two hours or more; ten seconds are the least"));
+        return Err(problem.error().at(here, None));
     }
     ranges.retain(|range| range.len() as f64 >= MIN_OF_LONGEST * longest as f64);
     Ok((ranges, rate_hz))
@@ -349,11 +346,6 @@ fn hide_below_resolution(
         }
         .finding(),
     )
-}
-
-/// Why the noise is not seen.
-pub(crate) fn hidden(step: f64, unit: &str) -> String {
-    format!("the values change in steps of {step:.2e} {unit}, which hide the noise")
 }
 
 /// What is odd about the fit of a channel.

@@ -6,9 +6,10 @@ use gravical_core::unit::STANDARD_GRAVITY_MPS2;
 use serde::{Deserialize, Serialize};
 
 use super::Term;
+use crate::Result;
 use crate::calibration_file::{InputFile, InputRole};
 use crate::finding::Finding;
-use crate::{Error, Result};
+use crate::problem::Problem;
 
 /// Value of `format`.
 #[doc(hidden)]
@@ -63,22 +64,16 @@ pub fn read_noise(path: impl AsRef<Path>) -> Result<NoiseResult> {
 }
 
 fn parse(bytes: &[u8]) -> Result<NoiseResult> {
-    let refuse = |what: String| {
-        Error::input("not-noise", what)
-            .with_hint("give the file of `gravical noise REST.csv -o noise.json`")
-    };
     let result: NoiseResult = serde_json::from_slice(bytes)
-        .map_err(|e| refuse(format!("no result of `gravical noise`: {e}")))?;
+        .map_err(|e| Problem::NoNoise { why: e.to_string() }.error())?;
     if result.format != NOISE_FORMAT {
-        let format = result.format;
-        return Err(refuse(format!(
-            "the format is {format:?}, not {NOISE_FORMAT}"
-        )));
+        let (format, wanted) = (result.format, NOISE_FORMAT);
+        return Err(Problem::OtherFormat { format, wanted }.error());
     }
     let estimates = result.channels.iter().flat_map(|c| [c.n, c.b, c.k]);
     let mut values = estimates.flatten().map(|e| e.value);
     if !values.all(|value| value.is_finite() && value > 0.0) {
-        return Err(refuse("a parameter is not a positive number".to_owned()));
+        return Err(Problem::NotPositive.error());
     }
     Ok(result)
 }
@@ -226,20 +221,5 @@ impl Unit {
             (true, Term::K) => ("°/h/√h", degrees * 3600.0 * 60.0),
         };
         Unit { name, factor }
-    }
-}
-
-/// A duration with two or three digits: `45 s`, `12 min`, `2.5 h`, `3.1 d`.
-#[doc(hidden)]
-pub fn duration_text(seconds: f64) -> String {
-    let (value, unit) = match seconds {
-        s if s < 120.0 => (s, "s"),
-        s if s < 5400.0 => (s / 60.0, "min"),
-        s if s < 48.0 * 3600.0 => (s / 3600.0, "h"),
-        s => (s / 86400.0, "d"),
-    };
-    match value {
-        v if v < 9.95 => format!("{v:.1} {unit}"),
-        v => format!("{v:.0} {unit}"),
     }
 }
