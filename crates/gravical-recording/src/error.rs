@@ -264,7 +264,7 @@ impl std::error::Error for Error {
     }
 }
 
-/// The enum `Problem` of what a crate refuses, `Problem::CODES` for the documents, and `Problem::error`.
+/// The enum `Problem` of what a crate refuses, and `Problem::error`.
 ///
 /// ```ignore
 /// errors! {
