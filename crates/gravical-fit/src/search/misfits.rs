@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::{Found, Search};
+use super::state::{Found, Search};
 use crate::rows::{Hyperparameters, Lengths};
 
 /// What is known of χ² per degree of freedom before any residual is seen: about 4, since real sensors

@@ -1,6 +1,6 @@
 //! Tilt, bends and model error: the variances that the poses are weighed with.
 
-use super::{Found, MAX_ROUNDS, Search};
+use super::state::{Found, MAX_ROUNDS, Search};
 use crate::rows::Hyperparameters;
 
 /// What is known of the tilt before any pose, degrees: a box on a table, give or take a factor of e.
