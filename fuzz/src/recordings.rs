@@ -195,9 +195,9 @@ fn check_session(recordings: &[Recording], options: &SegmentOptions) {
         ..CalibrateOptions::default()
     };
     if let Ok(calibrated) = calibrate(recordings, &options) {
-        let report = report::calibration(&calibrated.file, None, &[]);
+        let report = report::calibration(&calibrated.calibration, None, &[]);
         assert!(!report.to_text(Detail::Full).is_empty());
-        let text = calibrated.file.to_json();
+        let text = calibrated.calibration.to_json();
         let text = text.unwrap_or_else(|e| unreachable!("calibrated and not writable: {e}"));
         assert!(Calibration::parse(text.as_bytes()).is_ok(), "{text}");
         super::calibration_file(text.as_bytes());

@@ -63,7 +63,7 @@ pub fn close(a: f64, b: f64, tolerance: f64) {
 /// Calibrates at g = 9.81 and validates the file against the schema.
 pub fn calibrated(session: &[Recording], options: &CalibrateOptions) -> Calibrated {
     let result = calibrate(session, options).unwrap();
-    validate(&result.file);
+    validate(&result.calibration);
     result
 }
 

@@ -17,7 +17,7 @@
 //! let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?];
 //! let mut options = CalibrateOptions { gravity: gravical::gravity::Gravity::given(9.81)?, ..Default::default() };
 //! options.estimate.method = Method::Ferraris;
-//! let file = calibrate(&session, &options)?.file;
+//! let file = calibrate(&session, &options)?.calibration;
 //! assert!((file.accelerometer.bias[0] - 0.385).abs() < 1e-12);
 //! assert!((file.accelerometer.scale()[2] - 1.018669).abs() < 1e-6);
 //! # Ok::<(), gravical::Error>(())
@@ -117,7 +117,7 @@ impl CalibrateOptions {
 #[derive(Debug, Clone)]
 pub struct Calibrated {
     /// What is written to the file and shown.
-    pub file: Calibration,
+    pub calibration: Calibration,
     /// The placements and turns.
     pub segmentation: Segmentation,
 }
@@ -220,5 +220,8 @@ pub fn calibrate(recordings: &[Recording], options: &CalibrateOptions) -> Result
     check.map_err(|error| {
         lost(error.with_hint("`gravical inspect` shows what is in the recording"))
     })?;
-    Ok(Calibrated { file, segmentation })
+    Ok(Calibrated {
+        calibration: file,
+        segmentation,
+    })
 }

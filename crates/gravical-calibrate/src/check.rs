@@ -165,7 +165,7 @@ pub struct StillCheck {
 /// let read = |text: &str| read_bytes(text.as_bytes(), "means.csv", &ReadOptions::default());
 /// let mut options = CalibrateOptions::default();
 /// options.estimate.method = Method::Ferraris;
-/// let file = calibrate(&[read(means)?], &options)?.file;
+/// let file = calibrate(&[read(means)?], &options)?.calibration;
 ///
 /// // Later, once more with z up and down.
 /// let later = "label,ax,ay,az\n+z,0.81,-0.15,10.52\n-z,-0.05,-0.08,-9.54\n";

@@ -160,7 +160,7 @@ pub struct OrientationDifference {
 /// let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?];
 /// let mut options = CalibrateOptions::default();
 /// options.estimate.method = Method::Ferraris;
-/// let file = calibrate(&session, &options)?.file;
+/// let file = calibrate(&session, &options)?.calibration;
 /// let mut moved = file.clone();
 /// moved.accelerometer.bias[0] += 1.0;
 /// let result = compare(&file, &moved, ["a.json", "b.json"])?;

@@ -818,7 +818,7 @@ impl Session {
             gravity: self.options.gravity,
             ..CalibrateOptions::default()
         };
-        Ok(calibrate(&[recording], &options)?.file)
+        Ok(calibrate(&[recording], &options)?.calibration)
     }
 
     /// What is wanted next.

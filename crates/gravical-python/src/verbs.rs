@@ -108,7 +108,7 @@ fn calibrate(mut call: Call) -> Result<Outcome> {
         }
     };
     let session = Box::new((recordings, done.segmentation));
-    Outcome::calibration(done.file, Some(session))
+    Outcome::calibration(done.calibration, Some(session))
 }
 
 fn apply(mut call: Call) -> Result<Outcome> {

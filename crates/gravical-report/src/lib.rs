@@ -22,8 +22,8 @@
 //!     session.push(read(path, &ReadOptions::default())?);
 //! }
 //! let result = calibrate(&session, &CalibrateOptions::default())?;
-//! let figures = figure::calibration::figures(&result.file, None);
-//! let document = report::calibration(&result.file, None, &figures);
+//! let figures = figure::calibration::figures(&result.calibration, None);
+//! let document = report::calibration(&result.calibration, None, &figures);
 //! assert!(document.to_text(Detail::Summary).contains("bias"));
 //! std::fs::write(folder.path().join("report.html"), document.to_html())?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -304,7 +304,7 @@ pub struct Applied {
 /// let means = read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default())?;
 /// let mut options = CalibrateOptions::default();
 /// options.estimate.method = Method::Ferraris;
-/// let file = calibrate(&[means.clone()], &options)?.file;
+/// let file = calibrate(&[means.clone()], &options)?.calibration;
 /// let applied = apply_recording(&file, &means, &ApplyOptions::default())?;
 /// assert!((applied.accel[2][5] - 9.80665).abs() < 1e-3);
 /// # Ok::<(), gravical::Error>(())

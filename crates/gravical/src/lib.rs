@@ -36,7 +36,7 @@
 //!
 //! // A folder with a recording a face, or any recordings at rest.
 //! let (session, _) = read_session(&[folder.clone()], None, &ReadOptions::default())?;
-//! let calibration = calibrate(&session, &CalibrateOptions::default())?.file;
+//! let calibration = calibrate(&session, &CalibrateOptions::default())?.calibration;
 //!
 //! let accelerometer = &calibration.accelerometer;
 //! let bias_sd = accelerometer.deviations().map(|d| d.bias);
@@ -61,7 +61,7 @@
 //! #            -y,0.46,-9.99,0.39\n+y,0.29,9.73,0.49\n-z,-0.05,-0.08,-9.54\n+z,0.83,-0.18,10.42\n";
 //! # std::fs::write(folder.join("recording.csv"), csv)?;
 //! # let means = read(folder.join("recording.csv"), &ReadOptions::default())?;
-//! # calibrate(&[means], &CalibrateOptions::default())?.file.write(folder.join("cal.json"), false)?;
+//! # calibrate(&[means], &CalibrateOptions::default())?.calibration.write(folder.join("cal.json"), false)?;
 //!
 //! let calibration = Calibration::read(folder.join("cal.json"))?;
 //! let recording = read(folder.join("recording.csv"), &ReadOptions::default())?;

@@ -37,6 +37,6 @@ pub fn calibrate_files(
     }
     let (recordings, left_out) = read_session(inputs, gyro, how)?;
     let mut done = calibrate(&recordings, options)?;
-    done.file.findings.extend(left_out);
+    done.calibration.findings.extend(left_out);
     Ok((recordings, done))
 }

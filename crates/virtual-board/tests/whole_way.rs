@@ -42,7 +42,7 @@ fn from_the_sketch_to_the_way() {
         recording
     });
     let options = CalibrateOptions::default();
-    let file = calibrate(&recordings, &options).unwrap().file;
+    let file = calibrate(&recordings, &options).unwrap().calibration;
     calibrated(&recordings, &file, &hands.borrow().truth().accelerometer);
 
     // The same part is pushed along a line.

@@ -52,7 +52,7 @@ fn calibration(session: &[Recording], tilt_deg: f64, method: Method) -> Calibrat
         },
         ..with_gravity(9.80665)
     };
-    calibrated(session, &options).file
+    calibrated(session, &options).calibration
 }
 
 fn share_under(p: &[f64], level: f64) -> f64 {

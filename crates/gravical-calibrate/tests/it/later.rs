@@ -42,7 +42,7 @@ fn calibration() -> Calibration {
         estimate: by_ferraris(Some(0.1)),
         ..with_gravity(G)
     };
-    calibrated(&session.collect::<Vec<_>>(), &options).file
+    calibrated(&session.collect::<Vec<_>>(), &options).calibration
 }
 
 fn checked(file: &Calibration, recordings: &[Recording]) -> CheckReport {
@@ -162,7 +162,7 @@ fn file(sigma: f64) -> Calibration {
     let session = [read_bytes(csv.as_bytes(), "means.csv", &ReadOptions::default()).unwrap()];
     let mut options = CalibrateOptions::default();
     options.estimate.method = Method::Ferraris;
-    let mut file = calibrate(&session, &options).unwrap().file;
+    let mut file = calibrate(&session, &options).unwrap().calibration;
     file.accelerometer.covariance = Some(diagonal(sigma, 1.0));
     file.gravity_sd_mps2 = 0.0;
     file

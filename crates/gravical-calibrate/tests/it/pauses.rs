@@ -60,7 +60,7 @@ fn pauses_that_are_not_used_are_reported() {
         let options = read_options(|o| o.accel_unit = Some(AccelUnit::MetrePerSecondSquared));
         let recording = read_with(session.as_bytes(), &options);
         let calibrated = calibrate(&[recording], &CalibrateOptions::default()).unwrap();
-        let mut findings = calibrated.file.findings;
+        let mut findings = calibrated.calibration.findings;
         findings.retain(|f| f.kind == "unused-pauses");
         let said = |says| format!("{findings:?}").contains(says);
         assert_eq!(findings.len(), usize::from(says.is_some()), "{findings:?}");
@@ -68,6 +68,6 @@ fn pauses_that_are_not_used_are_reported() {
             says.is_none_or(|says| said(says) && said("4 directions")),
             "{findings:?}"
         );
-        assert_eq!(calibrated.file.poses.len(), poses, "{says:?}");
+        assert_eq!(calibrated.calibration.poses.len(), poses, "{says:?}");
     }
 }

@@ -24,9 +24,9 @@ fn the_orientation_of_the_board_only_rotates_the_result() {
         (&six_files, given_gravity(), 1e-9, "-x,-y,z"),
     ];
     for (session, mut options, tolerance, axes) in all {
-        let board = calibrated(session, &options).file;
+        let board = calibrated(session, &options).calibration;
         options.segment.axes = axes.parse().unwrap();
-        let case = calibrated(session, &options).file;
+        let case = calibrated(session, &options).calibration;
         let is_turned = |case: &[[f64; 3]; 3], board: &[[f64; 3]; 3]| {
             for (case, board) in case.iter().zip(board) {
                 let want = options.segment.axes.to_case(*board);

@@ -94,7 +94,7 @@ fn scores(seeds: u64, hold_s: f64, tilt_deg: f64, rows: Option<usize>) -> Scores
         let truth = &simulation.truth.accelerometer;
         let given = rows.map(|rows| sections(&simulation, rows)).unzip();
         let session = given.0.unwrap_or_else(|| recordings(&simulation));
-        let file = calibrated(&session, &options(tilt_deg, given.1)).file;
+        let file = calibrated(&session, &options(tilt_deg, given.1)).calibration;
         let a = &file.accelerometer;
         let c = &a.covariance.as_ref().unwrap().values;
         for i in 0..3 {

@@ -43,7 +43,7 @@ fn orientations_that_wear_leaves_out_are_named() {
         });
         text += &format!("{t_s:.1},{x:.5},{y:.5},{z:.5},{t_c:.2}\n");
     }
-    let file = calibrated(&[read(text.as_bytes())], &CalibrateOptions::default()).file;
+    let file = calibrated(&[read(text.as_bytes())], &CalibrateOptions::default()).calibration;
     assert_eq!(file.verdict().grade, Grade::Poor);
     let mut findings = file.findings.iter();
     let named = findings.find(|f| f.kind == "few-orientations");

@@ -47,7 +47,7 @@ fn faces_are_found_and_seen_from_the_centre_of_the_readings() {
         (47, [0.0, 0.4, 10.0]),
     ] {
         let session = [recording(&[0, 2, 1, 3, 4, 5], rows, bias)];
-        let calibration = calibrated(&session, &CalibrateOptions::default()).file;
+        let calibration = calibrated(&session, &CalibrateOptions::default()).calibration;
         for c in 0..3 {
             close(calibration.accelerometer.bias[c], bias[c], 0.02);
             close(calibration.accelerometer.scale()[c], SCALE[c], 0.003);

@@ -73,14 +73,14 @@ pub fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let (recordings, done) = calibrate_files(&args.inputs, gyro, &read, &options, gravity)?;
     let asked = &args.result;
     if let Some(path) = output {
-        done.file.write(path, asked.force)?;
+        done.calibration.write(path, asked.force)?;
     }
     let session = (&recordings[..], &done.segmentation);
-    let draw = || figure::calibration::figures(&done.file, Some(session));
+    let draw = || figure::calibration::figures(&done.calibration, Some(session));
     let figures = asked.report.figures(draw);
-    let document = report::calibration(&done.file, output, &figures);
-    asked.present(&done.file, &document)?;
-    let verdict = done.file.verdict();
+    let document = report::calibration(&done.calibration, output, &figures);
+    asked.present(&done.calibration, &document)?;
+    let verdict = done.calibration.verdict();
     let is_poor = verdict.grade == Grade::Poor;
     if asked.quiet && !asked.json && is_poor {
         text::say(&format!("verdict: poor: {}", verdict.reasons.join("; ")));
@@ -128,7 +128,7 @@ fn calibrate_each(args: &Args) -> anyhow::Result<ExitCode> {
     let calibrate = |session: &Path, result: Option<&Path>| {
         let input = [session.to_owned()];
         let (_, done) = calibrate_files(&input, None, &read, &options, gravity)?;
-        let file = done.file;
+        let file = done.calibration;
         if let Some(result) = result {
             file.write(result, true)?;
         }

@@ -90,7 +90,7 @@ fn reach_a_good_result(sessions: std::ops::Range<u64>) {
             },
             ..with_gravity(9.80665)
         };
-        let whole = calibrate(&[recording], &options).unwrap().file;
+        let whole = calibrate(&[recording], &options).unwrap().calibration;
         assert_eq!(whole.accelerometer, file.accelerometer, "{clumsiness:?}");
         assert_eq!(whole.gyroscope, file.gyroscope, "{clumsiness:?}");
         assert_eq!(whole.verdict(), file.verdict(), "{clumsiness:?}");
@@ -366,7 +366,7 @@ fn poses_of_real_recordings_are_those_that_calibrate_finds() {
         let (live, found) = (live.len(), found.len());
         assert_eq!(both, live, "{file}: a pose that calibrate does not find");
         assert!(live * 10 >= found * 8, "{file}: {live} of {found}");
-        let [a, b] = [session.calibration().unwrap(), &done.file].map(|f| &f.accelerometer);
+        let [a, b] = [session.calibration().unwrap(), &done.calibration].map(|f| &f.accelerometer);
         let [sd_a, sd_b] = [a, b].map(|section| section.deviations().unwrap().bias);
         for i in 0..3 {
             let off = (a.bias[i] - b.bias[i]).abs() / sd_a[i].hypot(sd_b[i]);

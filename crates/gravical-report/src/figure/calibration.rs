@@ -197,8 +197,11 @@ mod tests {
             .map(|p| read(p, &ReadOptions::default()).unwrap());
         let recordings: Vec<Recording> = recordings.collect();
         let done = calibrate(&recordings, &CalibrateOptions::default()).unwrap();
-        let drawn = figures(&done.file, Some((&recordings[..], &done.segmentation)));
-        (done.file, drawn)
+        let drawn = figures(
+            &done.calibration,
+            Some((&recordings[..], &done.segmentation)),
+        );
+        (done.calibration, drawn)
     }
 
     fn series<'a>(figures: &'a [Figure], name: &str, panel: usize, series: &str) -> &'a Series {

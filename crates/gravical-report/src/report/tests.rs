@@ -36,7 +36,7 @@ fn what_may_be_missing() {
     );
     let recording = read(std::path::Path::new(csv), &ReadOptions::default()).unwrap();
     let options = CalibrateOptions::default();
-    let mut file = calibrate(&[recording], &options).unwrap().file;
+    let mut file = calibrate(&[recording], &options).unwrap().calibration;
     file.poses.clear();
     file.reliability.budget = None;
     file.accelerometer.covariance = None;

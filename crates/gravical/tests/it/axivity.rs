@@ -306,7 +306,7 @@ fn wear_in_a_file_calibrates_the_sensor(hours: f64) {
     let blocks = (hours * 3600.0 * device.true_rate_hz) as usize / Coding::Plain.samples();
     let blocks: Vec<_> = (0..blocks).map(|_| wear.block(&mut device)).collect();
     let recording = read_cwa(&file(&device, &blocks));
-    let file = calibrated(&[recording], &with_gravity(9.80665)).file;
+    let file = calibrated(&[recording], &with_gravity(9.80665)).calibration;
     let reasons = &file.verdict().reasons;
     assert_eq!(file.verdict().grade, Grade::Good, "{reasons:?}");
     let drift = file.drift.as_ref().unwrap();

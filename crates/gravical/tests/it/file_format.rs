@@ -28,7 +28,7 @@ fn the_schema_files_are_up_to_date() {
 }
 
 fn sample() -> Calibration {
-    calibrated(&six_files(&Sensor::default(), 600), &given_gravity()).file
+    calibrated(&six_files(&Sensor::default(), 600), &given_gravity()).calibration
 }
 
 #[test]

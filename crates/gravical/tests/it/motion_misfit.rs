@@ -30,7 +30,7 @@ fn calibration(seed: u64) -> Calibration {
     };
     let session = [recorded(Scenario::Poses(poses), seed)];
     let options = CalibrateOptions::default();
-    calibrate(&session, &options).unwrap().file
+    calibrate(&session, &options).unwrap().calibration
 }
 
 fn line(seed: u64) -> Recording {

@@ -35,7 +35,7 @@ fn a_file_named_after_a_face_is_one_placement_whatever_came_before() {
         text += &format!("{},{x:.4},{y:.4},{z:.4}\n", 10 * i);
     }
     session[5] = named("z_axis_neg.csv", &text);
-    let file = calibrated(&session, &given_gravity()).file;
+    let file = calibrated(&session, &given_gravity()).calibration;
     let a = &file.accelerometer;
     for i in 0..3 {
         close(a.bias[i], sensor.bias[i], 0.01);
@@ -62,10 +62,10 @@ fn means_without_labels_are_placements_where_they_lie_far_apart() {
     let fitted = |text: &str| calibrated(&[named("means.csv", text)], &given_gravity());
     let result = fitted(&rows.concat());
     assert_eq!(result.segmentation.poses[3].label, "line 5");
-    let mut kinds = result.file.findings.iter().map(|f| &*f.kind);
+    let mut kinds = result.calibration.findings.iter().map(|f| &*f.kind);
     assert!(kinds.any(|kind| kind == "rows-as-poses"));
-    let bias = fitted(labelled).file.accelerometer.bias;
-    assert_eq!(result.file.accelerometer.bias, bias);
+    let bias = fitted(labelled).calibration.accelerometer.bias;
+    assert_eq!(result.calibration.accelerometer.bias, bias);
     // Five directions are no calibration, and free fall is no mean.
     for more in ["", "0.1,0.1,0.1\n"] {
         let table = named("means.csv", &(rows[..6].concat() + more));
@@ -144,19 +144,19 @@ fn the_same_session_is_the_same_by_every_route() {
         ("two", two.to_vec(), &options),
     ];
     let parameters = |c: &gravical::calibrate::Calibrated| -> (Vec<f64>, Vec<f64>) {
-        let a = &c.file.accelerometer;
+        let a = &c.calibration.accelerometer;
         let model = (0..9).map(|i| a.scale()[i / 3] * a.orientation()[i / 3][i % 3]);
         let covariance = &a.covariance.as_ref().unwrap().values;
         let sd = (0..12).map(|i| covariance[i][i].sqrt());
         (model.chain(a.bias).collect(), sd.collect())
     };
     let (expected, sd) = parameters(&whole);
-    let gyroscope = whole.file.gyroscope.as_ref().unwrap();
+    let gyroscope = whole.calibration.gyroscope.as_ref().unwrap();
     assert_eq!(gyroscope.input_unit.name(), "rad/s");
     for (route, session, options) in routes {
         let result = calibrated(&session, options);
         let (found, _) = parameters(&result);
-        let mut kinds = result.file.findings.iter().map(|f| &*f.kind);
+        let mut kinds = result.calibration.findings.iter().map(|f| &*f.kind);
         assert!(route != "labels" || kinds.any(|k| k == "labels-left-out"));
         for ((found, expected), sd) in found.iter().zip(&expected).zip(&sd) {
             let off = (found - expected).abs();
@@ -165,7 +165,7 @@ fn the_same_session_is_the_same_by_every_route() {
         let own = result.segmentation.poses.iter();
         let own: BTreeSet<String> = own.map(|p| p.face.unwrap().name()).collect();
         assert_eq!(own.len(), 6, "{route}");
-        let section = result.file.gyroscope.as_ref().unwrap();
+        let section = result.calibration.gyroscope.as_ref().unwrap();
         assert_eq!(section.input_unit, gyroscope.input_unit, "{route}");
         for i in 0..3 {
             // Without motions in them, files give the bias alone.
@@ -174,7 +174,13 @@ fn the_same_session_is_the_same_by_every_route() {
                 close(section.scale()[i] / gyroscope.scale()[i], 1.0, 5e-3);
             }
         }
-        let judged = check(&whole.file, "cal.json", &session, &CheckOptions::default()).unwrap();
+        let judged = check(
+            &whole.calibration,
+            "cal.json",
+            &session,
+            &CheckOptions::default(),
+        )
+        .unwrap();
         assert_ne!(judged.verdict.judgement, Judgement::DoesNotFit, "{route}");
         for recording in &session {
             let seen = inspect(recording, &AxisMap::default());

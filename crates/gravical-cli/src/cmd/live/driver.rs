@@ -271,7 +271,7 @@ impl Driver<'_> {
             calibrate_session(folder, &read, &options, Some(self.session.gravity()))
         });
         let recorded = recorded.transpose()?;
-        let file = recorded.as_ref().map(|(_, done)| &done.file);
+        let file = recorded.as_ref().map(|(_, done)| &done.calibration);
         let file = file.or(self.session.calibration()).cloned();
         let file = file.ok_or_else(|| Error::input("too-few-poses", "there is no calibration"))?;
         let grade = file.grade();

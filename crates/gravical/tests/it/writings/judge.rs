@@ -169,7 +169,7 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
         why
     })?;
     findings.extend(match &result {
-        Given::Calibration(c) => c.file.findings.clone(),
+        Given::Calibration(c) => c.calibration.findings.clone(),
         Given::Motion(m) => m.result.findings.clone(),
     });
     let said = said(&findings);
@@ -203,7 +203,13 @@ fn compare(writing: &Writing, rate_hz: f64, plain: &Outcome, own: &Outcome) -> V
     match (&plain.result, &own.result) {
         (Given::Calibration(p), Given::Calibration(o)) => {
             let sigma = p.segmentation.noise.sigma.iter().sum::<f64>() / 3.0;
-            wrong.extend(calibrations(writing, sigma, own, &p.file, &o.file));
+            wrong.extend(calibrations(
+                writing,
+                sigma,
+                own,
+                &p.calibration,
+                &o.calibration,
+            ));
         }
         (Given::Motion(p), Given::Motion(o)) => wrong.extend(motions(writing, p, o)),
         _ => wrong.push("another kind of result".to_owned()),
