@@ -38,8 +38,8 @@ pub use gravical_recording::{
 };
 pub use gravical_recording::{
     Clock, ColumnsSpec, JoinedFile, Labels, Ledger, Meter, Progress, ReadOptions, Reason,
-    Recording, TableColumn, TimeUnit, join_gyroscope, join_gyroscope_bytes, read, read_bytes,
-    read_head, read_joined, read_samples,
+    Recording, TableColumn, TimeUnit, join_gyroscope, read, read_bytes, read_head, read_joined,
+    read_named, read_samples,
 };
 pub use units::{AccelScale, AccelUnit, GyroScale, GyroUnit, Origin, Units};
 

@@ -12,10 +12,11 @@ use crate::poses::sections::read_sections;
 use crate::problem::Problem;
 use crate::recording::{
     ReadOptions, Recording, holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read,
-    read_head, source,
+    read_head, read_named, source,
 };
 use crate::{Error, Result};
 use gravical_recording::output::ends_in;
+use gravical_recording::source::Named;
 
 /// Files that a calibration takes beside the recordings.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -156,26 +157,34 @@ pub fn is_something_else(error: &Error) -> bool {
 /// # Errors
 ///
 /// `no-rows` for prose, such as a licence; those of [`read`].
-pub fn read_listed(path: &Path, options: &ReadOptions) -> Result<Recording> {
-    if ends_in_words(path) {
-        return Err(Problem::Prose.error().at(path, None));
+pub fn read_listed<'a>(file: impl Into<Named<'a>>, options: &ReadOptions) -> Result<Recording> {
+    let file = file.into();
+    if ends_in_words(file) {
+        return Err(Problem::Prose.error().at(file.path(), None));
     }
-    read(path, options)
+    read_named(file, options)
 }
 
 /// True for a file that ends in words: however a recording begins, it ends in
 /// rows.
-fn ends_in_words(path: &Path) -> bool {
-    const TAIL: u64 = 4096;
+fn ends_in_words(file: Named<'_>) -> bool {
+    const TAIL: usize = 4096;
     let tail = || -> std::io::Result<Vec<u8>> {
+        let path = match file {
+            Named::Path(path) => path,
+            Named::Bytes(_, bytes) => {
+                return Ok(bytes[bytes.len().saturating_sub(TAIL)..].to_vec());
+            }
+        };
         let mut file = std::fs::File::open(path)?;
         let length = file.metadata()?.len();
-        file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+        file.seek(SeekFrom::Start(length.saturating_sub(TAIL as u64)))?;
         let mut tail = Vec::new();
-        file.take(TAIL).read_to_end(&mut tail)?;
+        file.take(TAIL as u64).read_to_end(&mut tail)?;
         Ok(tail)
     };
-    !ends_in(path, "gz") && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
+    let is_packed = ends_in(file.path(), "gz");
+    !is_packed && tail().is_ok_and(|tail| gravical_recording::is_prose(&tail))
 }
 
 /// True for `walk.rescued.csv` and `walk.rescued-2.csv`, by which `gravical log` saves what it
@@ -195,28 +204,28 @@ pub fn several_with_gyro(inputs: usize) -> Error {
 /// The recordings among files, and those that hold a gyroscope alone; `of_folder`: nobody said that they are
 /// recordings, and what is none goes to `left_out`. With other files beside it, a gyroscope may be theirs.
 fn read_files<'a>(
-    paths: &'a [PathBuf],
+    files: &[Named<'a>],
     of_folder: bool,
     [of_recordings, of_gyroscopes]: [&ReadOptions; 2],
     left_out: &mut Vec<Finding>,
-) -> Result<(Vec<Recording>, Vec<&'a PathBuf>)> {
+) -> Result<(Vec<Recording>, Vec<Named<'a>>)> {
     let (mut recordings, mut gyroscopes) = (Vec::new(), Vec::new());
-    for path in paths {
-        let mut leave_out = |why: Finding| left_out.push(why.in_file(&path.display().to_string()));
-        if of_folder && is_rescued(path) {
+    for &file in files {
+        let mut leave_out = |why: Finding| left_out.push(why.in_file(&file.name()));
+        if of_folder && is_rescued(file.path()) {
             leave_out(Case::Rescued.finding());
             continue;
         }
         let recording = if of_folder {
-            read_listed(path, of_recordings)
+            read_listed(file, of_recordings)
         } else {
-            read(path, of_recordings)
+            read_named(file, of_recordings)
         };
-        let is_doubtful = recording
-            .as_ref()
-            .map_or(true, |r| r.gyro.is_none() && is_named_gyroscope(path));
-        if is_doubtful && paths.len() > 1 && holds_gyroscope_alone(path, of_gyroscopes) {
-            gyroscopes.push(path);
+        let is_doubtful = recording.as_ref().map_or(true, |r| {
+            r.gyro.is_none() && is_named_gyroscope(file.path())
+        });
+        if is_doubtful && files.len() > 1 && holds_gyroscope_alone(file, of_gyroscopes) {
+            gyroscopes.push(file);
             continue;
         }
         match recording {
@@ -258,28 +267,48 @@ pub fn read_session(
     };
     let is_only = paths.len() == 1;
     paths.retain(|path| is_only || !gyro.is_some_and(|gyro| is_same(gyro, path)));
+    let files: Vec<Named<'_>> = paths.iter().map(Named::from).collect();
+    let found = read_named_session(&files, folder.is_some(), gyro.map(Named::from), options)?;
+    left_out.extend(found.1);
+    if found.0.is_empty() {
+        let first = folder.or(paths.first());
+        let first = first.map_or(Path::new("-"), PathBuf::as_path);
+        return Err(no_recordings(first, &left_out));
+    }
+    Ok((found.0, left_out))
+}
+
+/// The same of files on the disk or in memory; `of_folder`: nobody said that each is a recording. There may be no
+/// recording among them.
+///
+/// # Errors
+///
+/// As [`read_session`].
+pub fn read_named_session(
+    files: &[Named<'_>],
+    of_folder: bool,
+    gyro: Option<Named<'_>>,
+    options: &ReadOptions,
+) -> Result<(Vec<Recording>, Vec<Finding>)> {
     let of_recordings = match gyro {
         Some(_) => options.beside_gyroscope_file(),
         None => options.clone(),
     };
-    let (mut recordings, gyroscopes) = read_files(
-        &paths,
-        folder.is_some(),
-        [&of_recordings, options],
-        &mut left_out,
-    )?;
-    if folder.is_some() {
+    let mut left_out = Vec::new();
+    let how = [&of_recordings, options];
+    let (mut recordings, gyroscopes) = read_files(files, of_folder, how, &mut left_out)?;
+    if of_folder {
         leave_out_linear(&mut recordings, &mut left_out);
     }
-    if let (true, None, Some(path)) = (recordings.is_empty(), folder, gyroscopes.first()) {
+    if let (true, false, Some(file)) = (recordings.is_empty(), of_folder, gyroscopes.first()) {
         // Of files that were named, each is a recording or an error.
-        return Ok((vec![read(path, options)?], left_out));
+        return Ok((vec![read_named(*file, options)?], left_out));
     }
     match (&mut recordings[..], gyro, &gyroscopes[..]) {
         ([one], Some(gyro), _) => join_gyroscope(one, gyro, options)?,
         (several @ [_, ..], Some(_), _) => return Err(several_with_gyro(several.len())),
         ([one], None, [gyro]) if one.gyro.is_none() => {
-            let joined = join_gyroscope(one, gyro, options);
+            let joined = join_gyroscope(one, *gyro, options);
             let recording = one.name.clone();
             let case = match joined {
                 Ok(()) => Case::GyroJoined { recording },
@@ -288,20 +317,14 @@ pub fn read_session(
                     why: why.message().to_owned(),
                 },
             };
-            left_out.push(case.finding().in_file(&gyro.display().to_string()));
+            left_out.push(case.finding().in_file(&gyro.name()));
         }
         (_, _, gyroscopes) => {
-            for path in gyroscopes {
+            for file in gyroscopes {
                 let alone = Case::GyroAlone.finding().as_note().advise("gyro", "");
-                left_out.push(alone.in_file(&path.display().to_string()));
+                left_out.push(alone.in_file(&file.name()));
             }
         }
-    }
-    if recordings.is_empty() {
-        let first = folder
-            .or(paths.first())
-            .map_or(Path::new("-"), PathBuf::as_path);
-        return Err(no_recordings(first, &left_out));
     }
     Ok((recordings, left_out))
 }

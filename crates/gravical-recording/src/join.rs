@@ -18,7 +18,7 @@ use crate::options::ReadOptions;
 use crate::problem::Problem;
 use crate::read::{open_head, read_gyroscope};
 use crate::recording::{JoinedFile, Recording};
-use crate::source::{open, open_bytes, path_name, stem};
+use crate::source::{Named, open, stem};
 use crate::spans::LineSpans;
 
 /// Stamps that differ by less than this share of the gyroscope's period are equal: within it the
@@ -47,7 +47,7 @@ pub fn read_joined(
     Ok(recording)
 }
 
-/// Reads the gyroscope from `path` and joins it to `recording`. Rows that it does not cover get
+/// Reads the gyroscope from `file` and joins it to `recording`. Rows that it does not cover get
 /// NaN and a finding.
 ///
 /// `options` are those of the recording; of its columns, those of the gyroscope and the time
@@ -59,45 +59,31 @@ pub fn read_joined(
 /// `gyro-twice` if the recording has a gyroscope, `no-gyroscope` if the file has none,
 /// `gyro-overlap` if the time ranges do not overlap, `gyro-length` if rows must be joined one by
 /// one and their numbers differ, `gyro-restart` if a clock restarted; and the errors of reading.
-pub fn join_gyroscope(
+pub fn join_gyroscope<'a>(
     recording: &mut Recording,
-    path: impl AsRef<Path>,
+    file: impl Into<Named<'a>>,
     options: &ReadOptions,
 ) -> Result<()> {
-    let path = path.as_ref();
-    join_input(recording, open(path, options)?, &path_name(path), options)
-}
-
-/// As [`join_gyroscope`], from bytes; `name` is used in messages.
-///
-/// # Errors
-///
-/// As [`join_gyroscope`].
-pub fn join_gyroscope_bytes(
-    recording: &mut Recording,
-    bytes: &[u8],
-    name: &str,
-    options: &ReadOptions,
-) -> Result<()> {
-    join_input(recording, open_bytes(bytes, name, options)?, name, options)
+    let file = file.into();
+    join_input(recording, open(file, options)?, &file.name(), options)
 }
 
 /// True for a file that contains a gyroscope and no accelerometer, by its column names, or, if
 /// these are bare `x`, `y`, `z` or missing, by its file name (`Gyroscope.csv`).
-pub fn holds_gyroscope_alone(path: &Path, options: &ReadOptions) -> bool {
-    let head = open_head(path, options);
-    let read = head.and_then(|input| read_gyroscope(input, &path_name(path), options));
+pub fn holds_gyroscope_alone(file: Named<'_>, options: &ReadOptions) -> bool {
+    let head = open_head(file, options);
+    let read = head.and_then(|input| read_gyroscope(input, &file.name(), options));
     let bare = |name: &String| name.trim().trim_matches('"').eq_ignore_ascii_case("x");
     read.is_ok_and(|read| {
         let names = read.format.names;
         let is_told = !names.is_empty() && !names.iter().any(bare);
-        is_told || is_named_gyroscope(path)
+        is_told || is_named_gyroscope(file.path())
     })
 }
 
 /// True for a file named after a gyroscope and not also after an accelerometer.
 pub fn is_named_gyroscope(path: &Path) -> bool {
-    let stem = stem(&path_name(path)).to_lowercase();
+    let stem = stem(&path.to_string_lossy()).to_lowercase();
     stem.contains("gyr") && !stem.contains("acc")
 }
 

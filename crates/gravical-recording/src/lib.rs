@@ -74,14 +74,12 @@ pub use error::{Category, Error, Location, Result};
 pub use finding::{Finding, Severity};
 pub use follow::{Follow, Form, LineKind, Sample};
 pub use full_scale::range_end;
-pub use join::{
-    holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, join_gyroscope_bytes, read_joined,
-};
+pub use join::{holds_gyroscope_alone, is_named_gyroscope, join_gyroscope, read_joined};
 #[doc(hidden)]
 pub use memory::max_bytes;
 pub use meter::{Meter, Progress};
 pub use options::{ColumnsSpec, ReadOptions};
-pub use read::{read, read_bytes, read_head, read_samples};
+pub use read::{read, read_bytes, read_head, read_named, read_samples};
 pub use recording::{Clock, JoinedFile, Labels, ReadAs, Recording};
 pub use role::Role;
 pub use spans::{LineSpans, format_spans};

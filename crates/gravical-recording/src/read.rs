@@ -11,7 +11,7 @@ use crate::foreign;
 use crate::memory::Budget;
 use crate::options::ReadOptions;
 use crate::recording::{HEAD_BYTES, Recording, whole_lines, without_cut_line};
-use crate::source::{open, open_bytes, path_name};
+use crate::source::{Named, open};
 use crate::text::{Format, sniff};
 
 /// Reads the recording at `path`; `-` is standard input.
@@ -25,8 +25,16 @@ use crate::text::{Format, sniff};
 /// `columns-unknown`, `all-zero`, `too-large` …, each with the file and a hint. Lesser faults are
 /// [`Finding`](crate::Finding)s of the recording.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
-    let path = path.as_ref();
-    read_input(open(path, options)?, &path_name(path), options, true)
+    read_named(Named::Path(path.as_ref()), options)
+}
+
+/// The same of a file on the disk or in memory.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn read_named(file: Named<'_>, options: &ReadOptions) -> Result<Recording> {
+    read_input(open(file, options)?, &file.name(), options, true)
 }
 
 /// The same with all samples.
@@ -35,8 +43,8 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> 
 ///
 /// As [`read`].
 pub fn read_samples(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
-    let path = path.as_ref();
-    read_input(open(path, options)?, &path_name(path), options, false)
+    let file = Named::Path(path.as_ref());
+    read_input(open(file, options)?, &file.name(), options, false)
 }
 
 /// Reads the first 256 KiB of the recording at `path`: unit, range, first time stamp, serial number
@@ -46,25 +54,25 @@ pub fn read_samples(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Rec
 ///
 /// As [`read`].
 pub fn read_head(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Recording> {
-    let path = path.as_ref();
-    read_input(open_head(path, options)?, &path_name(path), options, true)
+    let file = Named::Path(path.as_ref());
+    read_input(open_head(file, options)?, &file.name(), options, true)
 }
 
 /// The whole lines in the first 256 KiB of a file, as a file of its own.
-pub(crate) fn open_head(path: &Path, options: &ReadOptions) -> Result<Input> {
+pub(crate) fn open_head(file: Named<'_>, options: &ReadOptions) -> Result<Input> {
     let options = ReadOptions {
         hash: false,
         meter: None,
         ..options.clone()
     };
-    let mut reader = open(path, &options)?.reader;
-    let head = bytes::read_head(&mut reader, HEAD_BYTES).map_err(|e| Error::io(path, e))?;
+    let mut reader = open(file, &options)?.reader;
+    let head = bytes::read_head(&mut reader, HEAD_BYTES).map_err(|e| Error::io(file.path(), e))?;
     let whole = if cwa::is_one(&head) {
         &head[..cwa::whole_blocks(&head)]
     } else {
         without_cut_line(&head)
     };
-    open_bytes(whole, &path_name(path), &options)
+    open(Named::Bytes(file.path(), whole), &options)
 }
 
 /// Reads a recording from bytes in memory; `name` is used in messages.
@@ -73,7 +81,7 @@ pub(crate) fn open_head(path: &Path, options: &ReadOptions) -> Result<Input> {
 ///
 /// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Recording> {
-    read_input(open_bytes(bytes, name, options)?, name, options, true)
+    read_named(Named::Bytes(Path::new(name), bytes), options)
 }
 
 /// Reads the gyroscope of a recording from a file of its own; its accelerometer, if there is one,

@@ -22,16 +22,52 @@ pub fn stem(name: &str) -> String {
 }
 
 /// A path in messages.
-pub(crate) fn path_name(path: &Path) -> String {
+fn path_name(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// Opens `path` (`-` is standard input); of the options only `hash` and `meter` are used.
+/// A file by its name: on the disk (`-` is standard input), or its bytes in memory.
+#[derive(Debug, Clone, Copy)]
+pub enum Named<'a> {
+    /// On the disk.
+    Path(&'a Path),
+    /// In memory, by this name.
+    Bytes(&'a Path, &'a [u8]),
+}
+
+impl<'a, P: AsRef<Path> + ?Sized> From<&'a P> for Named<'a> {
+    fn from(path: &'a P) -> Self {
+        Named::Path(path.as_ref())
+    }
+}
+
+impl<'a> Named<'a> {
+    /// Its name.
+    pub fn path(self) -> &'a Path {
+        match self {
+            Named::Path(path) | Named::Bytes(path, _) => path,
+        }
+    }
+
+    /// Its name in messages.
+    pub fn name(self) -> String {
+        path_name(self.path())
+    }
+}
+
+/// Opens a file; of the options only `hash` and `meter` are used.
 ///
 /// # Errors
 ///
 /// Errors of the file system; `is-a-directory` for a directory.
-pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
+pub fn open<'a>(file: impl Into<Named<'a>>, options: &ReadOptions) -> Result<Input> {
+    let path = match file.into() {
+        Named::Path(path) => path,
+        Named::Bytes(name, bytes) => {
+            let reader = Box::new(io::Cursor::new(bytes.to_vec()));
+            return input(name, reader, Some(bytes.len() as u64), options);
+        }
+    };
     if path == Path::new("-") {
         // Without a lock: who opens it a second time finds its end, and does not wait for ever.
         return input(path, Box::new(io::stdin()), None, options);
@@ -42,12 +78,6 @@ pub fn open(path: &Path, options: &ReadOptions) -> Result<Input> {
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let total = file.metadata().ok().filter(std::fs::Metadata::is_file);
     input(path, Box::new(file), total.map(|m| m.len()), options)
-}
-
-/// Opens bytes in memory; `name` is used in messages.
-pub(crate) fn open_bytes(bytes: &[u8], name: &str, options: &ReadOptions) -> Result<Input> {
-    let reader = Box::new(io::Cursor::new(bytes.to_vec()));
-    input(Path::new(name), reader, Some(bytes.len() as u64), options)
 }
 
 fn input(

@@ -1,7 +1,8 @@
 //! Formats of loggers and apps: each of these headers must be read without options, or the error
 //! must name an option that works.
 
-use gravical::recording::{GyroUnit, ReadOptions, Recording, join_gyroscope_bytes, read_bytes};
+use gravical::recording::source::Named;
+use gravical::recording::{GyroUnit, ReadOptions, Recording, join_gyroscope, read_bytes};
 
 use crate::support::*;
 
@@ -341,7 +342,12 @@ fn columns_of_the_gyroscopes_file() {
     let options =
         read_options(|o| o.columns = Some("ax=p,ay=q,az=r,gx=u,gy=v,gz=w_".parse().unwrap()));
     let mut recording = read_with(accel.as_bytes(), &options.beside_gyroscope_file());
-    join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
+    join_gyroscope(
+        &mut recording,
+        Named::Bytes("g.csv".as_ref(), gyro.as_bytes()),
+        &options,
+    )
+    .unwrap();
     close(mean(&recording.gyro.as_ref().unwrap()[2]), 0.03, 0.001);
     // A recording with its own gyroscope, as in the hint of `gyro-twice`.
     let both = written("t_ms,ax,ay,az,gx,gy,gz\n", |s| {
@@ -350,6 +356,11 @@ fn columns_of_the_gyroscopes_file() {
     let options = read_options(|o| o.columns = Some("gx=-,gy=-,gz=-".parse().unwrap()));
     let mut recording = read_with(both.as_bytes(), &options.beside_gyroscope_file());
     let gyro = gyro.replace("u,v,w_", "gx,gy,gz");
-    join_gyroscope_bytes(&mut recording, gyro.as_bytes(), "g.csv", &options).unwrap();
+    join_gyroscope(
+        &mut recording,
+        Named::Bytes("g.csv".as_ref(), gyro.as_bytes()),
+        &options,
+    )
+    .unwrap();
     assert!(recording.gyro_file.is_some());
 }

@@ -3,8 +3,9 @@
 use gravical::finding::Advice;
 use gravical::inspect::inspect;
 use gravical::poses::face::AxisMap;
+use gravical::recording::source::Named;
 use gravical::recording::{
-    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes, read_bytes,
+    AccelUnit, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope, read_bytes,
 };
 
 use crate::support::{data, files, read_options};
@@ -162,7 +163,12 @@ fn a_gyroscope_alone_is_read_with_the_option_that_is_named() {
     assert_eq!(advised[..], [Advice::new("gyro", "")]);
     let options = ReadOptions::default();
     let mut recording = read_bytes(accel.as_bytes(), "accel.csv", &options).unwrap();
-    join_gyroscope_bytes(&mut recording, rates.as_bytes(), "gyro.csv", &options).unwrap();
+    join_gyroscope(
+        &mut recording,
+        Named::Bytes("gyro.csv".as_ref(), rates.as_bytes()),
+        &options,
+    )
+    .unwrap();
     assert!(recording.gyro.is_some());
 }
 

@@ -1,7 +1,8 @@
 //! A gyroscope in a separate file.
 
 use gravical::Error;
-use gravical::recording::{ReadOptions, Recording, join_gyroscope_bytes};
+use gravical::recording::source::Named;
+use gravical::recording::{ReadOptions, Recording, join_gyroscope};
 
 use crate::support::*;
 
@@ -30,7 +31,11 @@ fn accel(from_s: f64, rows: usize) -> Recording {
 
 fn join(recording: &mut Recording, gyro: &str) -> Result<(), Error> {
     let options = ReadOptions::default();
-    join_gyroscope_bytes(recording, gyro.as_bytes(), "gyro.txt", &options)
+    join_gyroscope(
+        recording,
+        Named::Bytes("gyro.txt".as_ref(), gyro.as_bytes()),
+        &options,
+    )
 }
 
 fn rates(recording: &Recording) -> &[Vec<f64>; 3] {

@@ -5,11 +5,14 @@ use std::collections::BTreeSet;
 use gravical::calibrate::{CalibrateOptions, calibrate};
 use gravical::calibration_file::Grade;
 use gravical::check::{CheckOptions, Judgement, check};
+use gravical::finding::Finding;
 use gravical::inspect::inspect;
 use gravical::poses::SegmentOptions;
 use gravical::poses::face::AxisMap;
 use gravical::poses::sections::parse_sections;
+use gravical::recording::source::Named;
 use gravical::recording::{ReadOptions, Recording, read_bytes};
+use gravical::session::{read_named_session, read_session};
 use gravical::simulate::{Scenario, SimulateOptions, SixPositionOptions, simulate};
 
 use crate::support::*;
@@ -190,4 +193,49 @@ fn the_same_session_is_the_same_by_every_route() {
             assert_eq!(unit, gyroscope.input_unit, "{route}");
         }
     }
+}
+
+/// A folder in memory, as a page gets it: recordings, a licence, a result and a gyroscope of its own.
+#[test]
+fn a_folder_in_memory_is_the_folder_on_the_disk() {
+    let row = |t: usize, v: [f64; 3]| format!("{},{:.4},{:.4},{:.4}\n", 10 * t, v[0], v[1], v[2]);
+    let mut noise = Noise::new(7);
+    let mut table = |names: &str, mean: [f64; 3]| {
+        let rows = (0..400).map(|t| row(t, mean.map(|m| m + 0.02 * noise.normal())));
+        format!("{names}\n{}", rows.collect::<String>())
+    };
+    let licence = "Permission is granted to whoever reads this text.\n".repeat(40);
+    let files = [
+        ("Gyroscope.csv", table("t_ms,gx,gy,gz", [0.0; 3])),
+        ("LICENSE.txt", licence),
+        (
+            "applied.csv",
+            table("t_ms,ax_mps2,ay_mps2,az_mps2", [0.0, 0.0, 9.8]),
+        ),
+        ("walk.csv", table("t_ms,ax,ay,az", [0.0, 0.0, 9.8])),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in &files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let paths = [folder.path().to_path_buf()];
+    let (on_disk, said) = read_session(&paths, None, &ReadOptions::default()).unwrap();
+    let named = files.iter();
+    let named = named.map(|(name, text)| Named::Bytes(name.as_ref(), text.as_bytes()));
+    let named: Vec<Named<'_>> = named.collect();
+    let (in_memory, told) =
+        read_named_session(&named, true, None, &ReadOptions::default()).unwrap();
+    let kinds = |f: &[Finding]| f.iter().map(|f| f.kind.clone()).collect::<Vec<_>>();
+    assert_eq!(
+        kinds(&said),
+        ["no-recording", "already-calibrated", "gyro-joined"]
+    );
+    assert_eq!(kinds(&told), kinds(&said));
+    assert_eq!(in_memory.len(), 1);
+    assert_eq!(
+        (in_memory[0].rows(), &in_memory[0].accel),
+        (400, &on_disk[0].accel)
+    );
+    assert_eq!(in_memory[0].gyro, on_disk[0].gyro);
+    assert!(in_memory[0].gyro.is_some());
 }

@@ -7,9 +7,9 @@ use gravical::calibration_file::{Calibration, Grade, Gyroscope, Source};
 use gravical::finding::Advice;
 use gravical::inspect::{Inspection, inspect};
 use gravical::motion::{Motion, MotionOptions, motion};
+use gravical::recording::source::Named;
 use gravical::recording::{
-    AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope_bytes,
-    read_bytes,
+    AccelUnit, Finding, GyroUnit, ReadOptions, Recording, TimeUnit, join_gyroscope, read_bytes,
 };
 use gravical_core::matrix3;
 use gravical_signal::{BLOCK_S, block_len};
@@ -148,7 +148,8 @@ fn outcome(writing: &Writing, session: &Session, options: &[&str]) -> Result<Out
         let File { name, bytes } = &written.file;
         let mut recording = read_bytes(bytes, name, &options).map_err(words)?;
         if let Some(File { name, bytes }) = &written.gyro {
-            join_gyroscope_bytes(&mut recording, bytes, name, &options).map_err(words)?;
+            join_gyroscope(&mut recording, Named::Bytes(name.as_ref(), bytes), &options)
+                .map_err(words)?;
         }
         recordings.push(recording);
     }
