@@ -191,8 +191,15 @@ macro_rules! findings {
             },)*];
 
             fn kind(&self) -> &'static $crate::finding::Kind {
-                let name = match self { $($(Case::$case { .. } => $name,)+)* };
-                Case::KINDS.iter().find(|kind| kind.name == name).expect("a row for each case")
+                match self {
+                    $($(Case::$case { .. } => &$crate::finding::Kind {
+                        name: $name,
+                        weight: $crate::finding::Weight::$weight,
+                        meaning: $meaning,
+                        done: $done,
+                        remedy: $remedy,
+                    },)+)*
+                }
             }
 
             /// The finding, to which place and options are added.
